@@ -1,0 +1,116 @@
+"""What the user is told when something is wrong: where, what, and the remedy.
+
+Every class crosses a process pool unchanged (the constructor's arguments are the exception's ``args``).
+Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_BAD_SPEC = 2
+EXIT_INFEASIBLE = 3
+EXIT_INTERRUPTED = 130
+
+
+class CodesignError(Exception):
+    """A mistake that the user can mend.
+
+    Args:
+        what: one sentence, naming the value at fault.
+        where: ``FILE:LINE:COLUMN``, ``FILE``, or the name of the argument.
+        hint: the remedy, without "hint:".
+    """
+
+    exit_code = EXIT_FAILED
+
+    def __init__(self, what: str, where: str | None = None, hint: str | None = None) -> None:
+        super().__init__(what, where, hint)
+        self.what = what
+        self.where = where
+        self.hint = hint
+
+    def __str__(self) -> str:
+        head = f"{self.where}: {self.what}" if self.where else self.what
+        return f"{head}\n  hint: {self.hint}" if self.hint else head
+
+
+class InputError(CodesignError):
+    """A value handed to a function or to the command line cannot be used."""
+
+    exit_code = EXIT_BAD_SPEC
+
+
+class MapError(InputError):
+    """A map cannot be read, made, or planned on."""
+
+
+class RunError(CodesignError):
+    """A run that began cannot go on."""
+
+
+class TraceError(CodesignError):
+    """A trace file cannot be read or written."""
+
+
+class StoreError(CodesignError):
+    """A file of explored points cannot be read or written."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One fault of a user's file.
+
+    ``line`` and ``column`` count from 1; 0 means the file as a whole. ``key`` is the dotted path of the key.
+    """
+
+    file: str
+    line: int
+    column: int
+    key: str
+    what: str
+    hint: str | None = None
+
+    def __str__(self) -> str:
+        place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
+        head = f"{place}: {self.key}: {self.what}" if self.key else f"{place}: {self.what}"
+        return f"{head}\n  hint: {self.hint}" if self.hint else head
+
+
+class SpecError(CodesignError):
+    """All the faults of a spec at once, in file order."""
+
+    exit_code = EXIT_BAD_SPEC
+
+    def __init__(self, faults: Iterable[Fault]) -> None:
+        self.faults = tuple(sorted(faults, key=lambda fault: (fault.file, fault.line, fault.column)))
+        super().__init__("\n".join(str(fault) for fault in self.faults))
+
+    def __reduce__(self) -> tuple[type[SpecError], tuple[tuple[Fault, ...]]]:
+        return type(self), (self.faults,)
+
+
+def nearest(word: str, accepted: Iterable[str]) -> str | None:
+    """The accepted word nearest to what was typed, or None where nothing is near.
+
+    >>> nearest("shedule", ["schedule", "block"])
+    'schedule'
+    """
+    matches = difflib.get_close_matches(word, list(accepted), n=1, cutoff=0.6)
+    return matches[0] if matches else None
+
+
+def choose_hint(word: str, accepted: Iterable[str]) -> str:
+    """The remedy for a word that is none of the accepted ones.
+
+    >>> choose_hint("shedule", ["block", "schedule"])
+    'did you mean schedule? accepted: block, schedule'
+    """
+    words = sorted(accepted)
+    listed = f"accepted: {', '.join(words)}"
+    near = nearest(word, words)
+    return f"did you mean {near}? {listed}" if near else listed
