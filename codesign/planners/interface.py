@@ -1,0 +1,93 @@
+"""What every planner offers, and what it is given.
+
+A planner is arrays in, arrays out, exact, without a clock. It is found through the entry-point group
+``codesign.planners``; a user's own planner plugs in the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """One planning problem.
+
+    ``free``: bool array, rows × columns. ``goals`` and ``starts``: (row, column) pairs on free cells. ``resolution``:
+    metres a cell, or None where the map does not say.
+    """
+
+    free: NDArray[np.bool_]
+    goals: tuple[tuple[int, int], ...]
+    starts: tuple[tuple[int, int], ...]
+    resolution: float | None = None
+
+    @property
+    def rows(self) -> int:
+        """Rows of the map."""
+        return int(self.free.shape[0])
+
+    @property
+    def columns(self) -> int:
+        """Columns of the map."""
+        return int(self.free.shape[1])
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 over map, goals and starts: equal problems have equal digests, in every process."""
+        import hashlib
+
+        text = f"{self.free.shape}{self.goals}{self.starts}{self.resolution}"
+        return hashlib.sha256(text.encode() + np.packbits(self.free).tobytes()).hexdigest()
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What a plan is worth.
+
+    - ``reachable_cells``: free cells from which some way leads to a goal (4-connected), goals left out.
+    - ``local_maxima``: reachable cells with no strictly greater neighbour: no way up.
+    - ``share_reaching_goal``: share of the reachable cells from which following the plan arrives.
+    - ``path_length_ratio_mean``, ``path_length_ratio_worst``: length of the way from the starts that arrive over the
+      shortest 8-connected way without corner cutting; None where none arrives. Below 1 where a continuous way beats
+      the grid.
+    - ``clearance_mean``, ``clearance_least``: distance from the way to the nearest obstacle, in cells.
+    - ``starts``, ``starts_arrived``: how many starts were tried, how many arrived.
+    """
+
+    reachable_cells: int
+    local_maxima: int
+    share_reaching_goal: float
+    starts: int
+    starts_arrived: int
+    path_length_ratio_mean: float | None
+    path_length_ratio_worst: float | None
+    clearance_mean: float | None
+    clearance_least: float | None
+
+
+class Planner(Protocol):
+    """A planner: its name, the parameters it takes, and what it does with them."""
+
+    @property
+    def name(self) -> str:
+        """The name in YAML."""
+
+    @property
+    def parameters(self) -> type[BaseModel]:
+        """The model that the task's parameters are checked against."""
+
+    def plan(self, problem: Problem, parameters: Any) -> Any:
+        """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
+
+    def quality(self, problem: Problem, plan: Any) -> Quality:
+        """What that answer is worth."""
+
+    def trajectory(self, problem: Problem, plan: Any, start: tuple[int, int]) -> tuple[NDArray[np.float64], bool]:
+        """The way from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""

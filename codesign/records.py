@@ -1,0 +1,121 @@
+"""What components say while a simulation runs.
+
+A record is a frozen dataclass with ``time`` (picoseconds from 0) and ``source`` (the component or link that speaks).
+Components emit records; listeners (a list in memory, an MCAP file) take them all alike and never answer. With no
+listener nothing is built. The records of a run are the same at every granularity of simulation.
+
+Arrays are NumPy arrays with the dtype that each field names; a writer encodes them as it likes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Record:
+    """Anything that happened: when (ps), and who says so."""
+
+    time: int
+    source: str
+
+
+@dataclass(frozen=True)
+class MapRecord(Record):
+    """The map and the goals a planner starts from.
+
+    ``free``: bool array, rows × columns. ``goals``: int32 array, n × 2, (row, column). ``resolution``: metres a cell,
+    or None.
+    """
+
+    free: NDArray[np.bool_]
+    goals: NDArray[np.int32]
+    resolution: float | None
+
+
+@dataclass(frozen=True)
+class TaskRecord(Record):
+    """A task that ran on ``source`` from ``time`` to ``end`` (ps), for ``cycles`` clock cycles."""
+
+    task: str
+    end: int
+    cycles: int
+
+
+@dataclass(frozen=True)
+class MessageRecord(Record):
+    """A message that crossed link ``source``: asked for at ``time``, began at ``begin``, delivered at ``end`` (ps)."""
+
+    sender: str
+    receiver: str
+    name: str
+    bits: int
+    begin: int
+    end: int
+
+
+@dataclass(frozen=True)
+class VisitsRecord(Record):
+    """Consecutive visits of one stage, coalesced: ``time`` is the start of the first, ``end`` that of the last (ps).
+
+    ``block``: int32, the raster number of each visited block. ``iterations``: int32, its iterations, the last one that
+    changed nothing included. A visit takes iterations × (``precision`` + 2) cycles.
+    """
+
+    end: int
+    stage: int
+    precision: int
+    block: NDArray[np.int32]
+    iterations: NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class StageRecord(Record):
+    """A stage that converged at ``time``, with its costs and the potential it left.
+
+    ``potential``: float32 array, rows × columns, the exact field rounded for the eye. It is not the result.
+    """
+
+    begin: int
+    stage: int
+    precision: int
+    sweeps: int
+    visits: int
+    iterations: int
+    cycles: int
+    local_maxima: int
+    potential: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class TrajectoryRecord(Record):
+    """The way from one start to a goal: ``points``, float64 n × 2, (row, column) in cells; ``arrived`` or not."""
+
+    points: NDArray[np.float64]
+    arrived: bool
+
+
+@dataclass(frozen=True)
+class UtilisationRecord(Record):
+    """How much of a span ``source`` was busy: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
+
+    busy: int
+    span: int
+
+
+@dataclass(frozen=True)
+class SummaryRecord(Record):
+    """The result of the run, as the JSON-ready mapping that ``hwsw run --json`` prints."""
+
+    result: dict[str, Any]
+
+
+class Listener(Protocol):
+    """Takes every record of a run, in the order of emission."""
+
+    def __call__(self, record: Record) -> None:
+        """Take one record."""
