@@ -1,0 +1,135 @@
+"""The parameters of harmonic control, as a workload's mapping gives them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+MAX_PRECISION = 1023
+
+
+class Termination(StrEnum):
+    """When a stage counts as converged (see ``relax``)."""
+
+    SOUND = "sound"
+    PUBLISHED = "published"
+
+
+class Stop(StrEnum):
+    """When the run ends."""
+
+    FIRST_WITHOUT_LOCAL_MAXIMA = "first_without_local_maxima"
+    SCHEDULE_END = "schedule_end"
+
+
+class PrecisionRange(BaseModel):
+    """An arithmetic series of precisions: ``first``, ``first + step``, ... and ``last`` itself, always."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    first: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="fractional bits of the first stage")]
+    step: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="bits added from stage to stage")]
+    last: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="fractional bits of the last stage")]
+
+    @model_validator(mode="after")
+    def _rises(self) -> PrecisionRange:
+        if self.last < self.first:
+            raise ValueError(f"last precision {self.last} is below the first, {self.first}")
+        return self
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """The precisions in order.
+
+        >>> PrecisionRange(first=7, step=8, last=25).precisions
+        (7, 15, 23, 25)
+        """
+        return (*range(self.first, self.last, self.step), self.last)
+
+
+Side = Annotated[int, Field(ge=1, le=4096)]
+Precision = Annotated[int, Field(ge=1, le=MAX_PRECISION)]
+
+
+class RelaxParameters(BaseModel):
+    """How the field is relaxed: the partition, the iterations of a visit, the precisions.
+
+    Exactly one of ``block`` (rows and columns of a block) and ``blocks`` (how many blocks, down and across) is given.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
+
+    block: Annotated[tuple[Side, Side] | None, Field(description="rows and columns of one block, in nodes")] = None
+    blocks: Annotated[tuple[Side, Side] | None, Field(description="number of blocks, down and across")] = None
+    iterations: Annotated[
+        int, Field(ge=1, le=1_000_000, description="most iterations of one visit, the paper's I")
+    ]
+    schedule: Annotated[
+        PrecisionRange | tuple[Precision, ...],
+        Field(description="fractional bits of each stage: {first, step, last}, or an explicit rising list"),
+    ]
+    termination: Annotated[
+        Termination, Field(description="sound: no visit of the sweep changed a bit; published: as in the paper")
+    ] = Termination.SOUND
+    stop: Annotated[Stop, Field(description="when the run ends")] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+
+    @field_validator("schedule", mode="before")
+    @classmethod
+    def _one_form(cls, value: Any) -> Any:
+        # Chosen here, so that a fault is told once, for the form the user meant, not once for each form.
+        if isinstance(value, dict):
+            return PrecisionRange.model_validate(value)
+        return value
+
+    @field_validator("schedule", mode="after")
+    @classmethod
+    def _rising(cls, value: PrecisionRange | tuple[int, ...]) -> PrecisionRange | tuple[int, ...]:
+        if isinstance(value, tuple):
+            if not value:
+                raise ValueError("an empty schedule: at least one precision is needed")
+            for earlier, later in zip(value, value[1:], strict=False):
+                if later <= earlier:
+                    raise ValueError(f"precisions must rise from stage to stage: {later} follows {earlier}")
+        return value
+
+    @model_validator(mode="after")
+    def _one_partition(self) -> RelaxParameters:
+        if (self.block is None) == (self.blocks is None):
+            raise ValueError("give exactly one of block (its rows and columns) and blocks (how many, down and across)")
+        return self
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """The precision of each stage."""
+        return self.schedule.precisions if isinstance(self.schedule, PrecisionRange) else self.schedule
+
+    def block_shape(self, rows: int, columns: int) -> tuple[int, int]:
+        """Rows and columns of a block on a map of ``rows`` × ``columns``.
+
+        >>> RelaxParameters(blocks=(2, 2), iterations=6, schedule=(7,)).block_shape(71, 132)
+        (36, 66)
+        """
+        if self.block is not None:
+            return self.block
+        assert self.blocks is not None
+        return -(-rows // self.blocks[0]), -(-columns // self.blocks[1])
+
+    def block_count(self, rows: int, columns: int) -> int:
+        """How many blocks cover a map of ``rows`` × ``columns``."""
+        height, width = self.block_shape(rows, columns)
+        return -(-rows // height) * -(-columns // width)
+
+
+class DecideParameters(BaseModel):
+    """The decision task has nothing to choose."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class LoadParameters(BaseModel):
+    """The task that brings the map to the planner has nothing to choose."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
