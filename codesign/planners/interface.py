@@ -6,6 +6,7 @@ A planner is arrays in, arrays out, exact, without a clock. It is found through 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -80,8 +81,15 @@ class Planner(Protocol):
         """The name in YAML."""
 
     @property
-    def parameters(self) -> type[BaseModel]:
-        """The model that the task's parameters are checked against."""
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks a workload may map, each with the model that its parameters are checked against."""
+
+    @property
+    def planning_task(self) -> str:
+        """The task that every mapping must place: the one that computes the plan."""
+
+    def check(self, problem: Problem, parameters: Any) -> tuple[str, str] | None:
+        """What keeps these parameters from this problem, as (parameter, sentence), or None."""
 
     def plan(self, problem: Problem, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""

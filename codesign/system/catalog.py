@@ -1,0 +1,62 @@
+"""The planners and architecture styles that are installed, ours and others', found through entry points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import entry_points
+from typing import Any
+
+from pydantic import BaseModel
+
+from codesign.architectures.interface import Architecture
+from codesign.errors import InputError, choose_hint
+from codesign.planners.interface import Planner
+
+
+@cache
+def planners() -> Mapping[str, Planner]:
+    """Every installed planner by the name that workloads use."""
+    return {point.name: _loaded(point) for point in entry_points(group="codesign.planners")}
+
+
+@cache
+def architectures() -> Mapping[tuple[str, str], Architecture]:
+    """Every installed architecture style by (planner, style)."""
+    styles: list[Architecture] = []
+    for point in entry_points(group="codesign.architectures"):
+        styles.extend(_loaded(point))
+    return {(style.planner, style.style): style for style in styles}
+
+
+def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
+    """The parameter model of each task of each planner: what ``spec.load_workload`` checks mappings against."""
+    return {name: planner.tasks for name, planner in planners().items()}
+
+
+def planner(name: str) -> Planner:
+    """The planner of that name.
+
+    Raises:
+        InputError: no such planner is installed.
+    """
+    known = planners()
+    if name not in known:
+        raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, known))
+    return known[name]
+
+
+def styles_of(planner_name: str) -> dict[str, Architecture]:
+    """The styles of one planner by name."""
+    return {style: found for (of, style), found in architectures().items() if of == planner_name}
+
+
+def _loaded(point: Any) -> Any:
+    try:
+        return point.load()
+    except Exception as fault:
+        raise InputError(
+            f"plug-in {point.name} ({point.value}) cannot be loaded: {fault}",
+            point.group,
+            "mend or uninstall the package that registers it",
+        ) from fault

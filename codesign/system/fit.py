@@ -1,0 +1,93 @@
+"""Fit a design against a part: demand, budget, gap and levers for each kind of resource and each bound.
+
+Resources are a vector: each kind is held against its own budget, and nothing is ever added up over kinds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from codesign.architectures.interface import RESOURCES, Demand, Lever
+from codesign.figures import Figure
+from codesign.spec.part import Part
+from codesign.system.result import Clock, Reason, ResourceItem, ResourceUse, Source
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What a design takes of a part, and why it does not fit where it does not (``reasons`` empty: it fits)."""
+
+    resources: tuple[ResourceUse, ...]
+    clock: Clock
+    reasons: tuple[Reason, ...]
+
+
+def fit(demand: Demand, part: Part, clock: int, clock_limit: Figure) -> Fit:
+    """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
+
+    A clock above the law's value but within its interval is let pass: a fitted law cannot refuse it.
+    """
+    uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
+    reasons = [
+        Reason(
+            kind="resource",
+            name=use.resource,
+            demand=use.demand,
+            limit=use.budget,
+            gap=use.gap,
+            unit="",
+            levers=_texts(demand.levers.get(use.resource, ())),
+        )
+        for use in uses
+        if use.gap
+    ]
+    reasons += [
+        Reason(
+            kind="bound",
+            name=bound.name,
+            demand=bound.demand,
+            limit=bound.limit,
+            gap=bound.demand - bound.limit,
+            unit=bound.unit,
+            levers=_texts(bound.levers),
+        )
+        for bound in demand.bounds
+        if bound.demand > bound.limit
+    ]
+    limit = source(clock_limit)
+    if clock > limit.high:
+        reasons.append(
+            Reason(
+                kind="clock",
+                name="clock",
+                demand=clock,
+                limit=limit.high,
+                gap=clock - limit.high,
+                unit="Hz",
+                levers=(f"lower the clock to {limit.value / 1e6:.0f} MHz", "make the block smaller"),
+            )
+        )
+    return Fit(uses, Clock(hz=clock, limit=limit), tuple(reasons))
+
+
+def source(figure: Figure) -> Source:
+    """A figure as results show it."""
+    low, high = figure.interval
+    return Source(
+        value=figure.value, unit=figure.unit, status=figure.status, source=figure.source, low=low, high=high
+    )
+
+
+def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
+    total = demand.total(resource)
+    budget = int(part.resources[resource].value)
+    items = tuple(
+        ResourceItem(name=item.name, amount=item.amount, status=item.status, source=item.source)
+        for item in demand.items
+        if item.resource == resource
+    )
+    return ResourceUse(resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items)
+
+
+def _texts(levers: tuple[Lever, ...]) -> tuple[str, ...]:
+    return tuple(f"{lever.parameter}: {lever.advice}" for lever in levers)
