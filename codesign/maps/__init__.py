@@ -11,6 +11,8 @@ from codesign.maps.generate import (
     spiral,
 )
 from codesign.maps.grid import MAX_CELLS, Cell, OccupancyGrid
+from codesign.maps.images import read_image, write_image
+from codesign.maps.movingai import Scenario, read_movingai, read_scenarios
 from codesign.maps.reach import (
     check_cells,
     clearance,
@@ -19,12 +21,16 @@ from codesign.maps.reach import (
     nearest_free,
     reachable,
 )
+from codesign.maps.read import read_map
+from codesign.maps.ros import read_ros
+from codesign.maps.text import read_text, to_text, write_text
 
 __all__ = [
     "GENERATORS",
     "MAX_CELLS",
     "Cell",
     "OccupancyGrid",
+    "Scenario",
     "check_cells",
     "clearance",
     "corridor",
@@ -36,6 +42,15 @@ __all__ = [
     "nearest_free",
     "random_obstacles",
     "reachable",
+    "read_image",
+    "read_map",
+    "read_movingai",
+    "read_ros",
+    "read_scenarios",
+    "read_text",
     "rooms",
     "spiral",
+    "to_text",
+    "write_image",
+    "write_text",
 ]

@@ -32,7 +32,7 @@ def empty(rows: int, columns: int) -> OccupancyGrid:
 
 
 def corridor(length: int, width: int = 1) -> OccupancyGrid:
-    """All cells free, ``width`` rows by ``length`` columns: the corridor of the harmonic paper, section 3.2.2."""
+    """All cells free, ``width`` rows by ``length`` columns (the harmonic paper, section 3.2.2)."""
     length, width = _integer("length", length, 1, MAX_CELLS), _integer("width", width, 1, MAX_CELLS)
     check_size(width, length)
     return OccupancyGrid(np.ones((width, length), dtype=np.bool_), source=f"corridor({length=}, {width=})")

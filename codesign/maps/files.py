@@ -1,0 +1,69 @@
+"""Files of foreign origin: read whole within a bound, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from pathlib import Path
+
+from codesign.errors import MapError
+
+MAX_FILE_BYTES = 64 * 2**20
+"""Largest map file read: a 16-bit image of ``MAX_CELLS`` pixels takes half of it."""
+
+_COUNT = re.compile(rb"[0-9]{1,9}")
+
+
+def read_bytes(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> bytes:
+    """The content of a regular file of at most ``limit`` bytes.
+
+    Raises:
+        MapError: no such file, a directory or device, not readable, empty, or too large; names the file.
+    """
+    where = str(path)
+    try:
+        # A pipe or a device is refused before it is opened: opening one may wait for ever.
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise MapError("this is a directory or a device, not a file", where, "name the map file itself")
+        with open(path, "rb") as file:
+            content = file.read(limit + 1)
+    except FileNotFoundError:
+        raise MapError("there is no such file", where, "check the path") from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise MapError(f"the file cannot be read: {reason}", where) from None
+    if len(content) > limit:
+        raise MapError(f"the file is above the limit of {limit} bytes", where, "crop or split it")
+    if not content:
+        raise MapError("the file is empty", where)
+    return content
+
+
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write the file in full, or leave what was there.
+
+    Raises:
+        MapError: the file cannot be written; names the file.
+    """
+    try:
+        target = Path(path)
+        partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+        try:
+            partial.write_bytes(content)
+            partial.replace(target)
+        finally:
+            partial.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise MapError(f"the file cannot be written: {reason}", str(path)) from None
+
+
+def parse_count(text: bytes) -> int | None:
+    """A whole number of at most nine decimal digits, or None: no sign, no underscore, no other script."""
+    return int(text) if _COUNT.fullmatch(text) else None
+
+
+def show(content: bytes) -> str:
+    """Foreign bytes as printable ASCII, cut to a length that fits a message."""
+    return ascii(content[:40].decode("latin-1")) + ("..." if len(content) > 40 else "")

@@ -1,0 +1,194 @@
+"""Grey images, PGM and PNG, as integers; and maps from them.
+
+PGM is read here, PNG by Pillow once its header has promised a size that is taken.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import struct
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import MapError
+from codesign.maps.files import parse_count, read_bytes, show, write_bytes
+from codesign.maps.grid import OccupancyGrid, check_size
+
+if TYPE_CHECKING:
+    from PIL import Image
+
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_PGM_FIELD = re.compile(rb"(?:\s|#[^\n]*\n)*([^\s#]+)")
+_PGM_COMMENT = re.compile(rb"#[^\n]*")
+_NOT_DECIMAL = bytes(set(range(256)) - set(b"0123456789 \t\n\r\v\f"))
+
+
+@dataclass(frozen=True)
+class GreyImage:
+    """An image as exact integers.
+
+    Attributes:
+        level: int64 H×W, sum over the ``channels`` colour channels: 0 is black, ``channels * full`` is white.
+        full: the value of a channel at full light (255, 65535, ...).
+        channels: 1 (grey) or 3 (colour).
+        opacity: int64 H×W, 0 transparent to ``full`` opaque; None where the image has no alpha channel.
+    """
+
+    level: NDArray[np.int64]
+    full: int
+    channels: int
+    opacity: NDArray[np.int64] | None
+
+
+def read_image(path: str | os.PathLike[str]) -> OccupancyGrid:
+    """A PNG or PGM as a map: light pixels are free, from half light (128 of 255) on; colours are averaged.
+
+    Pixels that are less than half opaque are unknown, and not free.
+
+    Raises:
+        MapError: unreadable, neither PNG nor PGM, damaged, cut, no pixel or too many.
+    """
+    return parse_image(read_bytes(path), str(path))
+
+
+def parse_image(content: bytes, where: str) -> OccupancyGrid:
+    """The grid of ``read_image`` from the file's content; ``where`` is the file named in errors."""
+    image = decode_image(content, where)
+    light = image.level * 255 >= 128 * image.full * image.channels
+    if image.opacity is None:
+        return OccupancyGrid(light, source=where)
+    unknown = image.opacity * 255 < 128 * image.full
+    return OccupancyGrid(light & ~unknown, source=where, unknown=unknown)
+
+
+def is_image(content: bytes) -> bool:
+    """Whether the content begins like a PNG or a netpbm image."""
+    return content.startswith(PNG_SIGNATURE) or re.match(rb"P[1-7][\s#]", content) is not None
+
+
+def decode_image(content: bytes, where: str) -> GreyImage:
+    """The pixels of a PNG or PGM (P5 or P2, 8 or 16 bits).
+
+    Raises:
+        MapError: see ``read_image``.
+    """
+    if content.startswith(PNG_SIGNATURE):
+        return _decode_png(content, where)
+    if content[:2] in (b"P2", b"P5"):
+        return _decode_pgm(content, where)
+    raise MapError(
+        f"the file begins with {show(content[:8])}: neither PNG nor PGM (P5, P2)",
+        where,
+        "convert it to PNG or to PGM",
+    )
+
+
+def write_image(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
+    """Write a grey image that ``read_image`` reads back: free 255, all else 0; PNG or PGM by the suffix.
+
+    Raises:
+        MapError: another suffix, or the file cannot be written.
+    """
+    pixels = np.where(grid.free, 255, 0).astype(np.uint8)
+    suffix = Path(path).suffix.lower()
+    if suffix == ".pgm":
+        write_bytes(path, f"P5\n{grid.columns} {grid.rows}\n255\n".encode() + pixels.tobytes())
+    elif suffix == ".png":
+        from PIL import Image
+
+        buffer = io.BytesIO()
+        Image.fromarray(pixels).save(buffer, format="PNG")
+        write_bytes(path, buffer.getvalue())
+    else:
+        raise MapError(f"the suffix {suffix!r:.40} names no image format", str(path), "use .png or .pgm")
+
+
+def _decode_pgm(content: bytes, where: str) -> GreyImage:
+    position, sizes = 2, []
+    for name, limit in (("width", None), ("height", None), ("maximum", 65535)):
+        field = _PGM_FIELD.match(content, position)
+        value = parse_count(field[1]) if field else None
+        if field is None or value is None or value < 1 or (limit and value > limit):
+            text = show(field[1]) if field else "missing"
+            raise MapError(f"the {name} of the PGM header is {text}", where, "the file may be cut")
+        position = field.end()
+        sizes.append(value)
+    width, height, full = sizes
+    check_size(height, width, where)
+    if content[:2] == b"P5":
+        # One blank ends the header; the byte after it is a pixel already.
+        level = _binary_levels(content[position + 1 :], width * height, full, where)
+    else:
+        level = _text_levels(content[position:], where)
+    if level.size != width * height:
+        raise MapError(
+            f"the image holds {level.size} pixels, its header says {height} × {width} = {width * height}",
+            where,
+            "the file may be cut, or hold more than one image",
+        )
+    if int(level.max()) > full:
+        raise MapError(f"a pixel of {int(level.max())} is above the image's own maximum {full}", where)
+    return GreyImage(level.reshape(height, width), full, 1, None)
+
+
+def _binary_levels(data: bytes, pixels: int, full: int, where: str) -> NDArray[np.int64]:
+    width = 1 if full < 256 else 2
+    if len(data) % width:
+        raise MapError("the image ends in the middle of a pixel", where, "the file may be cut")
+    if len(data) > pixels * width and not data[pixels * width :].strip():
+        data = data[: pixels * width]
+    return np.frombuffer(data, dtype=np.uint8 if width == 1 else ">u2").astype(np.int64)
+
+
+def _text_levels(data: bytes, where: str) -> NDArray[np.int64]:
+    data = _PGM_COMMENT.sub(b"", data)
+    if len(data.translate(None, _NOT_DECIMAL)) != len(data):
+        raise MapError("a pixel of the plain PGM is not a whole number from 0", where)
+    if not data.strip():
+        raise MapError("the plain PGM holds no pixel", where, "the file may be cut")
+    # As doubles, a number of a thousand digits becomes a large one, not a wrapped one; a pixel above the
+    # maximum is refused later.
+    levels = np.fromstring(data.decode("ascii"), dtype=np.float64, sep=" ")
+    return np.minimum(levels, 2.0**31).astype(np.int64)
+
+
+def _decode_png(content: bytes, where: str) -> GreyImage:
+    from PIL import Image
+
+    if len(content) < 24 or content[12:16] != b"IHDR":
+        raise MapError("the PNG has no header", where, "the file may be cut or damaged")
+    width, height = struct.unpack(">II", content[16:24])
+    check_size(height, width, where)
+    try:
+        with Image.open(io.BytesIO(content), formats=["PNG"]) as image:
+            image.load()
+            array, full = _png_array(image)
+    except Exception as error:  # Pillow raises a dozen kinds, from zlib's to IndexError, on damaged files
+        raise MapError(f"the PNG cannot be decoded: {error!s:.200}", where, "the file may be cut") from None
+    if array.ndim == 2:
+        array = array[:, :, None]
+    alpha = array.shape[2] in (2, 4)
+    colours = array[:, :, :-1] if alpha else array
+    opacity = array[:, :, -1].astype(np.int64) if alpha else None
+    return GreyImage(colours.sum(axis=2, dtype=np.int64), full, colours.shape[2], opacity)
+
+
+def _png_array(image: Image.Image) -> tuple[NDArray[np.generic], int]:
+    """Pixels H×W or H×W×channels with the value of full light; palettes and 1-bit images are expanded."""
+    if image.mode.startswith("I"):
+        return np.asarray(image), 65535
+    if "transparency" in image.info:
+        image = image.convert("RGBA")
+    elif image.mode == "P":
+        image = image.convert("RGB")
+    elif image.mode == "1":
+        image = image.convert("L")
+    if image.mode not in ("L", "LA", "RGB", "RGBA"):
+        raise ValueError(f"pixels of mode {image.mode}")
+    return np.asarray(image), 255

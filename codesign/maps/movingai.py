@@ -1,0 +1,127 @@
+"""Benchmark maps and scenarios of movingai.com (Sturtevant, Benchmarks for Grid-Based Pathfinding, 2012)."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+from dataclasses import dataclass
+
+from codesign.errors import MapError
+from codesign.maps.files import parse_count, read_bytes, show
+from codesign.maps.grid import Cell, OccupancyGrid, check_size
+from codesign.maps.text import parse_cells, split_lines
+
+FREE = b".GS"
+OBSTACLE = b"@OTW"
+MAX_SCENARIOS = 2**18
+_LENGTH = re.compile(rb"[0-9]{1,12}(\.[0-9]{1,20})?([eE][+-]?[0-9]{1,2})?")
+_VERSIONS = (b"version 1", b"version 1.0")
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One problem of a scenario file.
+
+    ``optimal_length`` is that of the shortest 8-connected way without corner cutting, in cells: within 0.005
+    of ``distance_octile``.
+    """
+
+    bucket: int
+    map_name: str
+    shape: tuple[int, int]
+    start: Cell
+    goal: Cell
+    optimal_length: float
+
+
+def read_movingai(path: str | os.PathLike[str]) -> OccupancyGrid:
+    """A MovingAI ``.map`` of type octile.
+
+    Free: ``.``, ``G`` and swamp ``S``. Obstacle: ``@``, ``O``, trees ``T``, and water ``W``, which a ground
+    robot can't enter from the ground. Swamp costs no more than ground here.
+
+    Raises:
+        MapError: unreadable, a wrong header, another count of rows or columns than the header's, another
+            character, no cell or too many (by the header, before anything is allocated).
+    """
+    return parse_movingai(read_bytes(path), str(path))
+
+
+def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
+    """The grid of ``read_movingai`` from the file's content; ``where`` is the file named in errors."""
+    lines = split_lines(content, where)
+    if lines[0].split() != [b"type", b"octile"]:
+        raise MapError(
+            f"the first line is {show(lines[0])}, not 'type octile'",
+            f"{where}:1:1",
+            "a MovingAI map begins with the lines type octile, height, width, map",
+        )
+    sizes: dict[bytes, int] = {}
+    for number, line in enumerate(lines[1:3], 2):
+        words = line.split()
+        size = parse_count(words[1]) if len(words) == 2 else None
+        if size is None or words[0] not in (b"height", b"width") or words[0] in sizes:
+            raise MapError(
+                f"{show(line)} is neither height nor width", f"{where}:{number}:1", "write, say, height 32"
+            )
+        sizes[words[0]] = size
+    if len(lines) < 5 or lines[3].strip() != b"map":
+        raise MapError(
+            "the header ends without the line 'map' and its rows",
+            f"{where}:{min(len(lines), 4)}",
+            "lines 1 to 4 are: type octile, height, width, map",
+        )
+    check_size(sizes[b"height"], sizes[b"width"], where)
+    rows = lines[4:]
+    if len(rows) != sizes[b"height"]:
+        raise MapError(
+            f"there are {len(rows)} rows, the header says height {sizes[b'height']}",
+            f"{where}:{4 + min(len(rows), sizes[b'height'] + 1)}",
+            "the file may be cut",
+        )
+    if len(rows[0]) != sizes[b"width"]:
+        raise MapError(
+            f"this row has {len(rows[0])} cells, the header says width {sizes[b'width']}", f"{where}:5:1"
+        )
+    return OccupancyGrid(parse_cells(rows, FREE, OBSTACLE, where, first_line=5), source=where)
+
+
+def read_scenarios(path: str | os.PathLike[str]) -> tuple[Scenario, ...]:
+    """The problems of a MovingAI ``.scen`` file, in file order; x is the column, y the row.
+
+    Raises:
+        MapError: unreadable, not version 1, a line without nine fields, a field that is no number, a cell
+            outside of the map's size, or more than ``MAX_SCENARIOS`` problems; names FILE:LINE.
+    """
+    where = str(path)
+    lines = split_lines(read_bytes(path), where)
+    if lines[0].strip() not in _VERSIONS:
+        raise MapError(
+            f"the first line is {show(lines[0])}, not 'version 1'", f"{where}:1:1", "is this a .scen file?"
+        )
+    if len(lines) - 1 > MAX_SCENARIOS:
+        raise MapError(f"{len(lines) - 1} scenarios are above the limit of {MAX_SCENARIOS}", where)
+    return tuple(
+        _scenario(line, f"{where}:{number}") for number, line in enumerate(lines[1:], 2) if line.strip()
+    )
+
+
+def _scenario(line: bytes, where: str) -> Scenario:
+    # Names may hold blanks where the fields are parted by tabs, as they are in all but the oldest files.
+    fields = [field.strip() for field in (line.split(b"\t") if b"\t" in line else line.split())]
+    numbers = [parse_count(field) for field in (fields[:1] + fields[2:8])]
+    if len(fields) != 9 or None in numbers:
+        raise MapError(
+            f"{show(line)} is not a scenario",
+            where,
+            "fields: bucket, map, width, height, start x, start y, goal x, goal y, length",
+        )
+    bucket, width, height, start_x, start_y, goal_x, goal_y = (number or 0 for number in numbers)
+    length = float(fields[8]) if _LENGTH.fullmatch(fields[8]) else math.inf
+    if not math.isfinite(length):
+        raise MapError(f"the length {show(fields[8])} is not a number from 0", where)
+    if not (start_x < width and goal_x < width and start_y < height and goal_y < height):
+        raise MapError(f"start or goal lies outside of the map of {height} × {width} cells", where)
+    name = fields[1].decode("utf-8", "backslashreplace")
+    return Scenario(bucket, name, (height, width), (start_y, start_x), (goal_y, goal_x), length)

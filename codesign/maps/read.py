@@ -1,0 +1,39 @@
+"""One entry for every map format."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from codesign.errors import MapError
+from codesign.maps.files import read_bytes
+from codesign.maps.grid import OccupancyGrid
+from codesign.maps.images import is_image, parse_image
+from codesign.maps.movingai import parse_movingai
+from codesign.maps.ros import read_ros
+from codesign.maps.text import parse_text
+
+
+def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> OccupancyGrid:
+    """A map of any format: ROS YAML by its suffix, the others by their content.
+
+    PNG and PGM are told by their first bytes, MovingAI by ``type`` (or the suffix ``.map``), and the rest is
+    plain text. ``unknown_is_free`` acts on ROS maps alone.
+
+    Raises:
+        MapError: whatever the reader of the format finds wrong.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix in (".yaml", ".yml"):
+        return read_ros(path, unknown_is_free=unknown_is_free)
+    where = str(path)
+    content = read_bytes(path)
+    if is_image(content) or suffix in (".png", ".pgm"):
+        return parse_image(content, where)
+    if content.startswith(b"type ") or suffix == ".map":
+        return parse_movingai(content, where)
+    if suffix == ".scen":
+        raise MapError(
+            "this is a file of scenarios, not a map", where, "name the .map file that belongs to it"
+        )
+    return parse_text(content, where)

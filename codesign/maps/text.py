@@ -1,0 +1,111 @@
+"""Maps drawn with characters: plain text, and the cell table that MovingAI maps share."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import MapError
+from codesign.maps.files import read_bytes, show, write_bytes
+from codesign.maps.grid import OccupancyGrid, check_size
+
+FREE = b". 0GS"
+OBSTACLE = b"#@X1"
+MAX_LINES = 2**20
+"""Most lines of a text file: each costs tens of bytes once split, however short it is."""
+
+
+def read_text(path: str | os.PathLike[str]) -> OccupancyGrid:
+    """A plain text map: one line per row, one character per cell, the first line on top.
+
+    ``.``, space and ``0`` are free, ``#``, ``@``, ``X`` and ``1`` are obstacle; ``G`` and ``S`` (marks of
+    goals and starts) are free. Empty lines at the end are ignored.
+
+    Raises:
+        MapError: unreadable, lines of different lengths, another character, no cell or too many.
+    """
+    return parse_text(read_bytes(path), str(path))
+
+
+def parse_text(content: bytes, where: str) -> OccupancyGrid:
+    """The grid of ``read_text`` from the file's content; ``where`` is the file named in errors."""
+    lines = split_lines(content.removeprefix(b"\xef\xbb\xbf"), where)
+    return OccupancyGrid(parse_cells(lines, FREE, OBSTACLE, where), source=where)
+
+
+def to_text(grid: OccupancyGrid) -> str:
+    """The map in the characters of ``read_text``, ``.`` and ``#``, a newline after each row.
+
+    >>> to_text(OccupancyGrid(np.array([[True, False], [True, True]])))
+    '.#\\n..\\n'
+    """
+    cells = np.where(grid.free, ord("."), ord("#")).astype(np.uint8)
+    newlines = np.full((grid.rows, 1), ord("\n"), dtype=np.uint8)
+    return np.hstack([cells, newlines]).tobytes().decode("ascii")
+
+
+def write_text(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
+    """Write ``to_text(grid)``; unknown cells that are not free are written as obstacles.
+
+    Raises:
+        MapError: the file cannot be written.
+    """
+    write_bytes(path, to_text(grid).encode("ascii"))
+
+
+def split_lines(content: bytes, where: str) -> list[bytes]:
+    """Lines without their ends (LF or CR LF), and without empty lines at the end of the file.
+
+    Raises:
+        MapError: more than ``MAX_LINES``; ``where`` is the file named.
+    """
+    if content.count(b"\n") > MAX_LINES:
+        raise MapError(f"the file is above the limit of {MAX_LINES} lines", where, "crop the map")
+    return content.replace(b"\r\n", b"\n").rstrip(b"\n").split(b"\n")
+
+
+def parse_cells(
+    lines: Sequence[bytes], free: bytes, obstacle: bytes, where: str, *, first_line: int = 1
+) -> NDArray[np.bool_]:
+    """Bool H×W from one line per row, all as long as the first.
+
+    Args:
+        lines: the rows.
+        free: the characters of free cells.
+        obstacle: those of obstacles.
+        where: the file, for messages.
+        first_line: number of the first of these lines in the file, for messages.
+
+    Raises:
+        MapError: at FILE:LINE:COLUMN: ragged lines, another character; no cell or too many.
+    """
+    columns = len(lines[0])
+    check_size(len(lines), columns, where)
+    for number, line in enumerate(lines, first_line):
+        if len(line) != columns:
+            column = min(len(line), columns) + 1
+            raise MapError(
+                f"this row has {len(line)} cells, the first has {columns}",
+                f"{where}:{number}:{column}",
+                "give all rows the same length (blanks at the end of a line count)",
+            )
+    kinds = np.full(256, 2, dtype=np.uint8)
+    kinds[np.frombuffer(obstacle, dtype=np.uint8)] = 0
+    kinds[np.frombuffer(free, dtype=np.uint8)] = 1
+    cells = kinds[np.frombuffer(b"".join(lines), dtype=np.uint8).reshape(len(lines), columns)]
+    strange = np.argwhere(cells == 2)
+    if strange.size:
+        row, column = (int(index) for index in strange[0])
+        raise MapError(
+            f"{show(lines[row][column : column + 1])} is not a cell",
+            f"{where}:{first_line + row}:{column + 1}",
+            f"free: {_listed(free)}; obstacle: {_listed(obstacle)}",
+        )
+    return cells.astype(np.bool_)
+
+
+def _listed(characters: bytes) -> str:
+    return " ".join("space" if character == " " else character for character in characters.decode("ascii"))
