@@ -1,3 +1,102 @@
-"""Hardware/software co-design of robot path planners."""
+"""Hardware/software co-design of robot path planners: the notebook face.
+
+>>> import codesign
+>>> platform = codesign.load_platform("virtex2-pci")
+>>> workload = codesign.load_workload("labyrinth")
+
+``simulate(platform, workload)`` gives one result, ``explore(platform, workload)`` a study with its front, and
+``open_trace(file)`` looks into a run. Heavy modules load when a function needs them.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from codesign.explore import Progress, Study
+    from codesign.spec import Platform, Workload
+    from codesign.system import Result
+    from codesign.trace import Trace
 
 __version__ = "0.1.0"
+__all__ = ["explore", "load_platform", "load_workload", "open_trace", "simulate"]
+
+
+def load_platform(source: str | Path) -> Platform:
+    """The platform of that shipped name, or of that YAML file.
+
+    Raises:
+        SpecError: all faults of the file at once.
+    """
+    from codesign import spec
+
+    return spec.load_platform(source)
+
+
+def load_workload(source: str | Path) -> Workload:
+    """The workload of that shipped name, or of that YAML file; its planner's parameters are checked too.
+
+    Raises:
+        SpecError: all faults of the file at once.
+    """
+    from codesign import spec
+    from codesign.system import catalog
+
+    return spec.load_workload(source, catalog.task_models())
+
+
+def simulate(
+    platform: Platform, workload: Workload, *, granularity: str = "run_ahead", trace: str | Path | None = None
+) -> Result:
+    """Simulate one design point, and write its MCAP trace where a file is named.
+
+    ``granularity``: ``run_ahead`` or ``visit``; the result is the same. A design that does not fit gives a result with
+    ``feasible`` False and its reasons, and no trace.
+
+    Raises:
+        SpecError: platform, workload and map do not belong together. TraceError: the trace cannot be written.
+    """
+    from codesign import system
+
+    if trace is None:
+        return system.simulate(platform, workload, granularity=granularity)
+    from codesign.trace import McapListener
+
+    with McapListener(Path(trace)) as listener:
+        result = system.simulate(platform, workload, granularity=granularity, listeners=(listener,))
+        if not result.feasible:
+            listener.discard()
+    return result
+
+
+def explore(
+    platform: Platform,
+    workload: Workload,
+    *,
+    store: str | Path | None = None,
+    workers: int = 1,
+    progress: Callable[[Progress], None] | None = None,
+) -> Study:
+    """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
+
+    Raises:
+        SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
+    """
+    from codesign import explore as exploration
+
+    options: dict[str, Any] = {"workers": workers, "progress": progress}
+    return exploration.explore(platform, workload, store=None if store is None else Path(store), **options)
+
+
+def open_trace(file: str | Path) -> Trace:
+    """Look into the trace of a run.
+
+    Raises:
+        TraceError: the file is no trace, or cannot be read.
+    """
+    from codesign import trace
+
+    return trace.open_trace(Path(file))

@@ -1,0 +1,124 @@
+"""``hwsw explore`` and ``hwsw report``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from codesign.errors import EXIT_INFEASIBLE
+
+if TYPE_CHECKING:
+    from codesign.explore import Progress, Study
+
+_FILE = click.Path(dir_okay=False, path_type=Path)
+
+
+@click.command(short_help="Evaluate every point of an exploration.")
+@click.argument("platform")
+@click.argument("workload")
+@click.option("--store", type=_FILE, help="SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]")
+@click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
+@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
+@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@click.option("--json", "as_json", is_flag=True, help="Print every point, feasible or not, as JSON.")
+def explore(
+    platform: str,
+    workload: str,
+    store: Path | None,
+    workers: int,
+    csv_file: Path | None,
+    page: Path | None,
+    as_json: bool,
+) -> None:
+    """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front.
+
+    Finished points are kept in one file; running again goes on from there.
+    """
+    import codesign
+
+    platform_spec = codesign.load_platform(platform)
+    workload_spec = codesign.load_workload(workload)
+    file = store or Path(f"{platform_spec.name}-{workload_spec.name}.sqlite")
+    with _progress_shown() as progress:
+        study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
+    _deliver(study, csv_file, page, as_json)
+    if not as_json:
+        click.echo(f"points kept in {file}")
+    if not study.feasible:
+        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+@click.command(short_help="Make the tables and the page of an exploration again.")
+@click.argument("store", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
+@click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
+def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
+    """Make the tables, the CSV and the HTML page of the exploration kept in STORE, without simulating anything."""
+    from codesign.explore import load_study
+
+    _deliver(load_study(store), csv_file, page, as_json)
+
+
+def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
+    from codesign.report import front_table, reasons_table, render_text, study_page, write_study_csv
+
+    if csv_file is not None:
+        write_study_csv(study, csv_file)
+    if page is not None:
+        study_page(study, page)
+    if as_json:
+        click.echo(study.to_json())
+        return
+    click.echo(render_text(front_table(study)))
+    if study.reasons:
+        click.echo(render_text(reasons_table(study)))
+    for name, path in (("csv", csv_file), ("page", page)):
+        if path is not None:
+            click.echo(f"{name}: {path}")
+
+
+@contextmanager
+def _progress_shown() -> Iterator[Any]:
+    """A callback for progress: a bar with the time left on a terminal, a plain line now and then elsewhere."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield _PlainLines()
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console) as bar:
+        task = bar.add_task("points", total=None)
+
+        def show(progress: Progress) -> None:
+            bar.update(task, total=progress.total, completed=progress.done, description=_words(progress))
+
+        yield show
+
+
+class _PlainLines:
+    """One line on standard error at each tenth of the way."""
+
+    def __init__(self) -> None:
+        self.told = -1
+
+    def __call__(self, progress: Progress) -> None:
+        tenth = 10 * progress.done // max(1, progress.total)
+        if tenth > self.told:
+            self.told = tenth
+            left = "" if progress.left_s is None else f", {progress.left_s:.0f} s left"
+            click.echo(f"{progress.done}/{progress.total} {_words(progress)}{left}", err=True)
+
+
+def _words(progress: Progress) -> str:
+    failed = f", {progress.failed} failed" if progress.failed else ""
+    return f"points, {progress.feasible} feasible, {progress.cached} from the store{failed}"

@@ -1,0 +1,75 @@
+"""``hwsw check``, ``schema``, ``list`` and ``init``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from codesign.errors import InputError, SpecError
+
+
+@click.command(short_help="Check platform and workload files.")
+@click.argument("files", nargs=-1, required=True)
+@click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
+def check(files: tuple[str, ...], as_json: bool) -> None:
+    """Check FILES (YAML files, or names of shipped platforms and workloads): every fault at once, with its place.
+
+    Where a platform and a workload are given, they are checked against each other too, the map and its goals included.
+    """
+    from codesign.system import check_files
+
+    faults = check_files(files)
+    if as_json:
+        click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
+    if faults:
+        raise click.exceptions.Exit(SpecError.exit_code) if as_json else SpecError(faults)
+    if not as_json:
+        click.echo(f"{len(files)} checked, no fault found")
+
+
+@click.command(short_help="Print a JSON Schema.")
+@click.argument("kind", type=click.Choice(["platform", "workload", "part", "result"]))
+def schema(kind: str) -> None:
+    """Print the JSON Schema of a platform, workload or part file, or of the result that --json prints."""
+    from codesign.system import schema_of
+
+    click.echo(json.dumps(schema_of(kind), indent=2))
+
+
+@click.command("list", short_help="List what is at hand.")
+@click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
+def list_(as_json: bool) -> None:
+    """List the shipped platforms, parts and workloads, and the installed planners and styles."""
+    from codesign.system import at_hand
+
+    found = at_hand()
+    if as_json:
+        click.echo(json.dumps(found, indent=2))
+        return
+    for kind, entries in found.items():
+        click.echo(f"{kind}:")
+        for name, text in entries.items():
+            click.echo(f"  {name:<22} {text}".rstrip())
+
+
+@click.command(short_help="Write a platform and a workload to start from.")
+@click.argument("folder", type=click.Path(file_okay=False, path_type=Path), default=Path())
+def init(folder: Path) -> None:
+    """Write my-platform.yaml and my-workload.yaml into FOLDER, to be run and changed."""
+    from codesign.spec import starting_files
+
+    texts = starting_files()
+    existing = [folder / name for name in texts if (folder / name).exists()]
+    if existing:
+        raise InputError(f"{existing[0]} is there already", hint="choose another folder, or remove it first")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as fault:
+        raise InputError(f"cannot write into {folder}: {fault.strerror}") from fault
+    for name in texts:
+        click.echo(f"written: {folder / name}")
+    click.echo(f"next: hwsw run {' '.join(str(folder / name) for name in texts)}")

@@ -1,0 +1,66 @@
+"""``hwsw run``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from codesign.errors import EXIT_INFEASIBLE, InputError
+
+
+@click.command(short_help="Simulate one design point.")
+@click.argument("platform")
+@click.argument("workload")
+@click.option("--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. relax.iterations=16")
+@click.option("--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace.")
+@click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
+@click.option(
+    "--granularity",
+    type=click.Choice(["run_ahead", "visit"]),
+    default="run_ahead",
+    show_default=True,
+    help="How far a component computes at a time; the result is the same.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+def run(
+    platform: str,
+    workload: str,
+    settings: tuple[str, ...],
+    trace_file: Path | None,
+    page: Path | None,
+    granularity: str,
+    as_json: bool,
+) -> None:
+    """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth."""
+    import codesign
+    from codesign.report import render_text, result_tables
+    from codesign.system import point_of, trajectories
+
+    bound = point_of(
+        codesign.load_platform(platform), codesign.load_workload(workload), dict(map(_setting, settings))
+    )
+    result = codesign.simulate(*bound, granularity=granularity, trace=trace_file)
+    if page is not None:
+        from codesign.report import result_page
+
+        result_page(result, page, **trajectories(*bound))
+    if as_json:
+        click.echo(result.model_dump_json(indent=2))
+    else:
+        for table in result_tables(result):
+            click.echo(render_text(table))
+        for name, path in (("trace", trace_file), ("page", page)):
+            if path is not None and result.feasible:
+                click.echo(f"{name}: {path}")
+    if not result.feasible:
+        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def _setting(text: str) -> tuple[str, object]:
+    from codesign.spec import parse_value
+
+    axis, separator, value = text.partition("=")
+    if not separator or not axis:
+        raise InputError(f"{text!r} is no setting", "--set", "write AXIS=VALUE, as in --set relax.iterations=16")
+    return axis, parse_value(value, f"--set {axis}")
