@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+OUT := out
 
 .PHONY: demo test test-all bench lint clean
 .DEFAULT_GOAL := test
@@ -14,7 +15,14 @@ $(READY): pyproject.toml constraints.txt
 	@touch $@
 
 demo: $(READY)
-	$(BIN)/python benchmarks/demo.py
+	@mkdir -p $(OUT)
+	$(BIN)/hwsw explore virtex4-pci labyrinth --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
+	$(BIN)/hwsw run virtex4-pci labyrinth --trace $(OUT)/labyrinth.mcap --html $(OUT)/labyrinth-run.html
+	$(BIN)/hwsw trace show $(OUT)/labyrinth.mcap --limit 12
+	@echo
+	@echo "The exploration:  $(OUT)/labyrinth.html  (open it in a browser; every point: $(OUT)/labyrinth.csv)"
+	@echo "One design point: $(OUT)/labyrinth-run.html"
+	@echo "Its trace:        $(OUT)/labyrinth.mcap  (hwsw trace show, or Foxglove)"
 
 test: $(READY)
 	$(BIN)/python -m pytest -n 2 -m "not slow"
