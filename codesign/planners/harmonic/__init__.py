@@ -1,0 +1,25 @@
+"""Block-synchronous harmonic control (Girau, Boumaza, Scherrer and Torres-Huitzil 2008)."""
+
+from codesign.planners.harmonic.fixed_point import Field
+from codesign.planners.harmonic.relax import (
+    Relaxation,
+    Stage,
+    StageEnd,
+    VisitBatch,
+    VisitRecord,
+    relax,
+    stage_cost,
+    work,
+)
+
+__all__ = [
+    "Field",
+    "Relaxation",
+    "Stage",
+    "StageEnd",
+    "VisitBatch",
+    "VisitRecord",
+    "relax",
+    "stage_cost",
+    "work",
+]
