@@ -1,0 +1,64 @@
+"""Harmonic control as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from codesign.planners.harmonic.parameters import DecideParameters, LoadParameters, RelaxParameters, Stop
+from codesign.planners.harmonic.relax import Relaxation, relax
+from codesign.planners.interface import Problem, Quality
+
+
+class Harmonic:
+    """Block-synchronous harmonic control: tasks ``load``, ``relax`` and ``decide``."""
+
+    name = "harmonic"
+    planning_task = "relax"
+
+    @property
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks of a mapping, with their parameter models."""
+        return {"load": LoadParameters, "relax": RelaxParameters, "decide": DecideParameters}
+
+    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+        """A block must not be larger than the map."""
+        height, width = parameters.block_shape(problem.rows, problem.columns)
+        if height > problem.rows or width > problem.columns:
+            key = "block" if parameters.block is not None else "blocks"
+            return key, f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells"
+        return None
+
+    def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
+        """Relax the field without a clock."""
+        return relax(
+            problem.free,
+            problem.goals,
+            block=parameters.block_shape(problem.rows, problem.columns),
+            iterations=parameters.iterations,
+            schedule=parameters.precisions,
+            termination=parameters.termination,
+            stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
+            record_visits=False,
+        )
+
+    def quality(self, problem: Problem, plan: Relaxation) -> Quality:
+        """What following the field is worth."""
+        from codesign.planners.harmonic.quality import quality
+
+        return quality(problem, plan.field)
+
+    def trajectory(
+        self, problem: Problem, plan: Relaxation, start: tuple[int, int]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of a robot that follows the decision module from ``start``."""
+        from codesign.planners.harmonic.trajectory import Ascent
+
+        way = Ascent(plan.field, problem.free, problem.goals).follow(start)
+        return way.points, way.arrived
+
+
+PLANNER = Harmonic()
