@@ -1,0 +1,73 @@
+"""What all components share: a name, listeners, and the account of the time they were busy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import simpy
+
+from codesign.errors import RunError
+from codesign.records import Listener, Record, UtilisationRecord
+
+
+class Component:
+    """Something of a platform that does work or holds data.
+
+    ``name`` is the source of its records. ``listeners`` take them; with none, no record is ever built
+    (subclasses ask ``listening`` first). ``environment`` must start at time 0 and is only ever given whole
+    picoseconds.
+    """
+
+    def __init__(self, environment: simpy.Environment, name: str, listeners: Sequence[Listener] = ()) -> None:
+        self.environment = environment
+        self.name = name
+        self._listeners = tuple(listeners)
+        self._busy = 0
+        self._busy_since: int | None = None
+
+    @property
+    def now(self) -> int:
+        """The simulated time, ps."""
+        return int(self.environment.now)
+
+    @property
+    def listening(self) -> bool:
+        """Whether anybody listens: no record need be built otherwise."""
+        return bool(self._listeners)
+
+    def emit(self, record: Record) -> None:
+        """Hand ``record`` to every listener, in the order in which they were given."""
+        for listener in self._listeners:
+            listener(record)
+
+    @property
+    def busy(self) -> int:
+        """Picoseconds of work so far, work under way included; never more than ``now``."""
+        under_way = 0 if self._busy_since is None else self.now - self._busy_since
+        return self._busy + under_way
+
+    def utilisation(self) -> UtilisationRecord:
+        """How busy the component was from time 0 to now."""
+        return UtilisationRecord(time=self.now, source=self.name, busy=self.busy, span=self.now)
+
+    def report_utilisation(self) -> None:
+        """Emit ``utilisation()``: called once, at the end of a run."""
+        if self.listening:
+            self.emit(self.utilisation())
+
+    @contextmanager
+    def _working(self) -> Iterator[None]:
+        """Book the simulated time spent inside as busy; one piece of work at a time."""
+        if self._busy_since is not None:
+            raise RunError(
+                f"{self.name} was given work while it was working",
+                self.name,
+                "wait for the end of the first task, or map the second to another component",
+            )
+        self._busy_since = self.now
+        try:
+            yield
+        finally:
+            self._busy += self.now - self._busy_since
+            self._busy_since = None

@@ -1,0 +1,169 @@
+"""An FPGA: runs the steps of an architecture style on a clock, visit by visit or as far ahead as is exact."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from codesign.components.clock import ClockDomain
+from codesign.components.component import Component
+from codesign.errors import RunError
+from codesign.records import Listener
+
+if TYPE_CHECKING:
+    from codesign.architectures.interface import Step
+
+T = TypeVar("T")
+
+MAX_STEP_CYCLES = 2**62
+"""Cycles a step, and cycles since time 0: what 64-bit sums hold with room to spare."""
+
+
+class Granularity(StrEnum):
+    """How many simulation events a component makes of its work; the results are the same.
+
+    - ``visit``: one event an indivisible unit (a visit). Slow; the reference.
+    - ``run_ahead``: one event for all units that end no later than the next moment at which anything else can
+      happen.
+    """
+
+    VISIT = "visit"
+    RUN_AHEAD = "run_ahead"
+
+
+@dataclass(frozen=True)
+class PhaseUse:
+    """What one phase took so far: clock cycles, and the picoseconds they lasted."""
+
+    cycles: int = 0
+    busy: int = 0
+
+
+class PreemptedError(Exception):
+    """The work was interrupted (``simpy.Interrupt``) before its end; how far it had come.
+
+    - ``cause``: what the interrupter said. ``time``: when, ps.
+    - ``phase``: the phase of the step under way; None where the first step had not begun.
+    - ``units``: units of that step that had ended at ``time`` or before; they are done. What was under way is
+      lost.
+    - ``cycles``: whole clock cycles since that step began, those of the lost unit included.
+
+    The steps' generator is left open, so that the caller can ask the planner to go on or close it.
+    """
+
+    def __init__(self, cause: object, time: int, phase: str | None, units: int, cycles: int) -> None:
+        super().__init__(cause, time, phase, units, cycles)
+        self.cause = cause
+        self.time = time
+        self.phase = phase
+        self.units = units
+        self.cycles = cycles
+
+
+class Fpga(Component):
+    """An FPGA with one clock, which does one thing at a time.
+
+    ``phases`` books the cycles and the picoseconds of every phase in the order of its first step.
+    """
+
+    def __init__(
+        self,
+        environment: simpy.Environment,
+        name: str,
+        clock: ClockDomain,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        super().__init__(environment, name, listeners)
+        self.clock = clock
+        self.phases: dict[str, PhaseUse] = {}
+
+    def execute(
+        self, steps: Generator[Step, None, T], granularity: Granularity = Granularity.RUN_AHEAD
+    ) -> Generator[simpy.Event, Any, T]:
+        """Process generator: run ``steps`` back to back from the next clock edge on; returns what they
+        return.
+
+        A step's record is emitted at the end of the step, at both granularities: the same records, at the
+        same simulated times, in the same order.
+
+        Raises:
+            PreemptedError: the process was interrupted.
+            RunError: the FPGA is executing something else, or a unit of a step takes less than one cycle.
+        """
+        cycle = self.clock.cycle_at_or_after(self.now)
+        wait = self.clock.edge(cycle) - self.now
+        if wait:
+            try:
+                yield self.environment.timeout(wait)
+            except simpy.Interrupt as interrupt:
+                raise PreemptedError(interrupt.cause, self.now, None, 0, 0) from None
+        with self._working():
+            while True:
+                try:
+                    step = next(steps)
+                except StopIteration as done:
+                    return done.value  # type: ignore[no-any-return]
+                cycle = yield from self._run(step, cycle, granularity)
+
+    def _run(self, step: Step, first: int, granularity: Granularity) -> Generator[simpy.Event, Any, int]:
+        """Run one step from edge ``first`` on; returns the edge at which it ends."""
+        ends = self._unit_ends(step, first)
+        done = 0
+        try:
+            while done < len(ends):
+                # An indivisible unit is never cut at the horizon: nobody could see the half of it.
+                done = max(done + 1, self._units_before_others(ends, granularity))
+                yield self.environment.timeout(self.clock.edge(int(ends[done - 1])) - self.now)
+        except simpy.Interrupt as interrupt:
+            now = self.clock.cycles_by(self.now)
+            units = int(np.searchsorted(ends, now, side="right"))
+            self._book(step.phase, first, now, self.now)
+            if units == len(ends):
+                self._tell(step, first, now)
+            raise PreemptedError(interrupt.cause, self.now, step.phase, units, now - first) from None
+        last = int(ends[-1]) if len(ends) else first
+        self._book(step.phase, first, last, self.clock.edge(last))
+        self._tell(step, first, last)
+        return last
+
+    def _unit_ends(self, step: Step, first: int) -> NDArray[np.int64]:
+        """The edge at which each unit of ``step`` ends, int64."""
+        cycles = np.asarray(step.cycles, dtype=np.int64)
+        if cycles.size and int(cycles.min()) < 1:
+            # A unit that takes no time would make the order of events depend on the granularity.
+            raise RunError(
+                f"a unit of phase {step.phase!r} takes {int(cycles.min())} cycles",
+                self.name,
+                "every unit of a step takes at least one cycle; leave out units that do nothing",
+            )
+        if float(cycles.sum(dtype=np.float64)) + first > MAX_STEP_CYCLES:
+            raise RunError(
+                f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller"
+            )
+        ends: NDArray[np.int64] = first + np.cumsum(cycles, dtype=np.int64)
+        return ends
+
+    def _units_before_others(self, ends: NDArray[np.int64], granularity: Granularity) -> int:
+        """How many units end no later than the next event of anybody else; 0 where units are taken singly."""
+        if granularity is Granularity.VISIT:
+            return 0
+        horizon = self.environment.peek()
+        if horizon == simpy.core.Infinity:
+            return len(ends)
+        edge = min(self.clock.cycles_by(int(horizon)), int(ends[-1]))
+        return int(np.searchsorted(ends, edge, side="right"))
+
+    def _book(self, phase: str, first: int, last: int, end: int) -> None:
+        use = self.phases.get(phase, PhaseUse())
+        busy = use.busy + end - self.clock.edge(first)
+        self.phases[phase] = PhaseUse(use.cycles + last - first, busy)
+
+    def _tell(self, step: Step, first: int, last: int) -> None:
+        if self.listening and step.record is not None:
+            self.emit(step.record(self.clock.edge(first), self.clock.edge(last), self.name))
