@@ -24,10 +24,12 @@ def read_bytes(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> byt
     where = str(path)
     try:
         # A pipe or a device is refused before it is opened: opening one may wait for ever.
-        if not stat.S_ISREG(os.stat(path).st_mode):
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode):
             raise MapError("this is a directory or a device, not a file", where, "name the map file itself")
         with open(path, "rb") as file:
-            content = file.read(limit + 1)
+            # Asked for more than there is, Python would set the memory aside all the same.
+            content = file.read(min(status.st_size, limit) + 1)
     except FileNotFoundError:
         raise MapError("there is no such file", where, "check the path") from None
     except (OSError, ValueError) as error:

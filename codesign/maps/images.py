@@ -139,10 +139,10 @@ def _decode_pgm(content: bytes, where: str) -> GreyImage:
 
 def _binary_levels(data: bytes, pixels: int, full: int, where: str) -> NDArray[np.int64]:
     width = 1 if full < 256 else 2
+    if not data[pixels * width :].strip():
+        data = data[: pixels * width]
     if len(data) % width:
         raise MapError("the image ends in the middle of a pixel", where, "the file may be cut")
-    if len(data) > pixels * width and not data[pixels * width :].strip():
-        data = data[: pixels * width]
     return np.frombuffer(data, dtype=np.uint8 if width == 1 else ">u2").astype(np.int64)
 
 

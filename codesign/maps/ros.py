@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import yaml
 
 MAX_YAML_BYTES = 64 * 2**10
+MAX_DEPTH = 8
 _REQUIRED = ("image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh")
 _ACCEPTED = (*_REQUIRED, "mode")
 _MODES = ("trinary", "scale", "raw")
@@ -130,22 +131,27 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
     import yaml
 
     class Loader(yaml.SafeLoader):
+        depth = 0
+
         def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
             if self.check_event(yaml.AliasEvent):
-                mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
                 raise yaml.MarkedYAMLError(problem="aliases are not taken", problem_mark=mark)
-            return super().compose_node(parent, index)
+            if self.depth == MAX_DEPTH:
+                raise yaml.MarkedYAMLError(problem="it is nested too deep", problem_mark=mark)
+            self.depth += 1
+            node = super().compose_node(parent, index)
+            self.depth -= 1
+            return node
 
     try:
         top = yaml.compose(content, Loader=Loader)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         place = f"{where}:{mark.line + 1}:{mark.column + 1}" if mark else where
-        raise MapError(f"this is not YAML: {error.problem or error.context}", place) from None
+        raise MapError(f"the YAML cannot be read: {error.problem or error.context}", place) from None
     except (yaml.YAMLError, ValueError) as error:
-        raise MapError(f"this is not YAML: {str(error).splitlines()[0]:.200}", where) from None
-    except RecursionError:
-        raise MapError("the YAML is nested too deep", where) from None
+        raise MapError(f"the YAML cannot be read: {str(error).partition('\n')[0]:.200}", where) from None
     if not isinstance(top, yaml.MappingNode):
         raise MapError("this is not a map_server file", where, f"it needs the keys {', '.join(_REQUIRED)}")
     fields: dict[str, yaml.Node] = {}

@@ -1,0 +1,410 @@
+"""Readers: what each character and pixel means, where a fault lies, and bounds before memory."""
+
+from __future__ import annotations
+
+import os
+import struct
+import tracemalloc
+import zlib
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as arrays
+from PIL import Image
+
+from codesign import maps
+from codesign.errors import MapError
+from codesign.maps import OccupancyGrid
+
+SHARED = Path(__file__).parents[2] / "shared" / "maps"
+YAML = {
+    "image": "map.pgm",
+    "resolution": "0.05",
+    "origin": "[-10.0, 2, 0.5]",
+    "negate": "0",
+    "occupied_thresh": "0.65",
+    "free_thresh": "0.196",
+}
+
+
+def write_ros(folder: Path, pixels: np.ndarray | None = None, **changes: str | None) -> Path:
+    """A map_server map; a change to None leaves the key out."""
+    if pixels is None:
+        pixels = np.array([[255, 205, 0]], dtype=np.uint8)
+    (folder / "map.pgm").write_bytes(b"P5\n%d %d\n255\n" % pixels.shape[::-1] + pixels.tobytes())
+    path = folder / "map.yaml"
+    fields = {**YAML, **changes}
+    path.write_text("".join(f"{key}: {value}\n" for key, value in fields.items() if value is not None))
+    return path
+
+
+def drawn(grid: OccupancyGrid) -> list[str]:
+    return maps.to_text(grid).split()
+
+
+def test_movingai_characters(tmp_path: Path) -> None:
+    path = tmp_path / "a.map"
+    path.write_bytes(b"type octile\r\nheight 2\r\nwidth 4\r\nmap\r\n.GS@\r\nOTW.\r\n\r\n")
+    for grid in (maps.read_map(path), maps.read_movingai(path)):
+        assert drawn(grid) == ["...#", "###."]
+        assert grid.source == str(path)
+        assert grid.resolution is None
+        assert grid.unknown is None
+
+
+@pytest.mark.parametrize(
+    ("content", "where", "message"),
+    [
+        (b"type tile\nheight 1\nwidth 1\nmap\n.\n", ":1:1", "not 'type octile'"),
+        (b"type octile\nheight x\nwidth 1\nmap\n.\n", ":2:1", "neither height nor width"),
+        (b"type octile\nheight 1\nheight 1\nmap\n.\n", ":3:1", "neither height nor width"),
+        (b"type octile\nheight -1\nwidth 1\nmap\n.\n", ":2:1", "neither height nor width"),
+        (b"type octile\nheight 1\nwidth 1\n.\n", ":4", "without the line 'map'"),
+        (b"type octile\nheight 1\nwidth 1\nmap\n", ":4", "without the line 'map'"),
+        (b"type octile", ":1", "without the line 'map'"),
+        (b"type octile\nheight 0\nwidth 1\nmap\n.\n", "", "the map is empty"),
+        (b"type octile\nheight 100000\nwidth 10000\nmap\n.\n", "", "1000000000 cells is above the limit"),
+        (b"type octile\nheight 3\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, the header says height 3"),
+        (b"type octile\nheight 1\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, the header says height 1"),
+        (b"type octile\nheight 1\nwidth 3\nmap\n..\n", ":5:1", "2 cells, the header says width 3"),
+        (b"type octile\nheight 2\nwidth 2\nmap\n..\n...\n", ":6:3", "3 cells, the first has 2"),
+        (b"type octile\nheight 2\nwidth 2\nmap\n..\n.\n", ":6:2", "1 cells, the first has 2"),
+        (b"type octile\nheight 2\nwidth 2\nmap\n..\n.x\n", ":6:2", "'x' is not a cell"),
+    ],
+)
+def test_movingai_faults(tmp_path: Path, content: bytes, where: str, message: str) -> None:
+    check_fault(tmp_path / "a.map", content, where, message)
+
+
+def check_fault(path: Path, content: bytes, where: str, message: str) -> None:
+    path.write_bytes(content)
+    with pytest.raises(MapError) as caught:
+        maps.read_map(path)
+    assert caught.value.where == f"{path}{where}"
+    assert message in caught.value.what
+
+
+def test_scenarios(tmp_path: Path) -> None:
+    path = tmp_path / "a.map.scen"
+    path.write_bytes(
+        b"version 1\r\n3\tmy maps/a.map\t5\t4\t1\t2\t4\t3\t3.41421356\r\n0 b.map 5 4 0 0 0 0 0\r\n\r\n"
+    )
+    first, second = maps.read_scenarios(path)
+    assert first == maps.Scenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356)
+    assert second.map_name == "b.map"
+    with pytest.raises(MapError, match="scenarios, not a map"):
+        maps.read_map(path)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (b"3\ta.map\t5\t4\t1\t2\t4\t3", "is not a scenario"),
+        (b"3\ta.map\t5\t4\t1\t2\t4\t3\t1.0\t9", "is not a scenario"),
+        (b"3\ta.map\t5\t4\t1\t-2\t4\t3\t1.0", "is not a scenario"),
+        (b"3\ta.map\t5\t4\t5\t2\t4\t3\t1.0", "outside of the map of 4 × 5"),
+        (b"3\ta.map\t5\t4\t1\t2\t4\t4\t1.0", "outside of the map of 4 × 5"),
+        (b"3\ta.map\t5\t4\t1\t2\t4\t3\tnan", "not a number"),
+        (b"3\ta.map\t5\t4\t1\t2\t4\t3\t-1", "not a number"),
+        (b"3\ta.map\t5\t4\t1\t2\t4\t3\t" + b"9" * 400, "not a number"),
+    ],
+)
+def test_scenario_faults_name_the_line(tmp_path: Path, line: bytes, message: str) -> None:
+    path = tmp_path / "a.scen"
+    path.write_bytes(b"version 1\n0\tb.map\t5\t4\t0\t0\t0\t0\t0\n" + line)
+    with pytest.raises(MapError, match=message) as caught:
+        maps.read_scenarios(path)
+    assert caught.value.where == f"{path}:3"
+    path.write_bytes(b"type octile\n")
+    with pytest.raises(MapError, match="not 'version 1'"):
+        maps.read_scenarios(path)
+
+
+def test_text_characters(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"\xef\xbb\xbf. 0GS\n#@X1.\n")
+    assert drawn(maps.read_map(path)) == [".....", "####."]
+
+
+@pytest.mark.parametrize(
+    ("content", "where", "message"),
+    [
+        (b"", "", "the file is empty"),
+        (b"\n\n\n", "", "the map is empty"),
+        (b"...\n..\n...\n", ":2:3", "2 cells, the first has 3"),
+        (b"..\n\n..\n", ":2:1", "0 cells, the first has 2"),
+        (b"..\n.?\n", ":2:2", "'?' is not a cell"),
+        (b"..\n.\xff\n", ":2:2", r"'\xff' is not a cell"),
+        (b".\n" * (2**20 + 2), "", "above the limit of 1048576 lines"),
+        (b"." * (2**24 + 1), "", "above the limit of 16777216"),
+    ],
+)
+def test_text_faults(tmp_path: Path, content: bytes, where: str, message: str) -> None:
+    check_fault(tmp_path / "a.txt", content, where, message)
+
+
+@given(arrays.arrays(bool, st.tuples(st.integers(1, 20), st.integers(1, 20))))
+@settings(max_examples=40, deadline=None)
+def test_what_is_written_is_read_back(tmp_path_factory: pytest.TempPathFactory, free: np.ndarray) -> None:
+    grid = OccupancyGrid(free)
+    folder = tmp_path_factory.getbasetemp()
+    for suffix, write in ((".txt", maps.write_text), (".pgm", maps.write_image), (".png", maps.write_image)):
+        path = folder / f"round-trip{suffix}"
+        write(grid, path)
+        assert maps.read_map(path) == grid
+    assert not list(folder.glob("*.partial"))
+
+
+def test_a_failed_write_leaves_what_was_there(tmp_path: Path) -> None:
+    grid = maps.empty(2, 2)
+    with pytest.raises(MapError, match=r"use \.png or \.pgm"):
+        maps.write_image(grid, tmp_path / "a.bmp")
+    for path in (tmp_path / "none" / "a.txt", tmp_path, "a\0.txt"):
+        with pytest.raises(MapError, match="cannot be written"):
+            maps.write_text(grid, path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_files_that_are_none(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.map")
+    for path, message in (
+        (tmp_path, "directory"),
+        (tmp_path / "none.map", "no such file"),
+        (tmp_path / "pipe.map", "directory or a device"),
+        ("nul\0.map", "cannot be read"),
+        (tmp_path / ("n" * 300), "cannot be read"),
+    ):
+        with pytest.raises(MapError, match=message) as caught:
+            maps.read_map(path)
+        assert caught.value.where == str(path)
+
+
+def test_a_file_above_the_limit_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "big.map"
+    with path.open("wb") as file:
+        file.truncate(2**26 + 1)
+    with pytest.raises(MapError, match="above the limit of 67108864 bytes"):
+        maps.read_map(path)
+
+
+def png_chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def test_a_header_that_promises_too_much_costs_no_memory(tmp_path: Path) -> None:
+    header = png_chunk(b"IHDR", struct.pack(">IIBBBBB", 40000, 25000, 8, 0, 0, 0, 0))
+    bomb = b"\x89PNG\r\n\x1a\n" + header + png_chunk(b"IDAT", zlib.compress(bytes(1000)))
+    promises = {
+        "a.png": bomb + png_chunk(b"IEND", b""),
+        "a.pgm": b"P5 40000 25000 255\n123",
+        "b.pgm": b"P2 40000 25000 255\n1 2 3",
+        "a.map": b"type octile\nheight 40000\nwidth 25000\nmap\n....\n",
+    }
+    maps.read_map(image_file(tmp_path / "warm.png", np.zeros((2, 2), dtype=np.uint8)))
+    for name, content in promises.items():
+        (tmp_path / name).write_bytes(content)
+        tracemalloc.start()
+        with pytest.raises(MapError, match="1000000000 cells is above the limit"):
+            maps.read_map(tmp_path / name)
+        assert tracemalloc.get_traced_memory()[1] < 2**20
+        tracemalloc.stop()
+
+
+def image_file(path: Path, pixels: np.ndarray, mode: str | None = None) -> Path:
+    image = Image.fromarray(pixels)
+    (image.convert(mode) if mode else image).save(path)
+    return path
+
+
+LEVELS = np.array([[0, 127, 128, 255]], dtype=np.uint8)
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "LA", "P", "16", "P5", "P5-16", "P2", "1"])
+def test_light_pixels_are_free_in_every_kind_of_image(tmp_path: Path, mode: str) -> None:
+    path = tmp_path / ("a.pgm" if mode.startswith("P") and mode != "P" else "a.png")
+    if mode == "P5":
+        path.write_bytes(b"P5#made\n# by hand\n4\t1 255\n" + LEVELS.tobytes())
+    elif mode == "P5-16":
+        path.write_bytes(b"P5 4 1 65535 " + (LEVELS.astype(">u2") * 257).tobytes() + b"\n")
+    elif mode == "P2":
+        path.write_bytes(b"P2 4 1 255\n0 127 # dark\n 128\r\n255")
+    elif mode == "16":
+        image_file(path, LEVELS.astype(np.uint16) * 257)
+    elif mode == "1":
+        Image.fromarray(LEVELS >= 128).save(path)
+    else:
+        image_file(path, LEVELS, mode)
+    assert drawn(maps.read_map(path)) == ["##.."]
+
+
+def test_transparent_pixels_are_unknown(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 255, 255, 255], [255, 255, 255, 100], [0, 0, 0, 255]]], dtype=np.uint8)
+    grid = maps.read_image(image_file(tmp_path / "a.png", pixels))
+    assert drawn(grid) == [".##"]
+    assert grid.unknown is not None
+    assert grid.unknown.tolist() == [[False, True, False]]
+    # A palette or a grey level may be marked transparent without an alpha channel.
+    Image.fromarray(LEVELS).save(tmp_path / "b.png", transparency=255)
+    assert drawn(maps.read_image(tmp_path / "b.png")) == ["##.#"]
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"P5 2 2 255\nabc", "holds 3 pixels"),
+        (b"P5 2 2 255\nabcdef", "holds 6 pixels"),
+        (b"P5 1 1 65535\na", "middle of a pixel"),
+        (b"P5 1 1 70000\na", "maximum of the PGM header is '70000'"),
+        (b"P5 1 1 0\na", "maximum of the PGM header is '0'"),
+        (b"P5 0 1 255\na", "width of the PGM header is '0'"),
+        (b"P5 2", "height of the PGM header is missing"),
+        (b"P5 1_0 1 255\na", "width of the PGM header"),
+        (b"P5 1 1 10\n\x0b", "a pixel of 11 is above"),
+        (b"P2 2 1 255\n1 x", "not a whole number"),
+        (b"P2 2 1 255\n1 -1", "not a whole number"),
+        (b"P2 2 1 255\n1 256", "a pixel of 256 is above"),
+        (b"P2 2 1 255\n1 " + b"9" * 400, "is above"),
+        (b"P2 2 1 255\n1", "holds 1 pixels"),
+        (b"P2 2 1 255\n#1 2", "holds no pixel"),
+        (b"P6 1 1 255\nabc", "neither PNG nor PGM"),
+        (b"\x89PNG\r\n\x1a\n", "no header"),
+        (b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)), "decoded"),
+        (b"GIF89a", "neither PNG nor PGM"),
+    ],
+)
+def test_image_faults(tmp_path: Path, content: bytes, message: str) -> None:
+    check_fault(tmp_path / "a.pgm", content, "", message)
+
+
+def test_a_cut_png_is_refused(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(1).integers(0, 255, (50, 50), dtype=np.uint8)
+    content = image_file(tmp_path / "whole.png", pixels).read_bytes()
+    check_fault(tmp_path / "a.png", content[: len(content) // 2], "", "cannot be decoded")
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
+@pytest.mark.parametrize("negate", ["0", "1"])
+@pytest.mark.parametrize("free_thresh", ["0.196", "0.25", "0"])
+def test_ros_rules_pixel_by_pixel(tmp_path: Path, mode: str, negate: str, free_thresh: str) -> None:
+    pixels = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    path = write_ros(tmp_path, pixels, mode=mode, negate=negate, free_thresh=free_thresh)
+    grid = maps.read_map(path)
+    assert grid.unknown is not None
+    for x in range(256):
+        if mode == "raw":
+            occupancy, told = Fraction(x, 100), x <= 100
+        else:
+            occupancy, told = Fraction(x if negate == "1" else 255 - x, 255), True
+        free = told and occupancy < Fraction(free_thresh)
+        between = Fraction(free_thresh) <= occupancy <= Fraction("0.65")
+        assert grid.free[x // 16, x % 16] == free
+        assert grid.unknown[x // 16, x % 16] == (between if mode == "trinary" else not told)
+
+
+def test_gmappings_grey_is_unknown_or_free_by_the_threshold(tmp_path: Path) -> None:
+    grid = maps.read_map(write_ros(tmp_path))
+    assert (grid.resolution, grid.origin) == (0.05, (-10.0, 2.0, 0.5))
+    assert drawn(grid) == [".##"]
+    assert grid.unknown is not None
+    assert grid.unknown.tolist() == [[False, True, False]]
+    assert drawn(maps.read_map(tmp_path / "map.yaml", unknown_is_free=True)) == ["..#"]
+    assert drawn(maps.read_map(write_ros(tmp_path, free_thresh="0.25"))) == ["..#"]
+
+
+def test_ros_alpha(tmp_path: Path) -> None:
+    """Alpha is averaged in (trinary) as map_server does: grey 205 opaque is (3·205 + 255)/4 = 217.5."""
+    pixels = np.array([[[205, 205, 205, 255], [255, 255, 255, 0], [255, 255, 255, 254]]], dtype=np.uint8)
+    image_file(tmp_path / "map.png", pixels)
+    grid = maps.read_map(write_ros(tmp_path, image="map.png"))
+    assert drawn(grid) == [".#."]
+    assert grid.unknown is not None
+    assert grid.unknown.tolist() == [[False, True, False]]
+    grid = maps.read_map(write_ros(tmp_path, image="map.png", mode="scale", free_thresh="0.25"))
+    assert drawn(grid) == [".##"]
+    assert grid.unknown is not None
+    assert grid.unknown.tolist() == [[False, True, True]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "message"),
+    [
+        ({"resolution": "0"}, ":2:13", "resolution is 0.0"),
+        ({"resolution": "-0.05"}, ":2:13", "resolution is -0.05"),
+        ({"resolution": ".nan"}, ":2:13", "resolution is '.nan'"),
+        ({"resolution": ".inf"}, ":2:13", "resolution is '.inf'"),
+        ({"resolution": "1e999"}, ":2:13", "resolution is '1e999'"),
+        ({"resolution": "12:30:00"}, ":2:13", "resolution is '12:30:00'"),
+        ({"resolution": "[1]"}, ":2:13", "resolution is empty or not a single value"),
+        ({"resolution": ""}, ":2:12", "resolution is empty"),
+        ({"origin": "[1, 2]"}, ":3:9", "origin is not a list of three"),
+        ({"origin": "{a: 1, b: 2, c: 3}"}, ":3:9", "origin is not a list of three"),
+        ({"origin": "[1, 2, nan]"}, ":3:16", "origin is 'nan'"),
+        ({"negate": "2"}, ":4:9", "negate is '2'"),
+        ({"occupied_thresh": "1.5"}, ":5:18", "occupied_thresh is 1.5"),
+        ({"free_thresh": "0.7"}, ":6:14", "free_thresh 0.7 is above occupied_thresh 0.65"),
+        ({"free_thresh": None}, "", "the key free_thresh is missing"),
+        ({"mode": "trinarry"}, ":7:7", "mode is 'trinarry'"),
+        ({"mod": "raw"}, ":7:1", "unknown key mod"),
+        ({"negate ": "1"}, ":7:1", "the key negate stands twice"),
+        ({"extra": "&a [x]", "more": "*a"}, ":8:7", "aliases are not taken"),
+        ({"extra": "[" * 60000}, ":7:15", "nested too deep"),
+        ({"extra": "]"}, ":7:8", "cannot be read"),
+        ({"extra": "\x01"}, "", "cannot be read"),
+        ({"extra": "x" * 70000}, "", "above the limit of 65536 bytes"),
+    ],
+)
+def test_ros_faults(tmp_path: Path, changes: dict[str, str | None], where: str, message: str) -> None:
+    path = write_ros(tmp_path, **changes)
+    with pytest.raises(MapError) as caught:
+        maps.read_map(path)
+    assert caught.value.where == f"{path}{where}"
+    assert message in caught.value.what
+
+
+def test_ros_takes_foreign_keys_and_old_numbers(tmp_path: Path) -> None:
+    grid = maps.read_map(
+        write_ros(tmp_path, map_author="x", resolution="5e-2", negate="false", mode="Trinary")
+    )
+    assert grid.resolution == 0.05
+
+
+@pytest.mark.parametrize("image", ["none.pgm", ".", "map.yaml", '"a\\0b"', "/dev/zero"])
+def test_ros_image_that_is_none_is_named(tmp_path: Path, image: str) -> None:
+    with pytest.raises(MapError) as caught:
+        maps.read_map(write_ros(tmp_path, image=image))
+    assert caught.value.where is not None
+    assert not caught.value.where.endswith("map.yaml") or image == "map.yaml"
+
+
+@pytest.mark.parametrize("content", [b"x", b"- 1\n", b"\xff\xfe\xff", b"{", b"\x80", b"# nothing\n"])
+def test_ros_yaml_that_is_no_mapping(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "a.yml").write_bytes(content)
+    with pytest.raises(MapError, match="this is not a map_server file|cannot be read"):
+        maps.read_map(tmp_path / "a.yml")
+
+
+@pytest.mark.parametrize(
+    ("name", "shape", "free", "unknown"),
+    [
+        ("turtlebot3/map.yaml", (384, 384), 7939, 138722),
+        ("nav2/depot.yaml", (307, 604), 179481, 0),
+        ("willow/lse_arena.yaml", (60, 80), 4455, 0),
+    ],
+)
+def test_real_ros_maps(name: str, shape: tuple[int, int], free: int, unknown: int) -> None:
+    """Counts by map_server's rule from the histogram of the pixels; depot's 205 is free with its 0.25."""
+    path = SHARED / "ros" / name
+    if not path.exists():
+        pytest.skip("the ROS maps do not lie beside the repository")
+    grid = maps.read_map(path)
+    pixels = np.asarray(Image.open(next(path.parent.glob("*.pgm"))))
+    occupancy = (255 - pixels.astype(float)) / 255
+    free_below = 0.25 if "depot" in name else 0.196
+    assert grid.shape == shape == pixels.shape
+    assert grid.unknown is not None
+    assert int(grid.free.sum()) == free == int((occupancy < free_below).sum())
+    assert int(grid.unknown.sum()) == unknown == int(((occupancy >= free_below) & (occupancy <= 0.65)).sum())
