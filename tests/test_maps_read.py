@@ -383,7 +383,7 @@ def test_ros_image_that_is_none_is_named(tmp_path: Path, image: str) -> None:
 @pytest.mark.parametrize("content", [b"x", b"- 1\n", b"\xff\xfe\xff", b"{", b"\x80", b"# nothing\n"])
 def test_ros_yaml_that_is_no_mapping(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.yml").write_bytes(content)
-    with pytest.raises(MapError, match="this is not a map_server file|cannot be read"):
+    with pytest.raises(MapError, match=r"this is not a map_server file|cannot be read"):
         maps.read_map(tmp_path / "a.yml")
 
 

@@ -151,7 +151,8 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
         place = f"{where}:{mark.line + 1}:{mark.column + 1}" if mark else where
         raise MapError(f"the YAML cannot be read: {error.problem or error.context}", place) from None
     except (yaml.YAMLError, ValueError) as error:
-        raise MapError(f"the YAML cannot be read: {str(error).partition('\n')[0]:.200}", where) from None
+        reason = " ".join(str(error).split())
+        raise MapError(f"the YAML cannot be read: {reason:.200}", where) from None
     if not isinstance(top, yaml.MappingNode):
         raise MapError("this is not a map_server file", where, f"it needs the keys {', '.join(_REQUIRED)}")
     fields: dict[str, yaml.Node] = {}
