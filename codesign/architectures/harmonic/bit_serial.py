@@ -1,0 +1,80 @@
+"""Style ``bit_serial``: one serial node for each cell of a block, on an FPGA (Girau et al. 2008, section 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.architectures.harmonic import levers, resources, timing
+from codesign.architectures.harmonic.steps import DECIDE, LOAD, relax_steps
+from codesign.architectures.interface import Demand, Step
+from codesign.figures import Figure, Status, weakest
+from codesign.planners.harmonic.parameters import RelaxParameters
+from codesign.planners.harmonic.relax import Relaxation, VisitBatch
+from codesign.planners.interface import Problem
+from codesign.spec.part import Part
+
+
+class BitSerial:
+    """The paper's circuit. Its laws are in ``resources`` and ``timing``, the remedies in ``levers``."""
+
+    planner = "harmonic"
+    style = "bit_serial"
+    component_type = "fpga"
+
+    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
+        """Resources of the whole circuit for the block and the last precision, and the words of its block RAMs."""
+        map_shape = problem.rows, problem.columns
+        block = parameters.block_shape(*map_shape)
+        last = parameters.precisions[-1]
+        depth = resources.word_depth(part)
+        return Demand(
+            items=resources.items(*block, last),
+            bounds=(levers.word_depth_bound(map_shape, block, last, part, depth),),
+            levers=levers.resource_levers(map_shape, block, last, part, depth),
+        )
+
+    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Figure:
+        """The fastest clock for a block of this size on the part, Hz."""
+        return timing.clock_limit(*parameters.block_shape(problem.rows, problem.columns), part)
+
+    def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
+        """Phases ``load`` (one unit), ``relax`` (a unit a visit, a unit an end of stage), ``decide`` (one unit)."""
+        rows, columns = parameters.block_shape(problem.rows, problem.columns)
+        blocks = parameters.block_count(problem.rows, problem.columns)
+        load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])
+        yield Step(LOAD, np.array([load], np.int64))
+        switch = timing.switch_cycles(rows * columns, blocks)
+
+        def visit_cycles(batch: VisitBatch) -> NDArray[np.int64]:
+            return batch.iterations.astype(np.int64) * timing.iteration_cycles(batch.precision) + switch
+
+        plan = yield from relax_steps(
+            problem, parameters, visit_cycles, timing.stage_end_cycles(rows * columns)
+        )
+        yield self.decision(plan)
+        return plan
+
+    def decision(self, plan: Relaxation) -> Step:
+        """One decision: the direction to take from one cell, once the plan stands."""
+        return Step(DECIDE, np.array([timing.decision_cycles(plan.precision)], np.int64))
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static power of the part, and slices × clock × the part's power a slice and Hz, W.
+
+        Block RAMs and clock tree are in the figure for a slice of a typical design; pins are not counted.
+        """
+        scale = demand.total("slices") * clock
+        rate = part.dynamic_power
+        low, high = rate.interval
+        dynamic = Figure(
+            value=rate.value * scale,
+            unit="W",
+            status=weakest(Status.CALIBRATED, rate.status),
+            source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source})",
+            low=low * scale,
+            high=high * scale,
+        )
+        return part.static_power, dynamic

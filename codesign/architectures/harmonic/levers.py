@@ -1,0 +1,142 @@
+"""What would make a design fit: each lever with the value it has to take, computed, not guessed."""
+
+from __future__ import annotations
+
+from codesign.architectures.harmonic.resources import (
+    RAM_WIDTH,
+    decision_slices,
+    largest_precision,
+    totals,
+    words,
+)
+from codesign.architectures.interface import Bound, Lever
+from codesign.figures import Status
+from codesign.spec.part import Part
+
+Shape = tuple[int, int]
+
+
+def block_count(map_shape: Shape, block: Shape) -> int:
+    """Blocks that cover a map, partial ones counted."""
+    return -(-map_shape[0] // block[0]) * -(-map_shape[1] // block[1])
+
+
+def fits(block: Shape, precision: int, part: Part) -> bool:
+    """Whether every resource of the part holds such a block."""
+    return all(
+        kind not in part.resources or need <= part.resources[kind].value
+        for kind, need in totals(*block, precision).items()
+    )
+
+
+def largest_block(block: Shape, precision: int, part: Part) -> Shape | None:
+    """The largest block of about the same proportions, and no larger, that the part holds; None: not even one node.
+
+    Demand never falls as a block grows, so halving the interval finds it.
+    """
+    rows, columns = block
+    low, high = 0, rows
+    while low < high:
+        middle = (low + high + 1) // 2
+        if fits(_scaled(block, middle), precision, part):
+            low = middle
+        else:
+            high = middle - 1
+    return _scaled(block, low) if low else None
+
+
+def resource_levers(
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+) -> dict[str, tuple[Lever, ...]]:
+    """For each resource that the part lacks: the block, the precision and the part that would mend it."""
+    need = totals(*block, precision)
+    short = [kind for kind, budget in part.resources.items() if need.get(kind, 0) > budget.value]
+    if not short:
+        return {}
+    shared = _block_lever(map_shape, block, precision, part, depth)
+    found: dict[str, tuple[Lever, ...]] = {}
+    for kind in short:
+        levers = [shared]
+        if kind == "slices":
+            spare = part.resources[kind].value - (need[kind] - decision_slices(precision))
+            last = int((spare - decision_slices(0)) // 3)
+            if last >= 1:
+                levers.append(
+                    Lever(
+                        "relax.schedule",
+                        f"end at {last} bits or less (3 slices of the decision module a bit)",
+                    )
+                )
+        levers.append(Lever("part", f"take one with at least {need[kind]:,} {kind.replace('_', ' ')}"))
+        found[kind] = tuple(levers)
+    return found
+
+
+def word_depth_bound(map_shape: Shape, block: Shape, precision: int, part: Part, depth: int) -> Bound:
+    """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with its levers where it is broken."""
+    blocks = block_count(map_shape, block)
+    return Bound(
+        name="words of a block RAM",
+        demand=words(blocks, precision),
+        limit=depth,
+        unit="words",
+        status=Status.PUBLISHED,
+        source="Girau et al. 2008, section 5.4: p bits and a flag for each block, in RAMs of 1K × 18",
+        levers=()
+        if words(blocks, precision) <= depth
+        else _depth_levers(map_shape, block, precision, part, depth),
+    )
+
+
+def _depth_levers(
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+) -> tuple[Lever, ...]:
+    blocks = block_count(map_shape, block)
+    levers = []
+    last = largest_precision(blocks, depth)
+    if last >= 1:
+        levers.append(Lever("relax.schedule", f"end at {last} bits or less with {blocks} blocks"))
+    most = depth // (precision + 1)
+    if most >= 1:
+        larger = _fewer_blocks(map_shape, block, most)
+        verdict = "holds" if fits(larger, precision, part) else "cannot hold"
+        levers.append(
+            Lever(
+                "relax.block",
+                f"{larger[0]} × {larger[1]} makes {block_count(map_shape, larger)} (at most {most} at"
+                f" {precision} bits), which {part.name} {verdict}",
+            )
+        )
+    levers.append(
+        Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
+    )
+    return tuple(levers)
+
+
+def _block_lever(map_shape: Shape, block: Shape, precision: int, part: Part, depth: int) -> Lever:
+    smaller = largest_block(block, precision, part)
+    if smaller is None:
+        return Lever("relax.block", f"no block fits {part.name}: control and decision alone are too large")
+    blocks = block_count(map_shape, smaller)
+    last = largest_precision(blocks, depth)
+    allowed = f"up to {last} bits" if last >= 1 else "too many for any precision"
+    plural = "block" if blocks == 1 else "blocks"
+    return Lever(
+        "relax.block",
+        f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}: {blocks} {plural}, {allowed}",
+    )
+
+
+def _fewer_blocks(map_shape: Shape, block: Shape, most: int) -> Shape:
+    """The smallest block in these proportions, clipped to the map, that needs at most ``most`` visits a sweep."""
+    for rows in range(block[0], map_shape[0] + 1):
+        columns = _scaled(block, rows)[1]
+        shape = rows, min(columns, map_shape[1])
+        if block_count(map_shape, shape) <= most:
+            return shape
+    return map_shape
+
+
+def _scaled(block: Shape, rows: int) -> Shape:
+    """The block with ``rows`` rows and columns in proportion, at least one."""
+    return rows, max(1, rows * block[1] // block[0])

@@ -1,0 +1,99 @@
+"""Styles ``software`` and ``software_limbs``: the relaxation on a processor.
+
+A processor has no clock law here: a cycle of a step stands for one unit of the kernel ``harmonic_node_update``, which the
+platform gives a cost (the paper's "around 100 µs per iteration with a 36x66 block", section 5.4, is 42 ns a node).
+
+The paper does not say how this cost grows with the precision, and its speed-up of about 270 at p = 255 asks for some
+growth. So there are two styles: one whose update costs the same at any precision, as doubles would, and one whose update
+costs a unit for each 64-bit limb of a value of p + 1 bits, as exact integers would at the least.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.architectures.harmonic.steps import DECIDE, relax_steps
+from codesign.architectures.interface import Demand, Step
+from codesign.errors import InputError
+from codesign.figures import Figure
+from codesign.planners.harmonic.parameters import RelaxParameters
+from codesign.planners.harmonic.relax import Relaxation, VisitBatch
+from codesign.planners.interface import Problem
+from codesign.spec.part import Part
+
+LIMB_BITS = 64
+DECISION_UPDATES = 4
+"""Node updates that one decision is worth: four triangles, each about the work of an average. Assumed."""
+
+
+def limbs(precision: int) -> int:
+    """64-bit limbs of a value of p + 1 bits.
+
+    >>> limbs(62), limbs(63), limbs(64), limbs(255)
+    (1, 1, 2, 4)
+    """
+    return -(-(precision + 1) // LIMB_BITS)
+
+
+def block_cells(map_shape: tuple[int, int], block: tuple[int, int]) -> NDArray[np.int64]:
+    """Cells of each block in raster order, int64; the last of a row or column may hold fewer."""
+    sides = [
+        np.minimum(size, length - np.arange(0, length, size))
+        for size, length in zip(block, map_shape, strict=True)
+    ]
+    return np.outer(*sides).astype(np.int64).ravel()
+
+
+class Software:
+    """Every cell of a block is updated at each of its iterations, one after the other."""
+
+    planner = "harmonic"
+    component_type = "processor"
+    kernel = "harmonic_node_update"
+
+    def __init__(self, style: str, *, limbs: bool = False) -> None:
+        self.style = style
+        self._limbs = limbs
+
+    def units(self, precision: int) -> int:
+        """Units of the kernel that one node update takes at ``precision`` bits."""
+        return limbs(precision) if self._limbs else 1
+
+    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part | None = None) -> Demand:  # noqa: ARG002
+        """Software takes no resource of a part."""
+        return Demand(items=())
+
+    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part | None = None) -> Figure:  # noqa: ARG002
+        """A processor's clock is its own: there is no law to hold it against.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
+
+    def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
+        """Phases ``relax`` (a unit a visit) and ``decide``; the map needs no loading. Cycles are units of ``kernel``."""
+        map_shape = problem.rows, problem.columns
+        cells = block_cells(map_shape, parameters.block_shape(*map_shape))
+
+        def visit_units(batch: VisitBatch) -> NDArray[np.int64]:
+            return batch.iterations.astype(np.int64) * cells[batch.block] * self.units(batch.precision)
+
+        plan = yield from relax_steps(problem, parameters, visit_units, None)
+        yield self.decision(plan)
+        return plan
+
+    def decision(self, plan: Relaxation) -> Step:
+        """One decision, in units of ``kernel``."""
+        return Step(DECIDE, np.array([DECISION_UPDATES * self.units(plan.precision)], np.int64))
+
+    def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
+        """A processor's power stands in the platform, not in a law.
+
+        Raises:
+            InputError: always.
+        """
+        raise InputError("a processor's power has no law", self.style, "give it in the platform")
