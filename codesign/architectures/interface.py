@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
@@ -104,8 +105,14 @@ class Architecture(Protocol):
     def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
         """The fastest clock the design of this size reaches on the part, Hz, with its interval."""
 
-    def work(self, problem: Problem, parameters: Any) -> Generator[Step, None, Any]:
-        """Steps to be run on a clock; returns the plan, the same that ``Planner.plan`` gives."""
+    def work(
+        self, problem: Problem, parameters: Any, *, memo: Memo | None = None, detail: bool = True
+    ) -> Generator[Step, None, Any]:
+        """Steps to be run on a clock; returns the plan, the same that ``Planner.plan`` gives.
+
+        Without ``detail`` nobody listens and nothing interrupts: steps may be as coarse as a whole stage, and what
+        ``memo`` holds of it need not be computed again. The cycles add up to the same.
+        """
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, with their intervals."""

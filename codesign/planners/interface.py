@@ -97,5 +97,11 @@ class Planner(Protocol):
     def quality(self, problem: Problem, plan: Any) -> Quality:
         """What that answer is worth."""
 
+    def identity(self, plan: Any) -> str:
+        """A text that is equal for equal answers: their quality is then computed once."""
+
+    def figures(self, plan: Any) -> dict[str, Any]:
+        """The fields of a result that only this plan can fill: ``stages``, ``precision``."""
+
     def trajectory(self, problem: Problem, plan: Any, start: tuple[int, int]) -> tuple[NDArray[np.float64], bool]:
         """The way from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +52,17 @@ class Harmonic:
         from codesign.planners.harmonic.quality import quality
 
         return quality(problem, plan.field)
+
+    def identity(self, plan: Relaxation) -> str:
+        """The digest of the final field."""
+        return plan.field.digest()
+
+    def figures(self, plan: Relaxation) -> dict[str, Any]:
+        """The stages and the final precision."""
+        stages = [
+            {"stage": index, "cycles": stage.cycles, **asdict(stage)} for index, stage in enumerate(plan.stages)
+        ]
+        return {"stages": stages, "precision": plan.precision}
 
     def trajectory(
         self, problem: Problem, plan: Relaxation, start: tuple[int, int]

@@ -1,0 +1,185 @@
+"""Bind: platform and workload become one frozen system, with the map read and every name resolved.
+
+What can only be told once the map stands (a goal on an obstacle, a block larger than the map) is told here, at the
+place in the workload file that says so, all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from codesign import maps
+from codesign.architectures.interface import Architecture
+from codesign.errors import Fault, MapError, SpecError, choose_hint
+from codesign.maps import OccupancyGrid
+from codesign.memo import Memo
+from codesign.planners.interface import Planner, Problem
+from codesign.spec import Part, Platform, Workload, cross_check, fault, load_part
+from codesign.spec.platform import FpgaComponent, ProcessorComponent
+from codesign.system import catalog
+
+DEFAULT_STYLES = {"fpga": "bit_serial", "processor": "software"}
+
+_grids = Memo(max_bytes=256 * 2**20)
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """One design point, all settled: what ``fit`` and ``run`` take.
+
+    ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
+    ``parameters``: those of each mapped task; ``planning`` those of the planning task.
+    """
+
+    platform: Platform
+    workload: Workload
+    problem: Problem
+    planner: Planner
+    architecture: Architecture
+    component: str
+    part: Part | None
+    clock: int
+    parameters: Mapping[str, BaseModel]
+
+    @property
+    def planning(self) -> Any:
+        """The parameters of the planning task."""
+        return self.parameters[self.planner.planning_task]
+
+
+def bind(platform: Platform, workload: Workload) -> System:
+    """Join platform and workload.
+
+    Raises:
+        SpecError: every fault that stands between them, each with its place in the file that holds it.
+    """
+    cross_check(platform, workload)
+    planner = catalog.planner(workload.planner)
+    faults: list[Fault] = []
+    task = workload.mapping.get(planner.planning_task)
+    if task is None:
+        text = f"planner {planner.name} needs task {planner.planning_task}, which no component is given"
+        faults.append(fault(workload, ("mapping",), text, f"add {planner.planning_task}: {{component: ...}}"))
+        raise SpecError(faults)
+    for name, other in workload.mapping.items():
+        if name == "decide" and other.component != task.component:
+            text = f"task decide is on {other.component}, task {planner.planning_task} on {task.component}"
+            faults.append(
+                fault(workload, ("mapping", name, "component"), text, f"give it component {task.component}")
+            )
+    architecture, style_fault = _architecture(platform, workload, planner)
+    faults += style_fault
+    problem, problem_faults = _problem(workload)
+    faults += problem_faults
+    if problem is not None:
+        wrong = planner.check(problem, task.parameters)
+        if wrong is not None:
+            path = ("mapping", planner.planning_task, wrong[0])
+            faults.append(fault(workload, path, wrong[1], "make the block smaller, or the map larger"))
+    if faults or problem is None or architecture is None:
+        raise SpecError(faults)
+    component = platform.components[task.component]
+    return System(
+        platform=platform,
+        workload=workload,
+        problem=problem,
+        planner=planner,
+        architecture=architecture,
+        component=task.component,
+        part=load_part(component.part) if isinstance(component, FpgaComponent) else None,
+        clock=int(component.clock.value),
+        parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
+    )
+
+
+def _architecture(
+    platform: Platform, workload: Workload, planner: Planner
+) -> tuple[Architecture | None, list[Fault]]:
+    """The style that the planning task is mapped to, or why there is none."""
+    task_name = planner.planning_task
+    task = workload.mapping[task_name]
+    component = platform.components[task.component]
+    styles = {
+        name: style
+        for name, style in catalog.styles_of(planner.name).items()
+        if style.component_type == component.type
+    }
+    wanted = task.style or DEFAULT_STYLES.get(component.type, "")
+    if wanted in styles:
+        return styles[wanted], []
+    text = f"{planner.name} has no style {wanted!r} on a component of type {component.type}"
+    return None, [fault(workload, ("mapping", task_name, "style"), text, choose_hint(wanted, styles))]
+
+
+def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
+    """The map with its goals and starts, or every fault in them."""
+    try:
+        grid = load_grid(workload)
+    except MapError as wrong:
+        path: tuple[str | int, ...] = ("problem", "map")
+        return None, [fault(workload, path, str(wrong.args[0]), wrong.hint)]
+    except InputError as wrong:
+        return None, [fault(workload, ("problem", "map"), wrong.what, wrong.hint)]
+    problem = workload.problem
+    goals = tuple((int(row), int(column)) for row, column in problem.goals)
+    faults = _cell_faults(workload, grid, "goals", goals)
+    starts = problem.starts
+    if isinstance(starts, tuple):
+        chosen = tuple((int(row), int(column)) for row, column in starts)
+        faults += _cell_faults(workload, grid, "starts", chosen)
+    elif not faults:
+        chosen = _drawn(grid, goals, starts.count, starts.seed)
+    if faults:
+        return None, faults
+    return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
+
+
+def load_grid(workload: Workload) -> OccupancyGrid:
+    """The workload's map, read or generated; kept in this process, so that a thousand points read it once.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    wanted = workload.problem.map
+    file = workload.map_file
+    if file is not None:
+        stamp = file.stat().st_mtime_ns if file.is_file() else 0
+        return _grids.get(("file", str(file), stamp), lambda: maps.read_map(file))
+    parameters = wanted.model_dump(exclude={"generate"})
+    key = ("generate", wanted.generate, repr(sorted(parameters.items())))
+    return _grids.get(key, lambda: maps.generate(wanted.generate, **parameters))
+
+
+def _cell_faults(
+    workload: Workload, grid: OccupancyGrid, name: str, cells: tuple[tuple[int, int], ...]
+) -> list[Fault]:
+    faults = []
+    for index, (row, column) in enumerate(cells):
+        path = ("problem", name, index)
+        if not (0 <= row < grid.rows and 0 <= column < grid.columns):
+            text = f"cell ({row}, {column}) is outside of the map of {grid.rows} × {grid.columns} cells"
+            faults.append(fault(workload, path, text, "cells are (row, column), counted from 0, row 0 at the top"))
+        elif not grid.free[row, column]:
+            near = maps.nearest_free(grid.free, (row, column))
+            hint = f"the nearest free cell is {near}" if near is not None else "no cell of the map is free"
+            faults.append(fault(workload, path, f"cell ({row}, {column}) is on an obstacle", hint))
+    return faults
+
+
+def _drawn(
+    grid: OccupancyGrid, goals: tuple[tuple[int, int], ...], count: int, seed: int
+) -> tuple[tuple[int, int], ...]:
+    """Starts drawn without replacement from the cells that some way joins to a goal; all of them where fewer."""
+    cells = maps.reachable(grid.free, goals)
+    for row, column in goals:
+        cells[row, column] = False
+    candidates = np.argwhere(cells)
+    if len(candidates) > count:
+        chosen = np.random.Generator(np.random.PCG64(seed)).choice(len(candidates), count, replace=False)
+        candidates = candidates[np.sort(chosen)]
+    return tuple((int(row), int(column)) for row, column in candidates)

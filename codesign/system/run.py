@@ -1,0 +1,160 @@
+"""Run one bound system: the host sends the map, the planner works on its clock, the answer comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.architectures.interface import Demand
+from codesign.errors import InputError, choose_hint
+from codesign.memo import Memo
+from codesign.records import Listener, MapRecord, SummaryRecord, TrajectoryRecord
+from codesign.spec import Platform, Workload
+from codesign.system.bind import System, bind
+from codesign.system.build import Machine, build
+from codesign.system.fit import Fit, fit, source
+from codesign.system.result import Energy, Power, Result, Times
+
+if TYPE_CHECKING:
+    from codesign.components import Granularity
+
+CELL_BITS = 2
+"""A cell of the map on its way to the planner: free, obstacle or goal."""
+
+ANSWER_BITS = 64
+"""The decision on its way back: two components of a direction, 32 bits each."""
+
+TRACED_TRAJECTORIES = 16
+
+
+def simulate(
+    platform: Platform,
+    workload: Workload,
+    *,
+    listeners: Sequence[Listener] = (),
+    granularity: str = "run_ahead",
+    memo: Memo | None = None,
+) -> Result:
+    """Simulate one design point; see ``codesign.simulate``.
+
+    ``listeners`` take the records of the run. ``memo`` shares the functional work of design points that have it in
+    common; the figures are the same with and without.
+
+    Raises:
+        SpecError: platform, workload and map do not belong together.
+    """
+    return simulate_system(bind(platform, workload), listeners=listeners, granularity=granularity, memo=memo)
+
+
+def simulate_system(
+    system: System, *, listeners: Sequence[Listener] = (), granularity: str = "run_ahead", memo: Memo | None = None
+) -> Result:
+    """Simulate a bound system: fit it, and where it fits, run it."""
+    from codesign.components import Granularity
+
+    if granularity not in list(Granularity):
+        raise InputError(
+            f"granularity {granularity!r} is unknown", "granularity", choose_hint(granularity, list(Granularity))
+        )
+    head = _head(system)
+    demand: Demand | None = None
+    if system.part is not None:
+        demand = system.architecture.demand(system.problem, system.planning, system.part)
+        limit = system.architecture.clock_limit(system.problem, system.planning, system.part)
+        held = fit(demand, system.part, system.clock, limit)
+        head |= _fit_fields(system, held, demand)
+        if held.reasons:
+            return Result(**head, feasible=False, reasons=held.reasons)
+    machine = build(system, listeners)
+    plan = _plan_once(system, machine, Granularity(granularity), memo)
+    result = Result(**head, feasible=True, **_run_fields(system, machine, plan, head.get("power"), memo))
+    for component in machine.components:
+        component.report_utilisation()
+    if listeners:
+        machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
+    return result
+
+
+def _plan_once(system: System, machine: Machine, granularity: Granularity, memo: Memo | None) -> Any:
+    """Scenario ``plan_once``: load the map, plan, decide, answer. Returns the plan."""
+    problem = system.problem
+    if machine.listening:
+        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
+        machine.tell(MapRecord(0, "map", problem.free, goals, problem.resolution))
+    done: list[Any] = []
+
+    def mission() -> Generator[Any, Any, None]:
+        yield from machine.carry_to_planner("map", CELL_BITS * problem.free.size)
+        machine.map_loaded = machine.now
+        steps = system.architecture.work(problem, system.planning, memo=memo, detail=machine.listening)
+        plan = yield from machine.execute(steps, granularity)
+        machine.planned = machine.now
+        yield from machine.carry_back("decision", ANSWER_BITS)
+        machine.answered = machine.now
+        done.append(plan)
+
+    machine.environment.process(mission())
+    machine.environment.run()
+    plan = done[0]
+    if machine.listening:
+        for start in problem.starts[:TRACED_TRAJECTORIES]:
+            points, arrived = system.planner.trajectory(problem, plan, start)
+            machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
+    return plan
+
+
+def _head(system: System) -> dict[str, Any]:
+    parameters = {name: model.model_dump(mode="json") for name, model in system.parameters.items()}
+    count = getattr(system.planning, "block_count", None)
+    return {
+        "platform": system.platform.name,
+        "workload": system.workload.name,
+        "planner": system.planner.name,
+        "style": system.architecture.style,
+        "component": system.component,
+        "part": None if system.part is None else system.part.full_name,
+        "parameters": parameters,
+        "blocks": None if count is None else count(system.problem.rows, system.problem.columns),
+    }
+
+
+def _fit_fields(system: System, held: Fit, demand: Demand) -> dict[str, Any]:
+    assert system.part is not None
+    static, dynamic = system.architecture.power(demand, system.clock, system.part)
+    power = Power(static=source(static), dynamic=source(dynamic))
+    return {"resources": held.resources, "clock": held.clock, "power": power}
+
+
+def _run_fields(
+    system: System, machine: Machine, plan: Any, power: Power | None, memo: Memo | None
+) -> dict[str, Any]:
+    planner, problem = system.planner, system.problem
+    key = ("quality", planner.name, problem.digest, planner.identity(plan))
+    quality = (memo or Memo()).get(key, lambda: planner.quality(problem, plan))
+    times = Times(
+        map_loaded_ps=machine.map_loaded, planned_ps=machine.planned, first_plan_ps=machine.answered
+    )
+    return {
+        "time": times,
+        "cycles": machine.cycles(),
+        **planner.figures(plan),
+        "energy": _energy(system, machine, power),
+        "utilisation": {component.name: component.busy / machine.now for component in machine.components},
+        "quality": quality,
+    }
+
+
+def _energy(system: System, machine: Machine, power: Power | None) -> Energy:
+    """Static power over the whole time and dynamic power over the busy time; processors by their own figures."""
+    span = machine.now / 1e12
+    fpga = 0.0
+    if power is not None:
+        busy = machine.planner.busy / 1e12
+        fpga = power.static.value * span + power.dynamic.value * busy
+    processors = 0.0
+    for processor, spec in machine.processors:
+        busy = processor.busy / 1e12
+        processors += spec.power.busy.value * busy + spec.power.idle.value * (span - busy)
+    return Energy(fpga_j=fpga, processors_j=processors, total_j=fpga + processors)
