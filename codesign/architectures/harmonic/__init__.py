@@ -1,9 +1,10 @@
 """Harmonic control: the bit-serial circuit of Girau et al. (2008), and software on a processor.
 
 - ``bit_serial`` on an FPGA: one serial node for each cell of a block, 18 nodes around a block RAM.
-- ``software`` on a processor: the same relaxation at a cost for each node update that does not depend on the precision,
-  as the paper's "around 100 µs per iteration".
-- ``software_limbs`` on a processor: the same, a node update costing that much for each 64-bit limb of the value.
+- ``software`` on a processor: the same relaxation at a cost for each node update that does not depend on the
+  precision, as the paper's "around 100 µs per iteration".
+- ``software_limbs`` on a processor: the same, a node update costing that much for each 64-bit limb of the
+  value.
 """
 
 from codesign.architectures.harmonic.bit_serial import BitSerial

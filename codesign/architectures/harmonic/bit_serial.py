@@ -1,4 +1,4 @@
-"""Style ``bit_serial``: one serial node for each cell of a block, on an FPGA (Girau et al. 2008, section 5)."""
+"""Style ``bit_serial``: one serial node a cell of the block, on an FPGA (Girau et al. 2008, section 5)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class BitSerial:
     component_type = "fpga"
 
     def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
-        """Resources of the whole circuit for the block and the last precision, and the words of its block RAMs."""
+        """Resources of the circuit for the block and the last precision, and the words of its block RAMs."""
         map_shape = problem.rows, problem.columns
         block = parameters.block_shape(*map_shape)
         last = parameters.precisions[-1]
@@ -41,7 +41,7 @@ class BitSerial:
         return timing.clock_limit(*parameters.block_shape(problem.rows, problem.columns), part)
 
     def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
-        """Phases ``load`` (one unit), ``relax`` (a unit a visit, a unit an end of stage), ``decide`` (one unit)."""
+        """Phases ``load``, ``relax`` (a unit a visit and a unit an end of stage), ``decide``."""
         rows, columns = parameters.block_shape(problem.rows, problem.columns)
         blocks = parameters.block_count(problem.rows, problem.columns)
         load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])

@@ -30,12 +30,12 @@ def fits(block: Shape, precision: int, part: Part) -> bool:
 
 
 def largest_block(block: Shape, precision: int, part: Part) -> Shape | None:
-    """The largest block of about the same proportions, and no larger, that the part holds; None: not even one node.
+    """The largest block of about the same proportions, and no larger, that the part holds; None: not even one
+    node.
 
     Demand never falls as a block grows, so halving the interval finds it.
     """
-    rows, columns = block
-    low, high = 0, rows
+    low, high = 0, block[0]
     while low < high:
         middle = (low + high + 1) // 2
         if fits(_scaled(block, middle), precision, part):
@@ -95,18 +95,8 @@ def _depth_levers(
     levers = []
     last = largest_precision(blocks, depth)
     if last >= 1:
-        levers.append(Lever("relax.schedule", f"end at {last} bits or less with {blocks} blocks"))
-    most = depth // (precision + 1)
-    if most >= 1:
-        larger = _fewer_blocks(map_shape, block, most)
-        verdict = "holds" if fits(larger, precision, part) else "cannot hold"
-        levers.append(
-            Lever(
-                "relax.block",
-                f"{larger[0]} × {larger[1]} makes {block_count(map_shape, larger)} (at most {most} at"
-                f" {precision} bits), which {part.name} {verdict}",
-            )
-        )
+        levers.append(Lever("relax.schedule", f"end at {last} bits or less with {_counted(blocks)}"))
+    levers += _larger_block(map_shape, block, precision, part, depth)
     levers.append(
         Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
     )
@@ -119,22 +109,43 @@ def _block_lever(map_shape: Shape, block: Shape, precision: int, part: Part, dep
         return Lever("relax.block", f"no block fits {part.name}: control and decision alone are too large")
     blocks = block_count(map_shape, smaller)
     last = largest_precision(blocks, depth)
-    allowed = f"up to {last} bits" if last >= 1 else "too many for any precision"
-    plural = "block" if blocks == 1 else "blocks"
-    return Lever(
-        "relax.block",
-        f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}: {blocks} {plural}, {allowed}",
+    allowed = f"precision up to {last}" if last >= 1 else "too many for any precision"
+    advice = f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}"
+    return Lever("relax.block", f"{advice}: {_counted(blocks)}, {allowed}")
+
+
+def _larger_block(
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+) -> tuple[Lever, ...]:
+    """The smallest larger block whose words fit, or else the precision that the part's largest block has."""
+    covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
+    largest = largest_block(_scaled(block, covering), precision, part)
+    if largest is None:
+        return ()
+    for rows in range(block[0] + 1, largest[0] + 1):
+        shape = _clipped(_scaled(block, rows), map_shape)
+        blocks = block_count(map_shape, shape)
+        if words(blocks, precision) <= depth:
+            advice = f"{shape[0]} × {shape[1]} makes {_counted(blocks)}, and fits {part.name}"
+            return (Lever("relax.block", advice),)
+    largest = _clipped(largest, map_shape)
+    blocks = block_count(map_shape, largest)
+    last = largest_precision(blocks, depth)
+    if last < 1 or blocks >= block_count(map_shape, block):
+        return ()
+    advice = (
+        f"{largest[0]} × {largest[1]}, the largest in these proportions that fits {part.name},"
+        f" makes {_counted(blocks)}: precision up to {last}"
     )
+    return (Lever("relax.block", advice),)
 
 
-def _fewer_blocks(map_shape: Shape, block: Shape, most: int) -> Shape:
-    """The smallest block in these proportions, clipped to the map, that needs at most ``most`` visits a sweep."""
-    for rows in range(block[0], map_shape[0] + 1):
-        columns = _scaled(block, rows)[1]
-        shape = rows, min(columns, map_shape[1])
-        if block_count(map_shape, shape) <= most:
-            return shape
-    return map_shape
+def _clipped(block: Shape, map_shape: Shape) -> Shape:
+    return min(block[0], map_shape[0]), min(block[1], map_shape[1])
+
+
+def _counted(blocks: int) -> str:
+    return "1 block" if blocks == 1 else f"{blocks} blocks"
 
 
 def _scaled(block: Shape, rows: int) -> Shape:

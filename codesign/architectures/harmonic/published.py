@@ -1,7 +1,8 @@
-"""What Girau, Boumaza, Scherrer and Torres-Huitzil (2008) publish of their circuit: section 5.4, Tables 1 to 3.
+"""What Girau, Boumaza, Scherrer and Torres-Huitzil (2008) publish of their circuit: section 5.4, Tables 1 to
+3.
 
-The laws of this package are fitted to some of these rows and held against the others; ``codesign.reproduce`` says
-which. Numbers are as printed, also where they contradict each other.
+The laws of this package are fitted to some of these rows and held against the others; ``codesign.reproduce``
+says which. Numbers are as printed, also where they contradict each other.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """What the bit-serial circuit takes of a part: items by resource, as functions of block shape and precision.
 
-N nodes in a block of n rows × m columns. Exact on Tables 1 and 3 (the constants of the array control are what Table 3
-leaves over N times Table 1); Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
+N nodes in a block of n rows × m columns. Exact on Tables 1 and 3 (the constants of the array control are what
+Table 3 leaves over N times Table 1); Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
 
-Control, decision and border logic are published in slices only; their LUT and flip-flops are bounded from above by two
-a slice. The two OR trees over the block (no bit changed, no local maximum) are in none of the tables: (N - 1) / 3 LUT
-each, by our own synthesis. They take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the
-trees need less than one.
+Control, decision and border logic are published in slices only; their LUT and flip-flops are bounded from
+above by two a slice. The two OR trees over the block (no bit changed, no local maximum) are in none of the
+tables: (N - 1) / 3 LUT each, by our own synthesis. They take no slice of their own: a node leaves 4 of the 26
+LUT of its 13 slices free, and the trees need less than one.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ def totals(rows: int, columns: int, precision: int) -> dict[str, int]:
 
 
 def word_depth(part: Part) -> int:
-    """Words of the part's block RAM where a word holds the 18 bits of a cluster; 0 where none is that wide."""
+    """Words of the part's block RAM where a word holds the 18 bits of a cluster; 0: none so wide."""
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
 
 

@@ -1,11 +1,13 @@
 """Styles ``software`` and ``software_limbs``: the relaxation on a processor.
 
-A processor has no clock law here: a cycle of a step stands for one unit of the kernel ``harmonic_node_update``, which the
-platform gives a cost (the paper's "around 100 µs per iteration with a 36x66 block", section 5.4, is 42 ns a node).
+A processor has no clock law here: a cycle of a step stands for one unit of the kernel
+``harmonic_node_update``, which the platform gives a cost (the paper's "around 100 µs per iteration with a
+36x66 block", section 5.4, is 42 ns a node).
 
-The paper does not say how this cost grows with the precision, and its speed-up of about 270 at p = 255 asks for some
-growth. So there are two styles: one whose update costs the same at any precision, as doubles would, and one whose update
-costs a unit for each 64-bit limb of a value of p + 1 bits, as exact integers would at the least.
+The paper does not say how this cost grows with the precision, and its speed-up of about 270 at p = 255 asks
+for some growth. So there are two styles: one whose update costs the same at any precision, as doubles would,
+and one whose update costs a unit for each 64-bit limb of a value of p + 1 bits, as exact integers would at
+the least.
 """
 
 from __future__ import annotations
@@ -75,7 +77,7 @@ class Software:
         raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
 
     def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
-        """Phases ``relax`` (a unit a visit) and ``decide``; the map needs no loading. Cycles are units of ``kernel``."""
+        """Phases ``relax`` (a unit a visit) and ``decide``; cycles are units of ``kernel``."""
         map_shape = problem.rows, problem.columns
         cells = block_cells(map_shape, parameters.block_shape(*map_shape))
 

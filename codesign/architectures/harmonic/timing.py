@@ -1,24 +1,25 @@
 """Cycles and clock of the bit-serial circuit.
 
 Cycles
-    An iteration takes p + 2 (section 5.4), whatever the block: the bits pass serially, and the write address follows
-    two cycles behind the read address. The local maxima are found on the way, least significant bit first.
+    An iteration takes p + 2 (section 5.4), whatever the block: the bits pass serially, and the write address
+    follows two cycles behind the read address. The local maxima are found on the way, least significant bit
+    first.
 
-    The paper counts nothing else. Our own RTL shows what the end of a visit adds: 1 cycle to change the block, and the
-    latency of the OR tree that tells whether any bit changed. While the same block goes on, the next iteration starts
-    before the tree has answered: at worst it repeats an iteration that changed nothing. So the wait falls due when a
-    block is left or a stage ends, and with one block only at the end of a stage. A tree over N nodes is log4 N levels of
-    4-input LUT deep, 4 levels to a pipeline stage: 2 stages for 4,608 nodes, in the middle of the 1 to 3 that synthesis
-    gave at 150 MHz.
+    The paper counts nothing else. Our own RTL shows what the end of a visit adds: 1 cycle to change the
+    block, and the latency of the OR tree that tells whether any bit changed. While the same block goes on,
+    the next iteration starts before the tree has answered: at worst it repeats an iteration that changed
+    nothing. So the wait falls due when a block is left or a stage ends, and with one block only at the end of
+    a stage. A tree over N nodes is log4 N levels of 4-input LUT deep, 4 levels to a pipeline stage: 2 stages
+    for 4,608 nodes, in the middle of the 1 to 3 that synthesis gave at 150 MHz.
 
-    Raising the precision moves no data: words are addressed from their most significant bit, and the bits below have
-    been zero since the memory was cleared.
+    Raising the precision moves no data: words are addressed from their most significant bit, and the bits
+    below have been zero since the memory was cleared.
 
 Clock
-    The period grows with the block. Three published clocks, on two parts in two speed grades, are all there is: they
-    fix a line over the fourth root of N, the form that leaves the smallest residuals among log N, N^(1/4) and N^(1/2). That
-    is an interpolation, chosen after seeing the points. One published clock is held out, the estimate of 150 MHz for the
-    36×66 block; the interval of the law is twice its miss there.
+    The period grows with the block. Three published clocks, on two parts in two speed grades, are all there
+    is: they fix a line over the fourth root of N, the form that leaves the smallest residuals among log N,
+    N^(1/4) and N^(1/2). That is an interpolation, chosen after seeing the points. One published clock is held
+    out, the estimate of 150 MHz for the 36×66 block; the interval of the law is twice its miss there.
 """
 
 from __future__ import annotations
@@ -80,9 +81,9 @@ def load_cycles(cells: int, blocks: int, precision: int) -> int:
 def decision_cycles(precision: int) -> int:
     """Cycles of one decision: 17p + 10.
 
-    Assumed. The module "acts as a sequential program" (section 5.3), with room for three words of p bits: p + 2 to read the
-    node and its four neighbours and subtract them serially, 2p for each of four squares on one serial multiplier,
-    2p + 1 to add and compare each of the four triangles, and 4 between these steps.
+    Assumed. The module "acts as a sequential program" (section 5.3), with room for three words of p bits: p +
+    2 to read the node and its four neighbours and subtract them serially, 2p for each of four squares on one
+    serial multiplier, 2p + 1 to add and compare each of the four triangles, and 4 between these steps.
     """
     return (precision + 2) + 4 * 2 * precision + 4 * (2 * precision + 1) + 4
 
@@ -150,7 +151,8 @@ def clock_limit(rows: int, columns: int, part: Part) -> Figure:
     ram_low, ram_high = ram.interval
     text = (
         f"period {fit.offset:.2f} ns + {fit.slope:.3f} ns × {fit.form} over the clocks of Tables 1 to 3 of"
-        f" {published.PAPER}, ±{margin:.0%} (twice the miss on the held-out clock); parts and speed grades not told apart"
+        f" {published.PAPER}, ±{margin:.0%} (twice the miss on the"
+        " held-out clock); parts and speed grades not told apart"
     )
     if ram.value < law:
         text = f"block RAM of {part.full_name}: {ram.source}"
