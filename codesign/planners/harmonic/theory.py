@@ -79,7 +79,7 @@ def corridor_bits(length: int) -> int:
 def gamma(rows: int, columns: int) -> float:
     """Contraction factor γ = (cos(π/N) + cos(π/M)) / 2 of an N × M domain without obstacles (4.2).
 
-    N and M count intervals: with N nodes inside and obstacles around, as on our maps, the exact factor has N + 1.
+    N and M count intervals: with N nodes inside and obstacles around, as on our maps, the factor has N + 1.
 
     Raises:
         InputError: a side below 1.
@@ -145,8 +145,8 @@ def first_iterations(precision: float, gain: float, margin: float, distance: flo
 def next_iterations(more_bits: float, gain: float, margin: float) -> float:
     """k_i ≤ K·((p_i − p_(i−1) + 1)·log 2 + log(1/λ)): iterations of a later stage (4.4.2).
 
-    The paper takes ‖H^(i−1) − H*‖ ≤ e_(i−1) on the way and leaves out the factor (1 + λ)·K of its own bound: read
-    the result as growth with added bits, not as a bound.
+    The paper takes ‖H^(i−1) − H*‖ ≤ e_(i−1) on the way and leaves out the factor (1 + λ)·K of its own bound:
+    read the result as growth with added bits, not as a bound.
     """
     _require_margin(gain, margin)
     return gain * ((more_bits + 1.0) * LN2 - math.log(margin))
