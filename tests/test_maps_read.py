@@ -221,6 +221,7 @@ def image_file(path: Path, pixels: np.ndarray, mode: str | None = None) -> Path:
 
 
 LEVELS = np.array([[0, 127, 128, 255]], dtype=np.uint8)
+FINE_LEVELS = np.array([[0, 0x7FFF, 0x8081, 0xFF00]], dtype=np.uint16)
 
 
 @pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "LA", "P", "16", "P5", "P5-16", "P2", "1"])
@@ -229,11 +230,11 @@ def test_light_pixels_are_free_in_every_kind_of_image(tmp_path: Path, mode: str)
     if mode == "P5":
         path.write_bytes(b"P5#made\n# by hand\n4\t1 255\n" + LEVELS.tobytes())
     elif mode == "P5-16":
-        path.write_bytes(b"P5 4 1 65535 " + (LEVELS.astype(">u2") * 257).tobytes() + b"\n")
+        path.write_bytes(b"P5 4 1 65535 " + FINE_LEVELS.astype(">u2").tobytes() + b"\n")
     elif mode == "P2":
         path.write_bytes(b"P2 4 1 255\n0 127 # dark\n 128\r\n255")
     elif mode == "16":
-        image_file(path, LEVELS.astype(np.uint16) * 257)
+        image_file(path, FINE_LEVELS)
     elif mode == "1":
         Image.fromarray(LEVELS >= 128).save(path)
     else:
@@ -288,10 +289,13 @@ def test_a_cut_png_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", ["trinary", "scale", "raw"])
 @pytest.mark.parametrize("negate", ["0", "1"])
-@pytest.mark.parametrize("free_thresh", ["0.196", "0.25", "0"])
+@pytest.mark.parametrize("free_thresh", ["0.196", "0.2", "0"])
 def test_ros_rules_pixel_by_pixel(tmp_path: Path, mode: str, negate: str, free_thresh: str) -> None:
+    """Both thresholds fall on a pixel: 0.2 is 51/255 and 0.6 is 153/255, also as doubles."""
     pixels = np.arange(256, dtype=np.uint8).reshape(16, 16)
-    path = write_ros(tmp_path, pixels, mode=mode, negate=negate, free_thresh=free_thresh)
+    path = write_ros(
+        tmp_path, pixels, mode=mode, negate=negate, free_thresh=free_thresh, occupied_thresh="0.6"
+    )
     grid = maps.read_map(path)
     assert grid.unknown is not None
     for x in range(256):
@@ -300,7 +304,7 @@ def test_ros_rules_pixel_by_pixel(tmp_path: Path, mode: str, negate: str, free_t
         else:
             occupancy, told = Fraction(x if negate == "1" else 255 - x, 255), True
         free = told and occupancy < Fraction(free_thresh)
-        between = Fraction(free_thresh) <= occupancy <= Fraction("0.65")
+        between = Fraction(free_thresh) <= occupancy <= Fraction("0.6")
         assert grid.free[x // 16, x % 16] == free
         assert grid.unknown[x // 16, x % 16] == (between if mode == "trinary" else not told)
 
