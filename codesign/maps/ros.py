@@ -1,6 +1,7 @@
 """Maps of ROS map_server: a YAML file that says how to read an image.
 
-The rules are those of map_server (ROS 1) and nav2_map_server, which agree in all that matters here.
+The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs where ``raw`` meets ``negate`` or a pixel is
+transparent in ``scale``.
 """
 
 from __future__ import annotations
@@ -117,7 +118,7 @@ def _parse_yaml(content: bytes, path: Path) -> _Description:
         image=path.parent / image,
         resolution=resolution,
         origin=_origin(fields["origin"], path),
-        negate=bool(_choice(fields["negate"], "negate", (*_FALSE, *_TRUE), path) in _TRUE),
+        negate=_choice(fields["negate"], "negate", (*_FALSE, *_TRUE), path) in _TRUE,
         occupied_thresh=thresholds[1],
         free_thresh=thresholds[0],
         mode=_choice(fields["mode"], "mode", _MODES, path) if "mode" in fields else "trinary",
@@ -157,7 +158,9 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
         raise MapError("this is not a map_server file", where, f"it needs the keys {', '.join(_REQUIRED)}")
     fields: dict[str, yaml.Node] = {}
     for key, value in top.value:
-        name = str(key.value) if isinstance(key, yaml.ScalarNode) else ""
+        if not isinstance(key, yaml.ScalarNode):
+            raise _fault(key, Path(where), "this key is not a single word")
+        name = str(key.value)
         if name in fields:
             raise _fault(key, Path(where), f"the key {name:.40} stands twice", "keep one of them")
         # Mapping tools add keys of their own; only what looks like a slip of the pen is refused.
