@@ -1,7 +1,7 @@
 """Maps of ROS map_server: a YAML file that says how to read an image.
 
-The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs where ``raw`` meets ``negate`` or a pixel is
-transparent in ``scale``.
+The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs where ``raw`` meets ``negate`` or a pixel
+is transparent in ``scale``.
 """
 
 from __future__ import annotations
