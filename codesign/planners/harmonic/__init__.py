@@ -1,16 +1,8 @@
 """Block-synchronous harmonic control (Girau, Boumaza, Scherrer and Torres-Huitzil 2008)."""
 
 from codesign.planners.harmonic.fixed_point import Field
-from codesign.planners.harmonic.relax import (
-    Relaxation,
-    Stage,
-    StageEnd,
-    VisitBatch,
-    VisitRecord,
-    relax,
-    stage_cost,
-    work,
-)
+from codesign.planners.harmonic.relax import Relaxation, VisitRecord, relax, stage_cost, work
+from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 
 __all__ = [
     "Field",

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from codesign.planners.harmonic.arguments import Arguments, check_arguments
 from codesign.planners.harmonic.fixed_point import Field
-from codesign.planners.harmonic.relax import Relaxation, Stage, StageEnd, VisitBatch, VisitRecord
+from codesign.planners.harmonic.relax import Relaxation, VisitRecord
+from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 
 
 def relax_reference(
@@ -32,7 +33,7 @@ def relax_reference(
 
 def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[VisitBatch | StageEnd]:
     """One stage at the precision of ``start``, a batch a sweep."""
-    values = np.pad(start.to_ints(), 1)  # outside the map all is obstacle
+    values = _framed(start.to_ints())
     movable = np.pad(arguments.movable, 1)
     blocks_down, blocks_across = arguments.block_grid
     height, width = arguments.block
@@ -84,6 +85,13 @@ def _visit(
 
 def count_local_maxima(values: NDArray[np.object_], candidates: NDArray[np.bool_]) -> int:
     """Candidates none of whose four neighbours is strictly greater."""
-    padded = np.pad(values, 1)
+    padded = _framed(values)
     greatest = np.maximum.reduce([padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]])
     return int((candidates & (greatest <= values)).sum())
+
+
+def _framed(values: NDArray[np.object_]) -> NDArray[np.object_]:
+    # Outside the map all is obstacle. np.pad would put machine integers, which overflow, into the frame.
+    frame = np.zeros((values.shape[0] + 2, values.shape[1] + 2), object)
+    frame[1:-1, 1:-1] = values
+    return frame

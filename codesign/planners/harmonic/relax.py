@@ -22,54 +22,7 @@ from numpy.typing import NDArray
 
 from codesign.planners.harmonic.arguments import Arguments, check_arguments
 from codesign.planners.harmonic.fixed_point import Field
-
-
-@dataclass(frozen=True)
-class Stage:
-    """What one stage took.
-
-    Attributes:
-        precision: fractional bits p.
-        sweeps, visits, iterations: how many, all blocks together.
-        local_maxima: reachable free cells, goals left out, with no strictly greater neighbour at the end.
-    """
-
-    precision: int
-    sweeps: int
-    visits: int
-    iterations: int
-    local_maxima: int
-
-    @property
-    def cycles(self) -> int:
-        """Clock cycles of the iterations alone: p + 2 each (section 5.4), whatever the size of the block."""
-        return self.iterations * (self.precision + 2)
-
-
-@dataclass(frozen=True, eq=False)
-class VisitBatch:
-    """Consecutive visits of one stage, in the order they are made.
-
-    Attributes:
-        stage_index: which stage of the schedule, from 0.
-        precision: fractional bits p.
-        block: int32, which block, counted in raster order.
-        iterations: int32, iterations of each visit, 1..I.
-    """
-
-    stage_index: int
-    precision: int
-    block: NDArray[np.int32]
-    iterations: NDArray[np.int32]
-
-
-@dataclass(frozen=True, eq=False)
-class StageEnd:
-    """The end of a stage: its index in the schedule, what it took, and the field it left."""
-
-    stage_index: int
-    stage: Stage
-    field: Field
+from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,16 +115,14 @@ def work(
 
 
 def _run(arguments: Arguments, stop_without_local_maxima: bool) -> Iterator[VisitBatch | StageEnd]:
-    from codesign.planners.harmonic.reference import relax_stage
+    from codesign.planners.harmonic.engine import Engine
 
-    field = arguments.start
+    engine = Engine(arguments)
     for index, precision in enumerate(arguments.schedule):
-        for item in relax_stage(arguments, index, field.shifted(precision)):
-            if isinstance(item, StageEnd):
-                field, stage = item.field, item.stage
+        for item in engine.run(index, precision):
             yield item
-        if stop_without_local_maxima and stage.local_maxima == 0:
-            return
+            if isinstance(item, StageEnd) and stop_without_local_maxima and item.stage.local_maxima == 0:
+                return
 
 
 def relax(

@@ -1,0 +1,138 @@
+"""The fast relaxation: bit planes of all blocks, carried from stage to stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from codesign.errors import RunError
+from codesign.planners.harmonic import kernels, limbs
+from codesign.planners.harmonic.arguments import Arguments
+from codesign.planners.harmonic.fixed_point import Field, limbs_needed
+from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
+
+VISITS_PER_BATCH = 1 << 14
+# Words times iterations between two chances to be interrupted: some tenth of a second.
+BUDGET = 1 << 25
+SPARE_PLANES = 48
+
+
+class Engine:
+    """Runs stage after stage of one relaxation.
+
+    ``spare_planes``: room made above the planes in use, whenever room is made. It changes no result.
+    """
+
+    def __init__(self, arguments: Arguments, spare_planes: int = SPARE_PLANES, budget: int = BUDGET) -> None:
+        self._arguments = arguments
+        self._spare, self._budget = spare_planes, budget
+        self._field = arguments.start
+        bits, negative = limbs.residual_bits(self._field.limbs, arguments.movable)
+        self._signed = bool(negative)
+        # r has its two low planes always, and a sign in two's complement.
+        count = max(bits, 2) + self._signed
+        self._make(count + spare_planes)
+        limbs.fill_mask(self._layout, arguments.movable, self._state.mask)
+        limbs.fill_residual(self._layout, self._field.limbs, arguments.movable, self._state.residual, count)
+        self._state.width[:] = count - 2
+
+    def run(self, stage_index: int, precision: int) -> Iterator[VisitBatch | StageEnd]:
+        """One stage at ``precision``, not below that of the stage before. Raises RunError if it would never end."""
+        self._lift(precision - self._field.precision)
+        arguments, layout = self._arguments, self._layout
+        control = np.zeros(kernels.CONTROL_SIZE, np.int64)
+        control[kernels.POWER] = 1
+        published = arguments.termination == "published"
+        counts = np.empty(VISITS_PER_BATCH, np.int32)
+        blocks = layout.down * layout.across
+        visits = iterations = 0
+        status = kernels.RUNNING
+        while status != kernels.CONVERGED:
+            status, made = kernels.advance(
+                self._layout,
+                self._state,
+                control,
+                counts,
+                arguments.iterations,
+                self._budget,
+                published,
+                self._signed,
+            )
+            if status == kernels.CYCLE:
+                raise RunError(
+                    f"at {precision} bits the values come back to where they were and never settle",
+                    "start",
+                    "start from zero, or from values nowhere above the final field",
+                )
+            if status == kernels.GROW:
+                self._grow()
+            if made:
+                block = ((visits + np.arange(made)) % blocks).astype(np.int32)
+                yield VisitBatch(stage_index, precision, block, counts[:made].copy())
+                visits += made
+                iterations += int(counts[:made].sum(dtype=np.int64))
+        self._settle(precision)
+        maxima = limbs.count_local_maxima(self._field.limbs, arguments.reachable & arguments.movable)
+        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, int(maxima))
+        yield StageEnd(stage_index, stage, self._field)
+
+    def _make(self, planes: int) -> None:
+        layout = kernels.make_layout(self._arguments.free.shape, self._arguments.block, planes)
+        tiles = layout.down * layout.across
+        self._layout = layout
+        # Memory of planes that no value reaches is never touched.
+        self._state = kernels.State(
+            mask=np.zeros(layout.plane, np.uint64),
+            residual=np.zeros(planes * layout.plane, np.uint64),
+            odometer=np.zeros(planes * layout.plane, np.uint64),
+            ring=np.zeros((kernels.SLOTS + 2) * planes * layout.tile, np.uint64),
+            visit=np.zeros(planes * layout.tile, np.uint64),
+            width=np.zeros(tiles, np.int64),
+            odometer_width=np.zeros(tiles, np.int64),
+            snapshot=np.zeros(planes * layout.plane if self._signed else 0, np.uint64),
+            snapshot_width=np.full(tiles, -1, np.int64),
+        )
+
+    def _grow(self) -> None:
+        """Make room for more planes, in the middle of a stage."""
+        old = self._state
+        self._make(self._layout.planes + self._spare)
+        for name, source in old._asdict().items():
+            if name != "ring":
+                getattr(self._state, name)[: len(source)] = source
+
+    def _lift(self, shift: int) -> None:
+        """r << shift, d = 0: the start of the next stage."""
+        old, plane = self._state, self._layout.plane
+        # A sign is needed only where something negative is left, which no settled block has.
+        self._signed &= bool(old.width.any())
+        count = int(old.width.max()) + 2
+        self._make(shift + count + self._signed + self._spare)
+        new = self._state
+        new.mask[:] = old.mask
+        words = np.repeat(old.width, self._layout.tile)
+        for index in range(count):
+            source = old.residual[index * plane : (index + 1) * plane]
+            target = new.residual[(shift + index) * plane : (shift + index + 1) * plane]
+            np.copyto(target, source, where=index < words + 2)
+        new.width[:] = old.width + shift
+        if self._signed:
+            new.width[old.width == 0] += 1
+        kernels.trim(self._layout, new, self._signed)
+
+    def _settle(self, precision: int) -> None:
+        """The field at the end of the stage: (field << shift) + d."""
+        field, state = self._field, self._state
+        raised = np.empty((*field.shape, limbs_needed(precision)), np.uint64)
+        limbs.raise_field(
+            self._layout,
+            field.limbs,
+            precision - field.precision,
+            self._arguments.movable,
+            state.odometer,
+            state.odometer_width,
+            self._signed,
+            raised,
+        )
+        self._field = Field(raised, precision)

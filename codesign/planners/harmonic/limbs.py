@@ -1,0 +1,175 @@
+# mypy: ignore-errors
+# The compiler of numba gives types to the kernels.
+"""Between wide values and bit planes: what is needed once a stage, cell by cell in 64-bit limbs.
+
+Wide values are uint64 arrays, rows × columns × limbs, least significant limb first. Bit planes and their layout are
+those of ``kernels``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+HALF_BITS = 32
+_HALF = np.int64((1 << HALF_BITS) - 1)
+
+
+@njit(cache=True)
+def _half(limbs, row, column, half):
+    """Half a limb of a value as int64; 0 outside the map and beyond the last limb."""
+    if (
+        row < 0
+        or column < 0
+        or row >= limbs.shape[0]
+        or column >= limbs.shape[1]
+        or half >= 2 * limbs.shape[2]
+    ):
+        return np.int64(0)
+    limb = limbs[row, column, half // 2]
+    return np.int64(limb >> np.uint64(HALF_BITS)) if half % 2 else np.int64(limb & np.uint64(_HALF))
+
+
+@njit(cache=True)
+def _residual(limbs, row, column, residual):
+    """N + E + S + W - 4h of a cell, in two's complement halves; the bits it takes, and whether it is negative."""
+    carry = np.int64(0)
+    for half in range(len(residual)):
+        carry += (
+            _half(limbs, row - 1, column, half)
+            + _half(limbs, row + 1, column, half)
+            + _half(limbs, row, column - 1, half)
+            + _half(limbs, row, column + 1, half)
+            - 4 * _half(limbs, row, column, half)
+        )
+        residual[half] = carry & _HALF
+        carry >>= HALF_BITS
+    negative = carry < 0
+    sign = _HALF if negative else np.int64(0)
+    for half in range(len(residual) - 1, -1, -1):
+        if residual[half] != sign:
+            bits = half * HALF_BITS
+            rest = residual[half] ^ sign
+            while rest:
+                rest >>= 1
+                bits += 1
+            return bits, negative
+    return 0, negative
+
+
+@njit(cache=True)
+def residual_bits(limbs, movable):
+    """Most bits that r of any movable cell takes, its sign not counted, and whether any is negative."""
+    residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
+    most, any_negative = 0, False
+    for row in range(limbs.shape[0]):
+        for column in range(limbs.shape[1]):
+            if movable[row, column]:
+                bits, negative = _residual(limbs, row, column, residual)
+                most = max(most, bits)
+                any_negative |= negative
+    return most, any_negative
+
+
+@njit(cache=True)
+def _word_and_bit(layout, row, column):
+    """Index of the word that holds a cell, in plane 0 over all tiles, and the bit in it."""
+    tile = row // layout.block_rows * layout.across + column // layout.block_columns
+    inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
+    word = tile * layout.tile + (inner_column // 64 + 1) * layout.stride + 8 + inner_row
+    return word, np.uint64(inner_column % 64)
+
+
+@njit(cache=True)
+def fill_mask(layout, movable, mask):
+    """Set the bits of ``mask`` (zero before) at the movable cells."""
+    for row in range(movable.shape[0]):
+        for column in range(movable.shape[1]):
+            if movable[row, column]:
+                word, bit = _word_and_bit(layout, row, column)
+                mask[word] |= np.uint64(1) << bit
+
+
+@njit(cache=True)
+def fill_residual(layout, limbs, movable, planes, count):
+    """Set ``count`` bits of r of every movable cell in ``planes`` (zero before), negative ones in two's complement."""
+    residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
+    for row in range(limbs.shape[0]):
+        for column in range(limbs.shape[1]):
+            if not movable[row, column]:
+                continue
+            _, negative = _residual(limbs, row, column, residual)
+            word, bit = _word_and_bit(layout, row, column)
+            for plane in range(count):
+                half = plane // HALF_BITS
+                if half < len(residual):
+                    value = residual[half] >> np.int64(plane % HALF_BITS) & 1
+                else:
+                    value = np.int64(negative)
+                planes[plane * layout.plane + word] |= np.uint64(value) << bit
+
+
+@njit(cache=True)
+def raise_field(layout, limbs, shift, movable, planes, widths, signed, raised):
+    """Put (limbs << shift) + d into ``raised``, d taken from its planes, of which each block has ``widths``."""
+    words, bits = shift // 64, np.uint64(shift % 64)
+    rows, columns, count = raised.shape
+    for row in range(rows):
+        for column in range(columns):
+            word, bit = _word_and_bit(layout, row, column)
+            tile = word // layout.tile
+            width = widths[tile] if movable[row, column] else 0
+            sign = np.uint64(0)
+            if signed and width > 0 and (planes[(width - 1) * layout.plane + word] >> bit) & np.uint64(1):
+                sign = ~sign
+            carry = np.uint64(0)
+            for limb in range(count):
+                value = np.uint64(0)
+                source = limb - words
+                if 0 <= source < limbs.shape[2]:
+                    value = limbs[row, column, source] << bits
+                if bits and 0 <= source - 1 < limbs.shape[2]:
+                    value |= limbs[row, column, source - 1] >> (np.uint64(64) - bits)
+                first, last = limb * 64, min(limb * 64 + 64, width)
+                added = sign
+                if first < last:
+                    if last - first < 64:
+                        added <<= np.uint64(last - first)
+                    else:
+                        added = np.uint64(0)
+                    for plane in range(first, last):
+                        one = (planes[plane * layout.plane + word] >> bit) & np.uint64(1)
+                        added |= one << np.uint64(plane - first)
+                total = value + added
+                overflow = np.uint64(total < value)
+                value = total + carry
+                carry = overflow | np.uint64(value < total)
+                raised[row, column, limb] = value
+
+
+@njit(cache=True)
+def _greater(limbs, row, column, other_row, other_column):
+    """Whether the value at the first cell is greater than at the second; cells outside the map hold 0."""
+    if row < 0 or column < 0 or row >= limbs.shape[0] or column >= limbs.shape[1]:
+        return False
+    for limb in range(limbs.shape[2] - 1, -1, -1):
+        here, there = limbs[row, column, limb], limbs[other_row, other_column, limb]
+        if here != there:
+            return here > there
+    return False
+
+
+@njit(cache=True)
+def count_local_maxima(limbs, candidates):
+    """Candidates none of whose four neighbours is strictly greater."""
+    count = 0
+    for row in range(limbs.shape[0]):
+        for column in range(limbs.shape[1]):
+            if candidates[row, column] and not (
+                _greater(limbs, row - 1, column, row, column)
+                or _greater(limbs, row + 1, column, row, column)
+                or _greater(limbs, row, column - 1, row, column)
+                or _greater(limbs, row, column + 1, row, column)
+            ):
+                count += 1
+    return count
