@@ -22,7 +22,9 @@ SAMPLES: dict[str, list[dict[str, Any]]] = {
         {"blocks": (1, 1), "iterations": 40, "schedule": (70,), "stop": "schedule_end"},
     ]
 }
-CASES = [(name, index) for name in sorted(catalog.planners()) for index in range(len(SAMPLES.get(name, [{}])))]
+CASES = [
+    (name, index) for name in sorted(catalog.planners()) for index in range(len(SAMPLES.get(name, [{}])))
+]
 
 
 @pytest.fixture(params=CASES, ids=lambda case: f"{case[0]}-{case[1]}")
@@ -68,7 +70,9 @@ def test_another_map_another_answer(case: tuple[Planner, Any], problem: Problem)
     free = problem.free.copy()
     free[2, 4] = not free[2, 4]
     other = Problem(free=free, goals=problem.goals, starts=())
-    assert planner.identity(planner.plan(problem, parameters)) != planner.identity(planner.plan(other, parameters))
+    assert planner.identity(planner.plan(problem, parameters)) != planner.identity(
+        planner.plan(other, parameters)
+    )
     assert problem.digest != other.digest
 
 
@@ -129,7 +133,9 @@ def test_trajectories_stay_in_free_space(case: tuple[Planner, Any], problem: Pro
         assert points.dtype == np.float64
         assert points.shape[1] == 2
         # Every point of the way between the samples too: ten steps between each pair.
-        dense = np.concatenate([np.linspace(a, b, 11) for a, b in zip(points, points[1:], strict=False)] or [points])
+        dense = np.concatenate(
+            [np.linspace(a, b, 11) for a, b in zip(points, points[1:], strict=False)] or [points]
+        )
         cells = np.floor(dense + 0.5).astype(int)
         assert problem.free[cells[:, 0], cells[:, 1]].all()
         last = tuple(int(value) for value in np.floor(points[-1] + 0.5))

@@ -11,14 +11,29 @@ from codesign import __version__
 from codesign.errors import EXIT_INTERRUPTED, CodesignError
 
 COMMANDS = {
-    "run": ("codesign.cli.run:run", "Simulate one design point: its time, resources, power and quality of plan."),
-    "explore": ("codesign.cli.explore:explore", "Evaluate every point of a workload's exploration; find the front."),
+    "run": (
+        "codesign.cli.run:run",
+        "Simulate one design point: its time, resources, power and quality of plan.",
+    ),
+    "explore": (
+        "codesign.cli.explore:explore",
+        "Evaluate every point of a workload's exploration; find the front.",
+    ),
     "report": ("codesign.cli.explore:report", "Make the tables and the HTML page of an exploration again."),
     "trace": ("codesign.cli.trace:trace", "Look into the trace of a run."),
-    "reproduce": ("codesign.cli.reproduce:reproduce", "Hold the model against the published tables, row by row."),
+    "reproduce": (
+        "codesign.cli.reproduce:reproduce",
+        "Hold the model against the published tables, row by row.",
+    ),
     "check": ("codesign.cli.inspect:check", "Check platform and workload files; report all faults at once."),
-    "schema": ("codesign.cli.inspect:schema", "Print a JSON Schema, for editors and for readers of our JSON."),
-    "list": ("codesign.cli.inspect:list_", "List the platforms, parts, workloads, planners and styles at hand."),
+    "schema": (
+        "codesign.cli.inspect:schema",
+        "Print a JSON Schema, for editors and for readers of our JSON.",
+    ),
+    "list": (
+        "codesign.cli.inspect:list_",
+        "List the platforms, parts, workloads, planners and styles at hand.",
+    ),
     "init": ("codesign.cli.inspect:init", "Write a platform and a workload to start from."),
 }
 
@@ -59,7 +74,9 @@ class LazyGroup(click.Group):
             ctx.exit(0)
 
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.group(
+    cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+)
 @click.version_option(__version__, prog_name="hwsw")
 def main() -> None:
     """Co-design robot path planners in hardware and software.

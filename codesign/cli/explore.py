@@ -21,7 +21,9 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.command(short_help="Evaluate every point of an exploration.")
 @click.argument("platform")
 @click.argument("workload")
-@click.option("--store", type=_FILE, help="SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]")
+@click.option(
+    "--store", type=_FILE, help="SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
+)
 @click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")

@@ -10,8 +10,12 @@ import click
 @click.command(short_help="Hold the model against the published tables.")
 @click.argument("paper", type=click.Choice(["harmonic"]), default="harmonic")
 @click.option("--quick", is_flag=True, help="Fewer and smaller maps for the figures that are simulated.")
-@click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page with plots.")
-@click.option("--plots", type=click.Path(file_okay=False, path_type=Path), help="Write the plots into this folder.")
+@click.option(
+    "--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page with plots."
+)
+@click.option(
+    "--plots", type=click.Path(file_okay=False, path_type=Path), help="Write the plots into this folder."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
 def reproduce(paper: str, quick: bool, page: Path | None, plots: Path | None, as_json: bool) -> None:
     """Print published against modelled, row by row, with the error and the source of each figure."""

@@ -12,8 +12,12 @@ from codesign.errors import EXIT_INFEASIBLE, InputError
 @click.command(short_help="Simulate one design point.")
 @click.argument("platform")
 @click.argument("workload")
-@click.option("--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. relax.iterations=16")
-@click.option("--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace.")
+@click.option(
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. relax.iterations=16"
+)
+@click.option(
+    "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
+)
 @click.option("--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page.")
 @click.option(
     "--granularity",
@@ -62,5 +66,7 @@ def _setting(text: str) -> tuple[str, object]:
 
     axis, separator, value = text.partition("=")
     if not separator or not axis:
-        raise InputError(f"{text!r} is no setting", "--set", "write AXIS=VALUE, as in --set relax.iterations=16")
+        raise InputError(
+            f"{text!r} is no setting", "--set", "write AXIS=VALUE, as in --set relax.iterations=16"
+        )
     return axis, parse_value(value, f"--set {axis}")

@@ -28,7 +28,9 @@ def info(file: Path, as_json: bool) -> None:
 @trace.command(short_help="The story of the run.")
 @click.argument("file", type=_FILE)
 @click.option("--topic", help="Only this topic.")
-@click.option("--limit", type=click.IntRange(1), default=200, show_default=True, help="At most so many lines.")
+@click.option(
+    "--limit", type=click.IntRange(1), default=200, show_default=True, help="At most so many lines."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print records as JSON, one a line.")
 def show(file: Path, topic: str | None, limit: int, as_json: bool) -> None:
     """Print the records of the trace FILE in the order of time, and the potential of the last stage."""

@@ -103,5 +103,7 @@ class Planner(Protocol):
     def figures(self, plan: Any) -> dict[str, Any]:
         """The fields of a result that only this plan can fill: ``stages``, ``precision``."""
 
-    def trajectory(self, problem: Problem, plan: Any, start: tuple[int, int]) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(
+        self, problem: Problem, plan: Any, start: tuple[int, int]
+    ) -> tuple[NDArray[np.float64], bool]:
         """The way from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""

@@ -163,7 +163,9 @@ def _cell_faults(
         path = ("problem", name, index)
         if not (0 <= row < grid.rows and 0 <= column < grid.columns):
             text = f"cell ({row}, {column}) is outside of the map of {grid.rows} × {grid.columns} cells"
-            faults.append(fault(workload, path, text, "cells are (row, column), counted from 0, row 0 at the top"))
+            faults.append(
+                fault(workload, path, text, "cells are (row, column), counted from 0, row 0 at the top")
+            )
         elif not grid.free[row, column]:
             near = maps.nearest_free(grid.free, (row, column))
             hint = f"the nearest free cell is {near}" if near is not None else "no cell of the map is free"

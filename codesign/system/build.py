@@ -77,7 +77,9 @@ class Machine:
         """Process generator: a message from the planner to the asker."""
         yield from self._carry(name, bits, [(link, to, of) for link, of, to in reversed(self._route)])
 
-    def execute(self, steps: Generator[Step, None, Any], granularity: Granularity) -> Generator[Any, Any, Any]:
+    def execute(
+        self, steps: Generator[Step, None, Any], granularity: Granularity
+    ) -> Generator[Any, Any, Any]:
         """Process generator: run the planner's steps on the planning component; returns the plan."""
         return (yield from self.planner.execute(steps, granularity))
 
@@ -140,7 +142,9 @@ def _route(system: System, origin: str, target: str) -> list[tuple[str, str, str
         way = networkx.shortest_path(graph, origin, target)
     except networkx.NetworkXNoPath:
         raise RunError(
-            f"no link joins {origin} and {target}", system.platform.name, "add a link between them under links:"
+            f"no link joins {origin} and {target}",
+            system.platform.name,
+            "add a link between them under links:",
         ) from None
     hops = zip(way, way[1:], strict=False)
     return [(min(edge["link"] for edge in graph[a][b].values()), a, b) for a, b in hops]

@@ -86,7 +86,9 @@ def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
         for item in demand.items
         if item.resource == resource
     )
-    return ResourceUse(resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items)
+    return ResourceUse(
+        resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items
+    )
 
 
 def _texts(levers: tuple[Lever, ...]) -> tuple[str, ...]:

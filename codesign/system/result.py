@@ -130,11 +130,15 @@ class Result(_Model):
     clock: Clock | None = None
     power: Power | None = None
     time: Times | None = None
-    cycles: dict[str, int] | None = Field(default=None, description="clock cycles of the planning component by phase")
+    cycles: dict[str, int] | None = Field(
+        default=None, description="clock cycles of the planning component by phase"
+    )
     stages: tuple[StageUse, ...] | None = None
     precision: int | None = Field(default=None, description="fractional bits of the final field")
     energy: Energy | None = None
-    utilisation: dict[str, float] | None = Field(default=None, description="busy share of each component and link")
+    utilisation: dict[str, float] | None = Field(
+        default=None, description="busy share of each component and link"
+    )
     quality: Quality | None = None
 
     def figure(self, name: ResultFigure) -> float | None:
@@ -146,7 +150,9 @@ class Result(_Model):
         figures: dict[ResultFigure, float | None] = {
             ResultFigure.TIME: None if self.time is None else self.time.first_plan_ps / 1e12,
             ResultFigure.CYCLES: None if self.cycles is None else float(sum(self.cycles.values())),
-            ResultFigure.POWER: None if self.power is None else self.power.static.value + self.power.dynamic.value,
+            ResultFigure.POWER: None
+            if self.power is None
+            else self.power.static.value + self.power.dynamic.value,
             ResultFigure.ENERGY: None if self.energy is None else self.energy.total_j,
             ResultFigure.PRECISION: None if self.precision is None else float(self.precision),
             ResultFigure.SHARE_REACHING_GOAL: None if quality is None else quality.share_reaching_goal,

@@ -49,14 +49,20 @@ def simulate(
 
 
 def simulate_system(
-    system: System, *, listeners: Sequence[Listener] = (), granularity: str = "run_ahead", memo: Memo | None = None
+    system: System,
+    *,
+    listeners: Sequence[Listener] = (),
+    granularity: str = "run_ahead",
+    memo: Memo | None = None,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it."""
     from codesign.components import Granularity
 
     if granularity not in list(Granularity):
         raise InputError(
-            f"granularity {granularity!r} is unknown", "granularity", choose_hint(granularity, list(Granularity))
+            f"granularity {granularity!r} is unknown",
+            "granularity",
+            choose_hint(granularity, list(Granularity)),
         )
     head = _head(system)
     demand: Demand | None = None

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
-from codesign.architectures.harmonic.steps import DECIDE, LOAD, relax_steps
+from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps
 from codesign.architectures.interface import Demand, Step
 from codesign.figures import Figure, Status, weakest
+from codesign.memo import Memo
 from codesign.planners.harmonic.parameters import RelaxParameters
-from codesign.planners.harmonic.relax import Relaxation, VisitBatch
+from codesign.planners.harmonic.relax import Relaxation
 from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
@@ -40,20 +41,25 @@ class BitSerial:
         """The fastest clock for a block of this size on the part, Hz."""
         return timing.clock_limit(*parameters.block_shape(problem.rows, problem.columns), part)
 
-    def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
-        """Phases ``load``, ``relax`` (a unit a visit and a unit an end of stage), ``decide``."""
+    def work(
+        self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
+    ) -> Generator[Step, None, Relaxation]:
+        """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit."""
         rows, columns = parameters.block_shape(problem.rows, problem.columns)
         blocks = parameters.block_count(problem.rows, problem.columns)
         load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])
         yield Step(LOAD, np.array([load], np.int64))
+
+        def iteration_cost(
+            precision: int,
+            block: NDArray[np.int32],  # noqa: ARG001: any block takes as long
+            iterations: NDArray[np.int64],
+        ) -> NDArray[np.int64]:
+            return iterations * timing.iteration_cycles(precision)
+
         switch = timing.switch_cycles(rows * columns, blocks)
-
-        def visit_cycles(batch: VisitBatch) -> NDArray[np.int64]:
-            return batch.iterations.astype(np.int64) * timing.iteration_cycles(batch.precision) + switch
-
-        plan = yield from relax_steps(
-            problem, parameters, visit_cycles, timing.stage_end_cycles(rows * columns)
-        )
+        costs = Costs(iteration_cost, visit=switch, stage_end=timing.stage_end_cycles(rows * columns))
+        plan = yield from relax_steps(problem, parameters, costs, memo, detail)
         yield self.decision(plan)
         return plan
 

@@ -17,12 +17,13 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.harmonic.steps import DECIDE, relax_steps
+from codesign.architectures.harmonic.steps import DECIDE, Costs, relax_steps
 from codesign.architectures.interface import Demand, Step
 from codesign.errors import InputError
 from codesign.figures import Figure
+from codesign.memo import Memo
 from codesign.planners.harmonic.parameters import RelaxParameters
-from codesign.planners.harmonic.relax import Relaxation, VisitBatch
+from codesign.planners.harmonic.relax import Relaxation
 from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
@@ -76,15 +77,19 @@ class Software:
         """
         raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
 
-    def work(self, problem: Problem, parameters: RelaxParameters) -> Generator[Step, None, Relaxation]:
-        """Phases ``relax`` (a unit a visit) and ``decide``; cycles are units of ``kernel``."""
+    def work(
+        self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
+    ) -> Generator[Step, None, Relaxation]:
+        """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
         map_shape = problem.rows, problem.columns
         cells = block_cells(map_shape, parameters.block_shape(*map_shape))
 
-        def visit_units(batch: VisitBatch) -> NDArray[np.int64]:
-            return batch.iterations.astype(np.int64) * cells[batch.block] * self.units(batch.precision)
+        def iteration_cost(
+            precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
+        ) -> NDArray[np.int64]:
+            return iterations * cells[block] * self.units(precision)
 
-        plan = yield from relax_steps(problem, parameters, visit_units, None)
+        plan = yield from relax_steps(problem, parameters, Costs(iteration_cost), memo, detail)
         yield self.decision(plan)
         return plan
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.interface import Step
+from codesign.memo import Memo
+from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.relax import Relaxation, Stage, StageEnd, VisitBatch, work
 from codesign.planners.interface import Problem
@@ -17,8 +21,36 @@ from codesign.records import StageRecord, VisitsRecord
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
 
-VisitCost = Callable[[VisitBatch], NDArray[np.int64]]
-"""Cycles (or units of a processor's kernel) of each visit of a batch, int64, at least 1 each."""
+
+class VisitCost(Protocol):
+    """What visits cost, in cycles or in units of a processor's kernel."""
+
+    def __call__(
+        self, precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """The cost of visits of ``iterations`` iterations each, int64: a sum over visits of what it depends on
+        linearly (the iterations), with nothing for a visit as such."""
+
+
+@dataclass(frozen=True)
+class Costs:
+    """The costs of a style: of the iterations of a visit, of a visit as such, and of the end of a stage.
+
+    Split so, costs add up: a stage costs the same told visit by visit or from its sums.
+    """
+
+    iterations: VisitCost
+    visit: int = 0
+    stage_end: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _StageSums:
+    """A stage without its single visits: ``iterations`` of each block summed (int64), every block visited alike."""
+
+    stage: Stage
+    field: Field
+    iterations: NDArray[np.int64]
 
 
 @dataclass
@@ -29,36 +61,96 @@ class _StageClock:
 
 
 def relax_steps(
-    problem: Problem, parameters: RelaxParameters, visit_cost: VisitCost, stage_end_cost: int | None
+    problem: Problem, parameters: RelaxParameters, costs: Costs, memo: Memo | None, detail: bool
 ) -> Generator[Step, None, Relaxation]:
-    """The relaxation as steps of phase ``relax``: one for each batch of visits, one for each end of a stage.
+    """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
 
-    ``stage_end_cost``: cycles between two stages; None: none, and the step is left out.
+    With ``detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
+    that ``memo`` holds are not computed again.
     """
-    # Lazily, as maps.reach brings scipy only where it is called.
     from codesign.maps.reach import reachable
 
+    told = (
+        _each_visit(problem, parameters, costs)
+        if detail
+        else _each_stage(problem, parameters, costs, memo or Memo())
+    )
+    stages, field = yield from told
+    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None)
+
+
+def _each_visit(
+    problem: Problem, parameters: RelaxParameters, costs: Costs
+) -> Generator[Step, None, tuple[list[Stage], Field]]:
     stages: list[Stage] = []
     clock = _StageClock()
-    field = None
-    for item in work(
+    field: Field | None = None
+    for item in _work(problem, parameters, parameters.precisions, None):
+        if isinstance(item, VisitBatch):
+            cycles = (
+                costs.iterations(item.precision, item.block, item.iterations.astype(np.int64)) + costs.visit
+            )
+            yield Step(RELAX, cycles, _visits_story(item, clock))
+        else:
+            stages.append(item.stage)
+            field = item.field
+            ending = [costs.stage_end] if costs.stage_end else []
+            yield Step(RELAX, np.array(ending, np.int64), _stage_story(item, clock))
+    assert field is not None, "a schedule has at least one stage"
+    return stages, field
+
+
+def _each_stage(
+    problem: Problem, parameters: RelaxParameters, costs: Costs, memo: Memo
+) -> Generator[Step, None, tuple[list[Stage], Field]]:
+    stages: list[Stage] = []
+    field: Field | None = None
+    partition = (
+        parameters.block_shape(problem.rows, problem.columns),
+        parameters.iterations,
+        parameters.termination,
+    )
+    for precision in parameters.precisions:
+        start = None if field is None else field.digest()
+        key = ("harmonic stage", problem.digest, *partition, start, precision)
+        compute = partial(_stage_sums, problem, parameters, precision, field)
+        sums = memo.get(key, compute)
+        block = np.arange(len(sums.iterations), dtype=np.int32)
+        cycles = int(costs.iterations(precision, block, sums.iterations).sum())
+        yield Step(RELAX, np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64))
+        stages.append(sums.stage)
+        field = sums.field
+        if parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0:
+            break
+    assert field is not None, "a schedule has at least one stage"
+    return stages, field
+
+
+def _stage_sums(
+    problem: Problem, parameters: RelaxParameters, precision: int, start: Field | None
+) -> _StageSums:
+    """Run one stage from the field of an earlier one."""
+    iterations = np.zeros(parameters.block_count(problem.rows, problem.columns), np.int64)
+    for item in _work(problem, parameters, (precision,), start):
+        if isinstance(item, StageEnd):
+            return _StageSums(item.stage, item.field, iterations)
+        iterations += np.bincount(item.block, item.iterations, len(iterations)).astype(np.int64)
+    raise AssertionError("a stage has an end")
+
+
+def _work(
+    problem: Problem, parameters: RelaxParameters, precisions: tuple[int, ...], start: Field | None
+) -> Iterator[VisitBatch | StageEnd]:
+    return work(
         problem.free,
         problem.goals,
         block=parameters.block_shape(problem.rows, problem.columns),
         iterations=parameters.iterations,
-        schedule=parameters.precisions,
+        schedule=precisions,
         termination=parameters.termination,
+        start=start,
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
-    ):
-        if isinstance(item, VisitBatch):
-            yield Step(RELAX, visit_cost(item), _visits_story(item, clock))
-            continue
-        stages.append(item.stage)
-        field = item.field
-        if stage_end_cost is not None:
-            yield Step(RELAX, np.array([stage_end_cost], np.int64), _stage_story(item, clock))
-    assert field is not None, "a schedule has at least one stage"
-    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None)
+    )
 
 
 def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
