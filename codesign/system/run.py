@@ -138,7 +138,7 @@ def _run_fields(
 ) -> dict[str, Any]:
     planner, problem = system.planner, system.problem
     key = ("quality", planner.name, problem.digest, planner.identity(plan))
-    quality = (memo or Memo()).get(key, lambda: planner.quality(problem, plan))
+    quality = (Memo() if memo is None else memo).get(key, lambda: planner.quality(problem, plan))
     times = Times(
         map_loaded_ps=machine.map_loaded, planned_ps=machine.planned, first_plan_ps=machine.answered
     )

@@ -73,7 +73,7 @@ def relax_steps(
     told = (
         _each_visit(problem, parameters, costs)
         if detail
-        else _each_stage(problem, parameters, costs, memo or Memo())
+        else _each_stage(problem, parameters, costs, Memo() if memo is None else memo)
     )
     stages, field = yield from told
     return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None)
