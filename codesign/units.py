@@ -225,8 +225,8 @@ def _unit_hint(unit: str, scale: Scale) -> str:
 def format_exact(value: int | Fraction, dimension: Dimension) -> str:
     """The shortest exact text of a value: ``parse_quantity`` reads it back to the same number.
 
-    The unit is the largest in which at least 1 is left of it and that needs no more than six decimals; without
-    one, the base unit.
+    The unit is the largest in which at least 1 is left of it and that needs at most six decimals; without
+    such a one, the base unit.
 
     >>> format_exact(33_333_333, Dimension.FREQUENCY), format_exact(42088, Dimension.TIME)
     ('33.333333 MHz', '42.088 ns')
@@ -327,7 +327,8 @@ def format_count(count: int) -> str:
 def edge(cycles: int, hertz: int) -> int:
     """The time of clock edge number ``cycles``, ps: ceil(cycles · 10^12 / hertz), of absolute counts.
 
-    Nothing is summed, so nothing drifts. Edge 0 is at time 0. At 150 MHz a cycle is 6666.67 ps; edge 3 is at 20,000 ps exactly, as every third is.
+    Nothing is summed, so nothing drifts: at 150 MHz a cycle is 6666.67 ps, and every third edge is exact.
+    Edge 0 is at time 0.
 
     >>> [edge(cycles, 150_000_000) for cycles in range(4)]
     [0, 6667, 13334, 20000]

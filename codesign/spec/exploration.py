@@ -1,0 +1,167 @@
+"""What is explored: axes, objectives and constraints."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from enum import StrEnum
+from typing import Annotated, Any, Self
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from codesign.errors import InputError
+from codesign.spec.model import RefusalError, SpecModel, raise_all, refusal_details, refused
+from codesign.spec.scalars import clip
+from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
+
+MAX_AXES = 16
+MAX_VALUES = 1000
+MAX_POINTS = 1_000_000
+
+_AXIS = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
+
+
+class ResultFigure(StrEnum):
+    """A figure of a result that may be an objective or a constraint."""
+
+    TIME = "time"
+    CYCLES = "cycles"
+    SLICES = "slices"
+    LUT4 = "lut4"
+    FLIP_FLOPS = "flip_flops"
+    BLOCK_RAMS = "block_rams"
+    MULTIPLIERS = "multipliers"
+    POWER = "power"
+    ENERGY = "energy"
+    SHARE_REACHING_GOAL = "share_reaching_goal"
+    LOCAL_MAXIMA = "local_maxima"
+    PATH_LENGTH_RATIO = "path_length_ratio"
+    CLEARANCE = "clearance"
+    PRECISION = "precision"
+
+    @property
+    def unit(self) -> str:
+        """The unit of its value; ``1`` for a number of things or a share."""
+        return _UNITS.get(self, "1")
+
+    @property
+    def maximise(self) -> bool:
+        """Whether more of it is better."""
+        return self in {ResultFigure.SHARE_REACHING_GOAL, ResultFigure.CLEARANCE}
+
+    @property
+    def direction(self) -> str:
+        """``maximise`` or ``minimise``."""
+        return "maximise" if self.maximise else "minimise"
+
+
+_UNITS = {
+    ResultFigure.TIME: "s",
+    ResultFigure.POWER: "W",
+    ResultFigure.ENERGY: "J",
+    ResultFigure.CLEARANCE: "cells",
+    ResultFigure.PRECISION: "bits",
+}
+_DIMENSIONS = {
+    ResultFigure.TIME: Dimension.TIME,
+    ResultFigure.POWER: Dimension.POWER,
+    ResultFigure.ENERGY: Dimension.ENERGY,
+}
+
+DEFAULT_OBJECTIVES = (
+    ResultFigure.TIME,
+    ResultFigure.SLICES,
+    ResultFigure.BLOCK_RAMS,
+    ResultFigure.ENERGY,
+    ResultFigure.SHARE_REACHING_GOAL,
+)
+
+
+class Constraint(SpecModel):
+    """A bound on a figure; the limits are in its unit: s, W, J, or a bare number."""
+
+    figure: ResultFigure = Field(description="The figure that is bounded.")
+    at_least: float | None = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a number.")
+    at_most: float | None = Field(default=None, description="Its upper bound, alike.")
+
+    @field_validator("at_least", "at_most", mode="before")
+    @classmethod
+    def _with_unit(cls, value: Any, info: ValidationInfo) -> Any:
+        figure = info.data.get("figure")
+        # A spec that was dumped and is read again has plain numbers, and no document behind it.
+        if figure not in _DIMENSIONS or value is None or not (info.context or {}).get("document"):
+            return value
+        dimension = _DIMENSIONS[figure]
+        if not isinstance(value, str):
+            raise RefusalError(f"{value!r:.80} has no unit", f"write a {dimension} with its unit")
+        try:
+            parsed = parse_quantity(value, dimension)
+        except InputError as error:
+            raise refused(error) from None
+        return float(parsed / PICOSECONDS_PER_SECOND if dimension is Dimension.TIME else parsed)
+
+    @model_validator(mode="after")
+    def _bounds_something(self) -> Self:
+        if self.at_least is None and self.at_most is None:
+            raise RefusalError("bounds nothing", "give at_least, at_most, or both")
+        if self.at_least is not None and self.at_most is not None and self.at_least > self.at_most:
+            raise RefusalError(
+                "nothing is within these bounds", "at_least has to be below at_most", ("at_least",)
+            )
+        return self
+
+
+class Exploration(SpecModel):
+    """Axes, all combinations of whose values are design points; and what is good.
+
+    ``axes``: raw values by axis, ``TASK.PARAMETER`` or ``COMPONENT.FIELD``, in file order.
+    """
+
+    axes: Annotated[
+        dict[str, Annotated[tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES)]], Field()
+    ] = Field(
+        default={},
+        max_length=MAX_AXES,
+        description="Values to try by axis: TASK.PARAMETER or COMPONENT.FIELD.",
+    )
+    objectives: Annotated[tuple[ResultFigure, ...], Field(min_length=1, max_length=len(ResultFigure))] = (
+        Field(
+            default=DEFAULT_OBJECTIVES, description="Figures that span the front, each in its own direction."
+        )
+    )
+    constraints: Annotated[tuple[Constraint, ...], Field(max_length=64)] = Field(
+        default=(), description="Bounds that a point has to keep."
+    )
+
+    @property
+    def points(self) -> int:
+        """The number of combinations; 1 without an axis."""
+        return math.prod(len(values) for values in self.axes.values())
+
+    @model_validator(mode="after")
+    def _sane(self) -> Self:
+        found = []
+        for axis, values in self.axes.items():
+            if not _AXIS.fullmatch(axis):
+                hint = "write TASK.PARAMETER or COMPONENT.FIELD, such as relax.iterations"
+                found.append(
+                    refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), ("axes", axis))
+                )
+            seen: set[str] = set()
+            for index, value in enumerate(values):
+                text = json.dumps(value, sort_keys=True)
+                if text in seen:
+                    refusal = RefusalError(f"{clip(text)} is listed twice", "list it once")
+                    found.append(refusal_details(refusal, ("axes", axis, index)))
+                seen.add(text)
+        for index, figure in enumerate(self.objectives):
+            if figure in self.objectives[:index]:
+                refusal = RefusalError(f"{figure} is listed twice", "list it once")
+                found.append(refusal_details(refusal, ("objectives", index)))
+        if self.points > MAX_POINTS:
+            sizes = " x ".join(str(len(values)) for values in self.axes.values())
+            what = f"{sizes} = {self.points:,} points are too many"
+            found.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}"), ("axes",)))
+        raise_all("Exploration", found)
+        return self

@@ -1,0 +1,164 @@
+"""Field types of specs: names, cells, and figures with their units and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Annotated, Any
+
+from pydantic import Field, PlainSerializer, StringConstraints, ValidationInfo, WithJsonSchema, WrapValidator
+
+from codesign.errors import InputError
+from codesign.figures import Figure, Status
+from codesign.spec.model import RefusalError, SpecModel, refused
+from codesign.units import SCALES, Dimension, parse_quantity
+
+MAX_COUNT = 10**15
+
+DECLARED = "declared"
+"""Source of a figure in short form, until its file and line are put in."""
+
+Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
+"""A name: letters, digits, ``_`` and ``-``, not beginning with a digit."""
+
+Cell = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+"""(row, column) of a cell, from 0 at the top left."""
+
+
+class _FullFigure(SpecModel):
+    value: Any
+    status: Status
+    source: Annotated[str, Field(min_length=1)]
+    low: Any = None
+    high: Any = None
+
+
+def _reader(read: Callable[[Any], Any], unit: str) -> WrapValidator:
+    def validate(value: Any, _handler: Callable[[Any], Any], info: ValidationInfo) -> Figure:
+        if isinstance(value, Figure):
+            return value
+        if not isinstance(value, dict):
+            return Figure(read(value), unit, Status.ASSUMED, DECLARED)
+        full = _FullFigure.model_validate(value, context=info.context)
+        value_, low, high = (_read_at(read, full, key) for key in ("value", "low", "high"))
+        for key, bound in (("low", low), ("high", high)):
+            outside = bound is not None and (bound > value_ if key == "low" else bound < value_)
+            if outside:
+                side = "above" if key == "low" else "below"
+                raise RefusalError(
+                    f"{getattr(full, key)} is {side} the value {full.value}", f"correct {key}", (key,)
+                )
+        return Figure(value_, unit, full.status, full.source, low, high)
+
+    return WrapValidator(validate)
+
+
+def _read_at(read: Callable[[Any], Any], full: _FullFigure, key: str) -> Any:
+    given = getattr(full, key)
+    if given is None and key != "value":
+        return None
+    try:
+        return read(given)
+    except RefusalError as refusal:
+        raise RefusalError(refusal.what, refusal.hint, (key,)) from None
+
+
+def _quantity(dimension: Dimension, scale: Fraction = Fraction(1)) -> Callable[[Any], int | float]:
+    example = SCALES[dimension].example
+
+    def read(value: Any) -> int | float:
+        if not isinstance(value, str):
+            what = (
+                f"{value!r:.80} has no unit"
+                if isinstance(value, int | float)
+                else f"{value!r:.80} is no {dimension}"
+            )
+            raise RefusalError(what, f"write a number and a unit, such as {example}")
+        try:
+            parsed = parse_quantity(value, dimension)
+        except InputError as error:
+            raise refused(error) from None
+        return parsed if isinstance(parsed, int) else float(parsed * scale)
+
+    return read
+
+
+def _count(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise RefusalError(
+            f"{value!r:.80} is not a whole number", "write a whole number without a unit, such as 32"
+        )
+    if not 0 <= value <= MAX_COUNT:
+        raise RefusalError(f"{value} is out of bounds", f"from 0 to {MAX_COUNT:,}")
+    return value
+
+
+def _json_schema(short: dict[str, Any], what: str) -> WithJsonSchema:
+    full = {
+        "type": "object",
+        "properties": {
+            "value": short,
+            "status": {"enum": [str(status) for status in Status]},
+            "source": {"type": "string", "minLength": 1},
+            "low": short,
+            "high": short,
+        },
+        "required": ["value", "status", "source"],
+        "additionalProperties": False,
+    }
+    return WithJsonSchema({"anyOf": [short, full], "description": what})
+
+
+def _quantity_schema(dimension: Dimension) -> WithJsonSchema:
+    scale = SCALES[dimension]
+    units = "|".join(unit for unit in scale.units)
+    pattern = rf"^[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)? *({units})$"
+    short = {"type": "string", "pattern": pattern, "examples": [scale.example]}
+    return _json_schema(
+        short, f"A {dimension} with its unit, or a mapping that also cites where it comes from."
+    )
+
+
+def _dump(figure: Figure) -> dict[str, Any]:
+    low, high = figure.interval
+    return {
+        "value": figure.value,
+        "unit": figure.unit,
+        "status": str(figure.status),
+        "source": figure.source,
+        "low": low,
+        "high": high,
+    }
+
+
+_AS_MAPPING = PlainSerializer(_dump)
+_COUNT_SCHEMA = _json_schema(
+    {"type": "integer", "minimum": 0, "maximum": MAX_COUNT},
+    "A whole number, or a mapping that also cites where it comes from.",
+)
+
+TimeFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.TIME), "ps"), _AS_MAPPING, _quantity_schema(Dimension.TIME)
+]
+"""A time; ``Figure.value`` is an int, ps."""
+
+FrequencyFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.FREQUENCY), "Hz"), _AS_MAPPING, _quantity_schema(Dimension.FREQUENCY)
+]
+"""A frequency; ``Figure.value`` is an int, Hz."""
+
+PowerFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.POWER), "W"), _AS_MAPPING, _quantity_schema(Dimension.POWER)
+]
+"""A power; ``Figure.value`` in W."""
+
+SlicePowerFigure = Annotated[
+    Figure,
+    _reader(_quantity(Dimension.POWER, Fraction(1, 10**6)), "W/(slice Hz)"),
+    _AS_MAPPING,
+    _quantity_schema(Dimension.POWER),
+]
+"""Dynamic power, written for one slice and MHz; ``Figure.value`` in W for one slice and Hz."""
+
+CountFigure = Annotated[Figure, _reader(_count, "1"), _AS_MAPPING, _COUNT_SCHEMA]
+"""A number of things; ``Figure.value`` is an int."""

@@ -1,0 +1,139 @@
+"""What every model of a spec shares: strict scalars, closed keys, and refusals that carry their remedy.
+
+Pydantic checks; ``codesign.spec.validate`` turns what it finds into faults with places. Three habits keep
+those faults clean:
+
+- A model is strict by construction, however its fields are annotated: text never becomes a number or a
+  boolean, a boolean never a number, 6.0 never 6. Lists still become tuples, as YAML has no tuples.
+- A choice between models (``type: fpga``) is made by ``choice`` before any model is tried, so that only the
+  chosen one complains.
+- A validator says what is wrong by raising ``RefusalError``, with a remedy and, if need be, a key inside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    WrapValidator,
+    model_validator,
+)
+from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
+
+from codesign.errors import InputError, choose_hint
+
+Location = tuple[str | int, ...]
+"""The way to a key inside a model: field names and list indices."""
+
+
+class RefusalError(ValueError):
+    """A value that a validator refuses.
+
+    Args:
+        what: what is wrong, with the value.
+        hint: the remedy.
+        at: the key inside the validated value that is at fault; the value itself by default.
+    """
+
+    def __init__(self, what: str, hint: str | None = None, at: Location = ()) -> None:
+        super().__init__(what, hint, at)
+        self.what = what
+        self.hint = hint
+        self.at = at
+
+
+def refused(error: InputError) -> RefusalError:
+    """The refusal that says what an input error says."""
+    return RefusalError(error.what, error.hint)
+
+
+def refusal_details(refusal: RefusalError, location: Location = (), value: object = None) -> InitErrorDetails:
+    """One line of a validation error, for validators that report several refusals at once (``raise_all``)."""
+    return InitErrorDetails(type="value_error", loc=location, input=value, ctx={"error": refusal})
+
+
+def raise_all(title: str, details: list[InitErrorDetails]) -> None:
+    """Raise one validation error of all ``details``; pydantic merges it into that of the model around."""
+    if details:
+        raise ValidationError.from_exception_data(title, details)
+
+
+def details_of(
+    error: ValidationError, prefix: Location = (), accepted: Sequence[str] | None = None
+) -> list[InitErrorDetails]:
+    """The lines of a validation error, to be raised again further out, at ``prefix``.
+
+    ``accepted``: the keys of the model that was validated; an unknown key among them is told what it may be.
+    """
+    lines = []
+    for line in error.errors(include_url=False):
+        kind: str | PydanticCustomError = line["type"]
+        if kind == "unknown_key":
+            kind = PydanticCustomError("unknown_key", "unknown key", line["ctx"])
+        elif kind == "extra_forbidden" and accepted is not None and len(line["loc"]) == 1:
+            kind = PydanticCustomError("unknown_key", "unknown key", {"accepted": list(accepted)})
+        location = (*prefix, *line["loc"])
+        lines.append(InitErrorDetails(type=kind, loc=location, input=line["input"], ctx=line.get("ctx", {})))
+    return lines
+
+
+def strict(schema: Any) -> Any:
+    """A core schema with every scalar in it made strict."""
+    if isinstance(schema, list):
+        return [strict(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    # A mapping of fields is no schema: its keys are the user's names, and one may be called type or default.
+    is_schema = isinstance(schema.get("type"), str)
+    kept = {"metadata", "default", "config"} if is_schema else set()
+    made = {key: value if key in kept else strict(value) for key, value in schema.items()}
+    if is_schema and made["type"] in {"int", "float", "bool", "str"}:
+        made["strict"] = True
+    return made
+
+
+class SpecModel(BaseModel):
+    """A mapping of a spec: closed keys, strict scalars, frozen."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return strict(handler(source))  # type: ignore[no-any-return]
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _name_accepted_keys(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        try:
+            return handler(value)
+        except ValidationError as error:
+            lines = details_of(error, accepted=list(cls.model_fields))
+            raise ValidationError.from_exception_data(cls.__name__, lines) from None
+
+
+def choice(key: str, models: Mapping[str, type[BaseModel]]) -> WrapValidator:
+    """The validator of a union of models that ``key`` chooses from; annotate the union with it."""
+
+    def choose(value: Any, _handler: Callable[[Any], Any], info: ValidationInfo) -> Any:
+        if isinstance(value, tuple(models.values())):
+            return value
+        accepted = f"accepted: {', '.join(sorted(models))}"
+        if not isinstance(value, dict):
+            raise RefusalError("is not a mapping", f"write {key}: and its parameters; {accepted}")
+        if key not in value:
+            raise RefusalError(f"{key} is missing", accepted)
+        name = value[key]
+        if not isinstance(name, str) or name not in models:
+            raise RefusalError(
+                f"there is no {key} {name!r:.80}", choose_hint(f"{name!s:.80}", models), (key,)
+            )
+        return models[name].model_validate(value, context=info.context)
+
+    return WrapValidator(choose)

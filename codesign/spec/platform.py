@@ -1,0 +1,153 @@
+"""A platform: components and the links between them, as declared in YAML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+
+from codesign.errors import InputError, SpecError, choose_hint
+from codesign.spec.base import Spec
+from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PowerFigure, TimeFigure
+from codesign.spec.locate import find_spec, shipped_names
+from codesign.spec.marks import read_document
+from codesign.spec.model import RefusalError, SpecModel, choice, raise_all, refusal_details
+from codesign.spec.part import Part, load_part
+from codesign.spec.validate import validate
+from codesign.units import format_frequency
+
+
+class FpgaComponent(SpecModel):
+    """A programmable chip with one clock."""
+
+    type: Literal["fpga"] = Field(description="An FPGA.")
+    part: str = Field(description="Name and speed grade of the part, such as XC4VLX160-12.")
+    clock: FrequencyFigure = Field(description="Clock of the design, at most the part's block RAM limit.")
+    _chip: Part = PrivateAttr()
+
+    @property
+    def chip(self) -> Part:
+        """The part, loaded."""
+        return self._chip
+
+    @model_validator(mode="after")
+    def _clock_within_part(self, info: ValidationInfo) -> Self:
+        document = (info.context or {}).get("document")
+        try:
+            self._chip = load_part(self.part, (document.folder / "parts",) if document else ())
+        except InputError as error:
+            if isinstance(error, SpecError):
+                raise
+            raise RefusalError(error.what, error.hint, ("part",)) from None
+        limit = self._chip.block_ram_clock.interval[1]
+        if self.clock.value > limit:
+            what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
+            hint = "lower the clock, or choose a faster part"
+            raise RefusalError(f"{what} of part {self.part}", hint, ("clock",))
+        return self
+
+
+class ProcessorPower(SpecModel):
+    """Power of a processor while it computes and while it waits."""
+
+    busy: PowerFigure = Field(description="While it computes.")
+    idle: PowerFigure = Field(description="While it waits.")
+
+
+class ProcessorComponent(SpecModel):
+    """A processor that runs named kernels."""
+
+    type: Literal["processor"] = Field(description="A processor: the robot's host, a PC.")
+    clock: FrequencyFigure = Field(description="Clock of the processor.")
+    costs: dict[Name, TimeFigure] = Field(
+        default={}, description="Time for one unit of each named kernel, such as harmonic_node_update."
+    )
+    power: ProcessorPower = Field(description="Power, busy and idle.")
+
+
+class BusLink(SpecModel):
+    """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
+
+    type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
+    between: Annotated[tuple[Name, ...], Field(min_length=2, max_length=64)] = Field(
+        description="The components that it joins."
+    )
+    width: CountFigure = Field(description="Bits a word: one word a clock at most.")
+    clock: FrequencyFigure = Field(description="Clock of the bus.")
+    setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
+    burst_words: CountFigure = Field(description="Most words of one burst.")
+
+    @model_validator(mode="after")
+    def _at_least_one(self) -> Self:
+        for key in ("width", "burst_words"):
+            if getattr(self, key).value < 1:
+                raise RefusalError("0 is out of bounds", "it must be at least 1", (key,))
+        return self
+
+
+COMPONENTS: dict[str, type[SpecModel]] = {"fpga": FpgaComponent, "processor": ProcessorComponent}
+LINKS: dict[str, type[SpecModel]] = {"bus": BusLink}
+
+Component = Annotated[FpgaComponent | ProcessorComponent, choice("type", COMPONENTS)]
+Link = Annotated[BusLink, choice("type", LINKS)]
+
+
+class Platform(Spec):
+    """Components and links."""
+
+    kind: Literal["platform"] = Field(description="This file is a platform.")
+    name: Name = Field(description="Name of the platform.")
+    description: str = Field(default="", description="What it is, for humans.")
+    components: Annotated[dict[Name, Component], Field(min_length=1, max_length=256)] = Field(
+        description="Components by name."
+    )
+    links: Annotated[dict[Name, Link], Field(max_length=256)] = Field(
+        default={}, description="Links by name."
+    )
+
+    @model_validator(mode="after")
+    def _links_join_components(self) -> Self:
+        found = []
+        for name, link in self.links.items():
+            if name in self.components:
+                what, hint = f"{name} names a component too", "give the link a name of its own"
+                found.append(refusal_details(RefusalError(what, hint), ("links", name)))
+            for index, end in enumerate(link.between):
+                at = ("links", name, "between", index)
+                if end not in self.components:
+                    refusal = RefusalError(
+                        f"there is no component {end!r}", choose_hint(end, self.components)
+                    )
+                    found.append(refusal_details(refusal, at))
+                elif end in link.between[:index]:
+                    found.append(refusal_details(RefusalError(f"{end} is named twice", "name it once"), at))
+        raise_all("Platform", found)
+        return self
+
+    def _identity(self) -> dict[str, Any]:
+        chips = [
+            part.chip.model_dump(mode="json")
+            for part in self.components.values()
+            if isinstance(part, FpgaComponent)
+        ]
+        return {**super()._identity(), "chips": chips}
+
+
+def load_platform(source: str | Path) -> Platform:
+    """The platform with a shipped name (``virtex4-pci``), or in a file (with a separator or ``.yaml``).
+
+    Its parts are looked for in the folder ``parts`` beside the file first, then among the shipped ones.
+
+    Raises:
+        InputError: no shipped platform of that name.
+        SpecError: all the faults of the file.
+    """
+    path, shown = find_spec(source, "platforms")
+    document = read_document(path, shown)
+    return validate(Platform, document).with_document(document)
+
+
+def list_platforms() -> list[str]:
+    """Names of the shipped platforms."""
+    return shipped_names("platforms")

@@ -1,0 +1,187 @@
+"""A workload: planner, problem, scenario, mapping, and what to explore, as declared in YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    Field,
+    PrivateAttr,
+    SerializeAsAny,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+)
+from pydantic_core import InitErrorDetails, SchemaValidator
+
+from codesign.errors import choose_hint
+from codesign.spec.base import Spec
+from codesign.spec.exploration import Exploration
+from codesign.spec.fields import Name
+from codesign.spec.locate import find_spec, shipped_names
+from codesign.spec.marks import Document, read_document
+from codesign.spec.model import (
+    RefusalError,
+    SpecModel,
+    details_of,
+    raise_all,
+    refusal_details,
+    strict,
+)
+from codesign.spec.problem import FileMap, ProblemSpec
+from codesign.spec.scalars import clip
+from codesign.spec.validate import validate
+
+TaskModels = Mapping[str, Mapping[str, type[BaseModel]]]
+"""Planner name → task name → model of the task's parameters."""
+
+
+class RawParameters(BaseModel):
+    """Parameters of a task that nobody has a model for: kept as they are."""
+
+    model_config = {"frozen": True, "extra": "allow"}
+
+
+class PlanOnce(SpecModel):
+    """One plan, from a map that does not change."""
+
+    type: Literal["plan_once"] = Field(
+        default="plan_once", description="One plan, from a map that does not change."
+    )
+
+
+class TaskMapping(SpecModel):
+    """Where a task runs, in which style, with which parameters."""
+
+    component: Name = Field(description="The component that runs the task.")
+    style: Name | None = Field(
+        default=None, description="The architecture style; by default the component's own."
+    )
+    parameters: SerializeAsAny[BaseModel] = Field(description="Parameters of planner and style.")
+
+
+_validators: dict[type[BaseModel], SchemaValidator] = {}
+
+
+def _strictly(model: type[BaseModel]) -> SchemaValidator:
+    """The validator of a model from above, made strict on scalars as our own models are."""
+    if model not in _validators:
+        _validators[model] = SchemaValidator(strict(model.__pydantic_core_schema__))
+    return _validators[model]
+
+
+def map_task(raw: Any, model: type[BaseModel], document: Document | None = None) -> TaskMapping:
+    """The mapping of one task from its raw form: component, style, and parameters beside them.
+
+    Raises:
+        ValidationError: with locations inside ``raw``.
+    """
+    if not isinstance(raw, dict):
+        refusal = RefusalError("is not a mapping", "write {component: NAME} and the task's parameters")
+        raise_all("TaskMapping", [refusal_details(refusal)])
+    own = {key: raw[key] for key in ("component", "style") if key in raw}
+    rest = {key: value for key, value in raw.items() if key not in own}
+    lines: list[InitErrorDetails] = []
+    parameters: Any = RawParameters()
+    try:
+        parameters = _strictly(model).validate_python(rest, context={"document": document})
+    except ValidationError as error:
+        lines += details_of(error, accepted=("component", "style", *model.model_fields))
+    try:
+        made = TaskMapping.model_validate({**own, "parameters": parameters})
+    except ValidationError as error:
+        lines += details_of(error)
+    raise_all("TaskMapping", lines)
+    return made
+
+
+class Workload(Spec):
+    """Planner, problem, scenario, mapping and exploration."""
+
+    kind: Literal["workload"] = Field(description="This file is a workload.")
+    name: Name = Field(description="Name of the workload.")
+    description: str = Field(default="", description="What it is, for humans.")
+    planner: Name = Field(description="The planner, such as harmonic.")
+    problem: ProblemSpec = Field(description="What is to be planned.")
+    scenario: PlanOnce = Field(default=PlanOnce(), description="How the plan is used.")
+    mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
+    explore: Exploration | None = Field(
+        default=None, description="What hwsw explore tries, and what is good."
+    )
+
+    _models: Mapping[str, type[BaseModel]] | None = PrivateAttr(default=None)
+
+    @property
+    def map_file(self) -> Path | None:
+        """The file of the map, or None where the map is generated."""
+        return self.problem.map.path if isinstance(self.problem.map, FileMap) else None
+
+    @property
+    def task_models(self) -> Mapping[str, type[BaseModel]] | None:
+        """The parameter model of each task, or None where the workload was loaded without any."""
+        return self._models
+
+    @field_validator("planner", mode="after")
+    @classmethod
+    def _known(cls, value: str, info: ValidationInfo) -> str:
+        tasks = (info.context or {}).get("tasks")
+        if tasks is not None and value not in tasks:
+            raise RefusalError(f"there is no planner {value!r}", choose_hint(value, tasks))
+        return value
+
+    @field_validator("mapping", mode="wrap")
+    @classmethod
+    def _map_tasks(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
+        context = info.context or {}
+        if "document" not in context:
+            return handler(value)
+        if not isinstance(value, dict) or not value:
+            raise RefusalError("maps no task", "write TASK: {component: NAME, ...}")
+        models = (context.get("tasks") or {}).get(info.data.get("planner"))
+        lines: list[InitErrorDetails] = []
+        made: dict[str, TaskMapping] = {}
+        for task, raw in value.items():
+            if models is not None and task not in models:
+                what = f"{info.data['planner']} has no task {clip(task)!r}"
+                lines.append(
+                    refusal_details(RefusalError(what, choose_hint(clip(task, 60), models)), (task,))
+                )
+                continue
+            try:
+                made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
+            except ValidationError as error:
+                lines += details_of(error, (task,))
+        raise_all("Workload", lines)
+        return made
+
+    def with_models(self, models: Mapping[str, type[BaseModel]] | None) -> Self:
+        """The workload, with the models that substituted parameters are checked against."""
+        self._models = models
+        return self
+
+
+def load_workload(source: str | Path, tasks: TaskModels | None = None) -> Workload:
+    """The workload with a shipped name (``labyrinth``), or in a file (with a separator or ``.yaml``).
+
+    Args:
+        source: name or path.
+        tasks: the models that parameters are checked against. Without, they are taken as they stand.
+
+    Raises:
+        InputError: no shipped workload of that name.
+        SpecError: all the faults of the file.
+    """
+    from codesign.spec.design_point import axis_faults
+
+    path, shown = find_spec(source, "workloads")
+    document = read_document(path, shown)
+    workload = validate(Workload, document, {"tasks": tasks}, axis_faults).with_document(document)
+    return workload.with_models(tasks[workload.planner] if tasks is not None else None)
+
+
+def list_workloads() -> list[str]:
+    """Names of the shipped workloads."""
+    return shipped_names("workloads")
