@@ -1,0 +1,55 @@
+"""What a person reads: tables (text, Markdown, CSV), plots, and one self-contained HTML page.
+
+A table is made first (``front_table(study)``, ``result_tables(result)``, ...) and shown after
+(``render_text``, ``render_markdown``, ``render_csv``); pages and pictures use the same tables and words.
+
+All figures are worked out here, in Python; templates and the command line only place them. A page asks for
+nothing from the network: script, style, data and pictures stand in the file, and a content security policy
+holds it to that.
+matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or printed.
+"""
+
+from __future__ import annotations
+
+from codesign.report.page import reproduction_page, result_page, study_page
+from codesign.report.plots import Picture, front_picture, map_picture
+from codesign.report.render import render_csv, render_markdown, render_text, write_csv
+from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
+from codesign.report.result_tables import comparison_table, result_tables
+from codesign.report.study_tables import (
+    best_table,
+    front_table,
+    infeasible_table,
+    nearest_table,
+    reasons_table,
+    study_table,
+    write_study_csv,
+)
+from codesign.report.table import Cell, Column, Table
+
+__all__ = [
+    "Cell",
+    "Column",
+    "Picture",
+    "Table",
+    "best_table",
+    "comparison_table",
+    "front_picture",
+    "front_table",
+    "infeasible_table",
+    "map_picture",
+    "nearest_table",
+    "reasons_table",
+    "render_csv",
+    "render_markdown",
+    "render_text",
+    "reproduction_page",
+    "reproduction_sources_table",
+    "reproduction_table",
+    "result_page",
+    "result_tables",
+    "study_page",
+    "study_table",
+    "write_csv",
+    "write_study_csv",
+]

@@ -1,0 +1,168 @@
+"""What the interactive part of a study's page works on: the points as data, and empty plots for it to fill.
+
+The data stands in the page once; the script of the page hands it to the plot and to the table.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import permutations
+from typing import TYPE_CHECKING, Any, Literal
+
+from codesign.report.study_tables import short_names, varying_axes, why_not
+from codesign.report.wording import axis_text, figure_cell, label, labelled, prefix, wants_logarithm
+from codesign.spec.exploration import ResultFigure
+
+if TYPE_CHECKING:
+    from codesign.explore import Study
+
+MOST_POINTS = 20_000
+"""A page shows no more points than this, so that a browser can hold it; the front is kept first."""
+
+Scale = Literal["linear", "log"]
+SCALES: tuple[Scale, ...] = ("linear", "log")
+
+
+def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
+    """The figures that the page offers as axes and columns: objectives, then those that constraints speak of.
+
+    Where these are fewer than two, time and slices are added: a plot has two axes.
+    """
+    named = [*study.objectives, *(limit.figure for limit in study.constraints)]
+    if len(set(named)) < 2:
+        named += [ResultFigure.TIME, ResultFigure.SLICES]
+    return tuple(dict.fromkeys(named))
+
+
+def chart_data(study: Study) -> dict[str, Any]:
+    """The points as columns, ready for JSON.
+
+    - ``axes``: names, texts of their levels, and the level of each point;
+    - ``figures``: label, and of each point the value (scaled to the unit in the label, six digits, None where
+      there is none) and the text;
+    - ``fronts``: for each ordered pair of figures ("0,1") the points that bound them, by rising first figure,
+      as places among the points kept here.
+    """
+    kept = _kept(study)
+    points = [study.points[position] for position in kept]
+    front = set(study.front)
+    whys = [why_not(point) for point in points]
+    distinct = list(dict.fromkeys(whys))
+    numbers = {why: number for number, why in enumerate(distinct)}
+    axes, figures = varying_axes(study), chart_figures(study)
+    return {
+        "points": [point.index for point in points],
+        "feasible": [int(point.feasible) for point in points],
+        "front": [int(position in front) for position in kept],
+        "why": [numbers[why] for why in whys],
+        "whys": distinct,
+        "axes": [
+            _axis_data(study, name, short, kept) for name, short in zip(axes, short_names(axes), strict=True)
+        ],
+        "figures": [_figure_data(study, figure, kept) for figure in figures],
+        "fronts": _fronts(study, figures, kept),
+        "left_out": len(study.points) - len(kept),
+    }
+
+
+def chart_plots(study: Study) -> dict[str, Any]:
+    """An empty Bokeh plot as JSON for each pair of scales of its axes ("linear,log"), with like names inside."""
+    return {f"{x},{y}": _plot(study, x, y) for x in SCALES for y in SCALES}
+
+
+def bokeh_script() -> str:
+    """Bokeh's own script, to stand in the page."""
+    from bokeh.resources import Resources
+
+    scripts = Resources(mode="inline", components=["bokeh"]).js_raw
+    # A closing tag inside the script would end it early.
+    return "\n".join(scripts).replace("</script", "<\\/script")
+
+
+def _kept(study: Study) -> list[int]:
+    total = len(study.points)
+    if total <= MOST_POINTS:
+        return list(range(total))
+    front = study.front[:MOST_POINTS]
+    room = MOST_POINTS - len(front)
+    spread = {number * total // room for number in range(room)} if room else set()
+    return sorted(spread | set(front))
+
+
+def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
+    texts = [axis_text(name, study.points[position].axes.get(name)) for position in kept]
+    levels = list(dict.fromkeys([*(axis_text(name, value) for value in study.axes[name]), *texts]))
+    numbers = {text: number for number, text in enumerate(levels)}
+    return {"name": short, "levels": levels, "level": [numbers[text] for text in texts]}
+
+
+def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[str, Any]:
+    values = [study.points[position].figure(figure) for position in kept]
+    known = [value for value in values if value is not None and math.isfinite(value)]
+    size, unit = prefix(known, figure.unit)
+    return {
+        "name": label(figure.value),
+        "label": labelled(figure.value, unit),
+        "maximise": figure.maximise,
+        "logarithm": bool(known) and wants_logarithm(min(known), max(known)),
+        "values": [_rounded(value, size) for value in values],
+        "texts": [figure_cell(figure, value).text for value in values],
+    }
+
+
+def _rounded(value: float | None, size: float) -> float | None:
+    return None if value is None or not math.isfinite(value) else float(f"{value / size:.6g}")
+
+
+def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) -> dict[str, list[int]]:
+    from codesign.explore.front import non_dominated
+
+    rows = []
+    for position in kept:
+        point = study.points[position]
+        values = [point.figure(figure) if point.feasible else None for figure in figures]
+        rows.append([math.nan if value is None else value for value in values])
+    fronts = {}
+    for x, y in permutations(range(len(figures)), 2):
+        pair = [[row[x], row[y]] for row in rows]
+        chosen = non_dominated(pair, [figures[x].maximise, figures[y].maximise])
+        places = [place for place, on_front in enumerate(chosen) if on_front]
+        fronts[f"{x},{y}"] = sorted(places, key=lambda place: (rows[place][x], place))
+    return fronts
+
+
+def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
+    from bokeh.embed import json_item
+    from bokeh.models import ColumnDataSource, HoverTool
+    from bokeh.plotting import figure
+
+    names = ["x", "y", "colour", "size", "edge", "alpha", "point"]
+    lines = [("point", "@point")]
+    for number, axis in enumerate(short_names(varying_axes(study))):
+        names.append(f"axis{number}")
+        lines.append((axis, f"@axis{number}"))
+    for number, chosen in enumerate(chart_figures(study)):
+        names.append(f"figure{number}")
+        lines.append((label(chosen.value), f"@figure{number}"))
+    source = ColumnDataSource({name: [] for name in names}, name="points")
+    bound = ColumnDataSource({"x": [], "y": []}, name="bound")
+    plot = figure(
+        name="plot",
+        height=480,
+        sizing_mode="stretch_width",
+        x_axis_type=x_scale,
+        y_axis_type=y_scale,
+        tools="pan,box_zoom,wheel_zoom,box_select,tap,reset,save",
+        active_drag="box_select",
+        toolbar_location="above",
+        background_fill_alpha=0,
+        border_fill_alpha=0,
+    )
+    plot.toolbar.logo = None
+    plot.step(x="x", y="y", source=bound, line_width=1.5, line_dash="dashed", name="bound_line")
+    scatter = plot.scatter(
+        x="x", y="y", size="size", fill_color="colour", fill_alpha="alpha", line_color="edge", line_width=1.4,
+        source=source, name="scatter",
+    )  # fmt: skip
+    plot.add_tools(HoverTool(tooltips=lines, renderers=[scatter], attachment="horizontal"))
+    return json_item(plot)

@@ -1,0 +1,153 @@
+"""One self-contained HTML page for a study, a result or a reproduction.
+
+Data flows in through templates that escape everything; what is put in as it is comes from this package and from
+Bokeh. The page's content security policy forbids every request: what a reader sees is in the file.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
+from codesign.report.files import write_atomically
+from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
+from codesign.report.result_tables import figure_tables, headline, sources_table
+from codesign.report.study_tables import (
+    best_table,
+    fixed_axes,
+    front_table,
+    nearest_table,
+    reasons_table,
+    study_counts,
+)
+from codesign.report.wording import ABSENT
+from codesign.system.result import Result
+
+if TYPE_CHECKING:
+    from codesign.explore import Study
+    from codesign.report.plots import Picture
+
+
+def study_page(
+    study: Study, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
+) -> None:
+    """Write the page of a study: front to look into, tables, reasons, sources, and how to make it again.
+
+    ``pictures`` stand below the plot. ``command``: the line that made the study; told from its names where None.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    _write(path, study_html(study, pictures=pictures, command=command))
+
+
+def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
+    """The page of ``study_page`` as text."""
+    feasible = bool(study.feasible)
+    return _rendered(
+        "study.html.j2",
+        title=f"{study.workload} on {study.platform}",
+        counts=study_counts(study),
+        fixed=fixed_axes(study),
+        feasible=feasible,
+        front=front_table(study),
+        best=best_table(study),
+        reasons=reasons_table(study),
+        nearest=nearest_table(study),
+        sources=sources_table(point.result for point in study.points if point.result is not None),
+        figures=[figure.value for figure in chart_figures(study)],
+        data=_script_json(chart_data(study)),
+        plots=_script_json(chart_plots(study)) if feasible else None,
+        bokeh=bokeh_script() if feasible else None,
+        script=_text("study.js"),
+        pictures=pictures,
+        command=command or f"hwsw explore {study.platform} {study.workload} --html report.html",
+    )
+
+
+def result_page(
+    result: Result, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
+) -> None:
+    """Write the page of one result: what it costs, what the plan is worth, where the figures come from.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    _write(path, result_html(result, pictures=pictures, command=command))
+
+
+def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
+    """The page of ``result_page`` as text."""
+    return _rendered(
+        "result.html.j2",
+        title=f"{result.workload} on {result.platform}",
+        headline=headline(result),
+        tables=figure_tables(result),
+        sources=sources_table([result]),
+        pictures=pictures,
+        command=command or f"hwsw run {result.platform} {result.workload} --html report.html",
+    )
+
+
+def reproduction_page(
+    reproduction: Reproduction, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
+) -> None:
+    """Write the page of a reproduction: rows, findings in words, plots, sources.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    _write(path, reproduction_html(reproduction, pictures=pictures, command=command))
+
+
+def reproduction_html(
+    reproduction: Reproduction, *, pictures: Sequence[Picture] = (), command: str | None = None
+) -> str:
+    """The page of ``reproduction_page`` as text."""
+    return _rendered(
+        "reproduction.html.j2",
+        title="Published against modelled",
+        rows=reproduction_table(reproduction),
+        findings=reproduction.findings,
+        sources=reproduction_sources_table(reproduction),
+        pictures=pictures,
+        command=command or "hwsw reproduce harmonic --html report.html",
+    )
+
+
+def _rendered(template: str, **values: Any) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("codesign.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.globals.update(style=_text("style.css"), data_address=_data_address, absent=ABSENT)
+    return environment.get_template(template).render(**values)
+
+
+def _text(name: str) -> str:
+    return (resources.files("codesign.report") / "templates" / name).read_text(encoding="utf-8")
+
+
+def _script_json(value: Mapping[str, Any]) -> str:
+    """JSON that may stand in a script element: nothing in it can end the element or open a comment."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _data_address(picture: Picture) -> str:
+    kind = "svg+xml" if picture.format == "svg" else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(picture.data).decode()}"
+
+
+def _write(path: Path, page: str) -> None:
+    write_atomically(path, page.encode("utf-8", "replace"))

@@ -1,0 +1,138 @@
+"""A table as text, Markdown or CSV.
+
+What a user wrote (names of maps, platforms, components) may stand in any cell, so each form defuses it: no
+markup and no control characters reach a terminal, no markup a Markdown viewer, no formula a spreadsheet.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+from codesign.report.files import write_atomically
+from codesign.report.table import Cell, Column, Table
+
+_UNBOUNDED = 4000
+_CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
+
+
+def render_text(table: Table, width: int | None = None, *, styled: bool | None = None) -> str:
+    """The table as lines of text.
+
+    ``width``: columns of the terminal; None takes those of the terminal on standard output, and lets lines be as
+    long as they are where there is none. ``styled``: bold headings and rows by escape codes; None: only on a
+    terminal.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
+    terminal = Console(file=sys.stdout)
+    on_terminal = terminal.is_terminal and not terminal.is_dumb_terminal
+    if styled is None:
+        styled = on_terminal
+    if width is None:
+        width = terminal.width if on_terminal else _UNBOUNDED
+    shown = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_edge=False)
+    for column in table.columns:
+        shown.add_column(
+            Text(printable(column.name)),
+            justify=column.align,
+            overflow="fold",
+            no_wrap=column.align == "right",
+        )
+    for number, row in enumerate(table.rows):
+        style = "bold" if number in table.strong else ""
+        shown.add_row(*(Text(printable(cell.text)) for cell in row), style=style)
+    out = io.StringIO()
+    console = Console(
+        file=out,
+        width=width,
+        force_terminal=styled,
+        color_system="standard" if styled else None,
+        legacy_windows=False,
+    )
+    console.print(Text(printable(table.title), style="bold underline"))
+    console.print(shown)
+    for note in table.notes:
+        console.print(Text(printable(note), style="italic"))
+    return "\n".join(line.rstrip() for line in out.getvalue().splitlines()) + "\n"
+
+
+def render_markdown(table: Table) -> str:
+    """The table in GitHub's Markdown, title and notes with it."""
+    rule = ("---:" if column.align == "right" else "---" for column in table.columns)
+    lines = [
+        f"**{_markdown(table.title)}**",
+        "",
+        _line(_markdown(column.name) for column in table.columns),
+        _line(rule),
+        *(_line(_markdown(cell.text) for cell in row) for row in table.rows),
+    ]
+    for note in table.notes:
+        lines += ["", _markdown(note)]
+    return "\n".join(lines) + "\n"
+
+
+def render_csv(table: Table) -> str:
+    """The values (not the texts) of the table as CSV, units in the heading; an absent value is empty.
+
+    A text that a spreadsheet would take for a formula gets an apostrophe in front.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow([_harmless(_heading(column)) for column in table.columns])
+    for row in table.rows:
+        writer.writerow([_field(cell) for cell in row])
+    return out.getvalue()
+
+
+def write_csv(table: Table, path: Path) -> None:
+    """Write the table as CSV in UTF-8, whole or not at all.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    write_atomically(path, render_csv(table).encode())
+
+
+def printable(text: str) -> str:
+    r"""The text with control characters (escape codes, line breaks, writing direction) shown, not obeyed.
+
+    >>> printable("a\x1b[31mb")
+    'a\\x1b[31mb'
+    """
+    return _CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
+
+
+def _line(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _markdown(text: str) -> str:
+    marked = _MARKDOWN.sub(r"\\\1", printable(text))
+    return marked.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+
+
+def _heading(column: Column) -> str:
+    return f"{column.name} [{column.unit}]" if column.unit not in {"", "1"} else column.name
+
+
+def _field(cell: Cell) -> str | int | float:
+    if cell.value is None:
+        return ""
+    if isinstance(cell.value, bool):
+        return "yes" if cell.value else "no"
+    return _harmless(cell.value) if isinstance(cell.value, str) else cell.value
+
+
+def _harmless(text: str) -> str:
+    shown = printable(text)
+    return f"'{shown}" if text.startswith(_FORMULA) else shown

@@ -1,0 +1,334 @@
+"""One result, and several side by side, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from codesign.report.table import Cell, Column, Table, left, pairs, right, words
+from codesign.report.wording import (
+    ABSENT,
+    axis_text,
+    count_cell,
+    figure_cell,
+    interval_text,
+    label,
+    number_cell,
+    plural,
+    quantity_text,
+    share_cell,
+    share_text,
+    time_cell,
+)
+from codesign.spec.exploration import ResultFigure
+from codesign.system.result import Reason, Result, Source
+
+_MOST_SOURCES = 100
+
+
+def result_tables(result: Result) -> tuple[Table, ...]:
+    """Everything that a result holds, in reading order, with its sources; what no run gave is left out."""
+    sources = sources_table([result])
+    return (*figure_tables(result), *((sources,) if sources.rows else ()))
+
+
+def figure_tables(result: Result) -> tuple[Table, ...]:
+    """The tables of ``result_tables`` without the sources."""
+    return (
+        overview_table(result),
+        *((result_reasons_table(result),) if result.reasons else ()),
+        *_run_tables(result),
+        *((resource_table(result),) if result.resources else ()),
+        *((physical_table(result),) if result.clock or result.power or result.energy else ()),
+    )
+
+
+def overview_table(result: Result) -> Table:
+    """What was run, and whether it can be built."""
+    rows = [
+        ("platform", _word(result.platform)),
+        ("workload", _word(result.workload)),
+        ("planner", _word(result.planner)),
+        ("style", _word(f"{result.style} on {result.component}")),
+    ]
+    if result.part is not None:
+        rows.append(("part", _word(result.part)))
+    rows += [
+        (f"{task}.{name}", _word(axis_text(name, value)))
+        for task, parameters in result.parameters.items()
+        for name, value in parameters.items()
+        if value is not None
+    ]
+    if result.blocks is not None:
+        rows.append(("blocks", count_cell(result.blocks)))
+    if result.precision is not None:
+        rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
+    if result.time is not None:
+        rows.append(("time to the first plan", time_cell(result.time.first_plan_ps)))
+    rows.append(("feasible", Cell("yes" if result.feasible else "no", result.feasible)))
+    return pairs("Design point", rows)
+
+
+def headline(result: Result) -> tuple[tuple[str, str], ...]:
+    """The few figures that a reader looks for first, as (figure, what it is)."""
+    told = [("feasible" if result.feasible else "not feasible", "")]
+    for figure in (
+        ResultFigure.TIME,
+        ResultFigure.SLICES,
+        ResultFigure.BLOCK_RAMS,
+        ResultFigure.ENERGY,
+        ResultFigure.SHARE_REACHING_GOAL,
+    ):
+        value = result.figure(figure)
+        if value is not None:
+            told.append((figure_cell(figure, value).text, label(figure.value)))
+    return tuple(told)
+
+
+def result_reasons_table(result: Result) -> Table:
+    """Why the design cannot be built, or is not wanted, with what would mend it."""
+    return Table(
+        "Why it is not feasible",
+        (*left("kind", "what"), *right("demand", "limit", "gap"), *left("what would close the gap")),
+        tuple(reason_cells(reason) for reason in result.reasons),
+    )
+
+
+def reason_cells(reason: Reason) -> tuple[Cell, ...]:
+    """One reason as kind, what, demand, limit, gap and levers."""
+    return (
+        _word(reason.kind),
+        _word(label(reason.name)),
+        *(
+            Cell(quantity_text(value, reason.unit), value)
+            for value in (reason.demand, reason.limit, reason.gap)
+        ),
+        _word("; ".join(reason.levers) or ABSENT),
+    )
+
+
+def _run_tables(result: Result) -> list[Table]:
+    tables = []
+    if result.time is not None:
+        tables.append(
+            pairs(
+                "Time from the start of the run",
+                [
+                    ("map loaded", time_cell(result.time.map_loaded_ps)),
+                    ("plan ready", time_cell(result.time.planned_ps)),
+                    ("first decision received", time_cell(result.time.first_plan_ps)),
+                ],
+            )
+        )
+    if result.cycles is not None:
+        tables.append(_cycles_table(result.cycles))
+    if result.stages is not None:
+        tables.append(_stages_table(result))
+    if result.utilisation is not None:
+        busy = sorted(result.utilisation.items(), key=lambda item: (-item[1], item[0]))
+        tables.append(
+            Table(
+                "Utilisation",
+                (*left("component or link"), *right("busy", unit="1")),
+                tuple((_word(name), share_cell(share)) for name, share in busy),
+            )
+        )
+    if result.quality is not None:
+        tables.append(_quality_table(result))
+    return tables
+
+
+def _cycles_table(cycles: dict[str, int]) -> Table:
+    total = sum(cycles.values())
+    lines = [
+        (_word(label(phase)), count_cell(count), _share_of(count, total)) for phase, count in cycles.items()
+    ]
+    return Table(
+        "Clock cycles by phase",
+        (*left("phase"), *right("cycles"), *right("share", unit="1")),
+        (*lines, (_word("all"), count_cell(total), _share_of(total, total))),
+        strong=frozenset([len(lines)]),
+    )
+
+
+def _stages_table(result: Result) -> Table:
+    return Table(
+        "Stages",
+        right("stage", "precision", "sweeps", "visits", "iterations", "cycles", "local maxima"),
+        tuple(
+            tuple(
+                count_cell(count)
+                for count in (
+                    stage.stage,
+                    stage.precision,
+                    stage.sweeps,
+                    stage.visits,
+                    stage.iterations,
+                    stage.cycles,
+                    stage.local_maxima,
+                )
+            )
+            for stage in result.stages or ()
+        ),
+        ("cycles = iterations × (precision + 2); block switches are counted by phase only",),
+    )
+
+
+def _quality_table(result: Result) -> Table:
+    quality = result.quality
+    assert quality is not None
+    return pairs(
+        "Plan quality",
+        [
+            ("reachable cells", count_cell(quality.reachable_cells)),
+            ("cells with no way up (local maxima)", count_cell(quality.local_maxima)),
+            ("share of cells that reach the goal", share_cell(quality.share_reaching_goal)),
+            (
+                "starts that arrive",
+                Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived),
+            ),
+            ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
+            ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
+            ("clearance in cells, mean", number_cell(quality.clearance_mean)),
+            ("clearance in cells, least", number_cell(quality.clearance_least)),
+        ],
+    )
+
+
+def resource_table(result: Result) -> Table:
+    """Demand against budget, kind by kind, each with its items. Kinds are never added up."""
+    rows: list[tuple[Cell, ...]] = []
+    strong = []
+    for use in result.resources:
+        strong.append(len(rows))
+        rows.append(
+            (
+                _word(label(use.resource)),
+                _word("all"),
+                count_cell(use.demand),
+                count_cell(use.budget),
+                _share_of(use.demand, use.budget),
+                count_cell(use.gap),
+                Cell(""),
+            )
+        )
+        rows += [
+            (
+                Cell(""),
+                _word(item.name),
+                count_cell(item.amount),
+                Cell(""),
+                Cell(""),
+                Cell(""),
+                _word(item.status),
+            )
+            for item in use.items
+        ]
+    columns = (
+        *left("resource", "item"),
+        *right("demand", "budget"),
+        *right("used", unit="1"),
+        *right("gap"),
+        *left("status"),
+    )
+    return Table("Resources", columns, tuple(rows), strong=frozenset(strong))
+
+
+def physical_table(result: Result) -> Table:
+    """Clock, power and energy with their intervals and where they come from."""
+    rows = []
+    if result.clock is not None:
+        rows.append(
+            (_word("clock"), Cell(quantity_text(result.clock.hz, "Hz"), result.clock.hz), Cell(""), Cell(""))
+        )
+        rows.append((_word("clock limit"), *_source_cells(result.clock.limit)))
+    if result.power is not None:
+        rows.append((_word("static power"), *_source_cells(result.power.static)))
+        rows.append((_word("dynamic power"), *_source_cells(result.power.dynamic)))
+    if result.energy is not None:
+        energy = result.energy
+        for name, joules in (
+            ("energy of the FPGA", energy.fpga_j),
+            ("energy of processors", energy.processors_j),
+            ("energy up to the first plan", energy.total_j),
+        ):
+            rows.append((_word(name), Cell(quantity_text(joules, "J"), joules), Cell(""), Cell("")))
+    columns = (*left("figure"), *right("value"), *left("interval", "status"))
+    return Table("Clock, power and energy", columns, tuple(rows))
+
+
+def sources_table(results: Iterable[Result]) -> Table:
+    """Where the figures come from: each source once, with its status and the figures that rest on it."""
+    figures: dict[tuple[str, str], dict[str, None]] = {}
+    for result in results:
+        for name, status, source in _sources(result):
+            figures.setdefault((status, source), {})[name] = None
+    lines = sorted(figures.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
+    left_out = len(lines) - _MOST_SOURCES
+    return Table(
+        "Where the figures come from",
+        left("status", "figures", "source"),
+        tuple(words(status, ", ".join(names), source) for (status, source), names in lines[:_MOST_SOURCES]),
+        (f"{plural(left_out, 'more source')} in the JSON",) if left_out > 0 else (),
+    )
+
+
+_STRENGTH = ["published", "calibrated", "measured", "assumed"]
+
+
+def _sources(result: Result) -> Iterable[tuple[str, str, str]]:
+    for use in result.resources:
+        for item in use.items:
+            yield f"{label(use.resource)}: {item.name}", item.status.value, item.source
+    if result.clock is not None:
+        yield "clock limit", result.clock.limit.status.value, result.clock.limit.source
+    if result.power is not None:
+        yield "static power", result.power.static.status.value, result.power.static.source
+        yield "dynamic power", result.power.dynamic.status.value, result.power.dynamic.source
+
+
+def comparison_table(results: Sequence[tuple[str, Result]]) -> Table:
+    """Named results side by side; from the second on, each figure also as a multiple of the first's."""
+    rows: list[tuple[Cell, ...]] = [
+        (
+            _word("feasible"),
+            *(Cell("yes" if result.feasible else "no", result.feasible) for _, result in results),
+        ),
+        (_word("part"), *(_word(result.part or ABSENT) for _, result in results)),
+    ]
+    for figure in ResultFigure:
+        values = [result.figure(figure) for _, result in results]
+        if any(value is not None for value in values):
+            rows.append((_word(label(figure)), *_against_first(figure, values)))
+    columns = (*left("figure"), *(Column(name, align="right") for name, _ in results))
+    return Table("Comparison", columns, tuple(rows), ("in brackets: as a multiple of the first",))
+
+
+def _against_first(figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
+    first = values[0]
+    cells = []
+    for number, value in enumerate(values):
+        cell = figure_cell(figure, value)
+        if number and value is not None and first:
+            cell = Cell(f"{cell.text} (×{value / first:.3g})", cell.value)
+        cells.append(cell)
+    return tuple(cells)
+
+
+def _source_cells(figure: Source) -> tuple[Cell, Cell, Cell]:
+    return (
+        Cell(quantity_text(figure.value, figure.unit), figure.value),
+        _word(interval_text(figure.low, figure.high, figure.unit)),
+        _word(figure.status),
+    )
+
+
+def _share_of(part: int, whole: int) -> Cell:
+    if whole <= 0:
+        return Cell(ABSENT)
+    share = part / whole
+    # Above 1 the cautious rounding of a share has no meaning.
+    return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
+
+
+def _word(text: str) -> Cell:
+    return Cell(text, text)

@@ -1,0 +1,256 @@
+"""A study, its front and what could not be built, as tables."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from codesign.report.render import write_csv
+from codesign.report.table import Cell, Column, Table, left, right
+from codesign.report.wording import (
+    ABSENT,
+    axis_text,
+    count_cell,
+    figure_cell,
+    label,
+    quantity_text,
+)
+from codesign.spec.exploration import ResultFigure
+from codesign.system.result import Reason
+from codesign.units import format_count
+
+if TYPE_CHECKING:
+    from codesign.explore import Outcome, Study
+
+
+def summary(study: Study) -> str:
+    """What was explored and what came of it, in one sentence."""
+    (_, total), *counts = study_counts(study)
+    told = ", ".join(f"{count} {name}" for name, count in counts)
+    return f"{total} design point{'' if len(study.points) == 1 else 's'}: {told}"
+
+
+def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
+    """How many points there are, and how many of each fate; failed and missing ones only where any are."""
+    counts = {
+        "explored": len(study.points),
+        "feasible": len(study.feasible),
+        "infeasible": len(study.points) - len(study.feasible) - len(study.failed) - len(study.missing),
+    }
+    counts |= {"failed": len(study.failed)} if study.failed else {}
+    counts |= {"not computed": len(study.missing)} if study.missing else {}
+    counts["on the front"] = len(study.front)
+    return tuple((name, format_count(count)) for name, count in counts.items())
+
+
+def varying_axes(study: Study) -> tuple[str, ...]:
+    """The axes with more than one value, in the order of the workload."""
+    return tuple(name for name in study.axes if len(axis_levels(study, name)) > 1)
+
+
+def short_names(axes: Sequence[str]) -> tuple[str, ...]:
+    """The axes as headings: without the task or component where no other axis has the same last word.
+
+    >>> short_names(["relax.block", "fpga.clock", "host.clock"])
+    ('block', 'fpga.clock', 'host.clock')
+    """
+    last = Counter(name.rpartition(".")[2] for name in axes)
+    return tuple(word if last[word := name.rpartition(".")[2]] == 1 else name for name in axes)
+
+
+def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
+    """The axes with a single value, and that value."""
+    return tuple((name, levels[0]) for name in study.axes if len(levels := axis_levels(study, name)) == 1)
+
+
+def axis_levels(study: Study, name: str) -> list[str]:
+    """The values of an axis as texts, in the order of the workload."""
+    return list(dict.fromkeys(axis_text(name, value) for value in study.axes[name]))
+
+
+def study_table(study: Study, *, every_figure: bool = False) -> Table:
+    """All points in the order of enumeration: axes that vary, objectives, and whether feasible and on the front.
+
+    ``every_figure``: every axis by its full name, and every figure that any point has; made for CSV.
+    """
+    axes = tuple(study.axes) if every_figure else varying_axes(study)
+    figures = figures_with_values(study) if every_figure else tuple(study.objectives)
+    front, feasible = set(study.front), set(study.feasible)
+    rows = []
+    for position, point in enumerate(study.points):
+        rows.append(
+            (
+                count_cell(point.index),
+                *_axis_cells(point, axes),
+                *_figure_cells(point, figures),
+                _yes(position in feasible),
+                _yes(position in front),
+                Cell(why := why_not(point), why),
+            )
+        )
+    columns = (
+        *right("point"),
+        *left(*(axes if every_figure else short_names(axes))),
+        *figure_columns(figures),
+        *left("feasible", "on the front", "why not"),
+    )
+    return Table("All points", columns, tuple(rows), fixed_notes(study), frozenset(study.front))
+
+
+def write_study_csv(study: Study, path: Path) -> None:
+    """Write every point with every axis and figure as CSV.
+
+    Raises:
+        RunError: the file cannot be written.
+    """
+    write_csv(study_table(study, every_figure=True), path)
+
+
+def front_table(study: Study) -> Table:
+    """The points that no other point beats in every objective, best first by the first objective."""
+    axes = varying_axes(study)
+    objectives = tuple(study.objectives)
+    sign = -1 if objectives and objectives[0].maximise else 1
+
+    def rank(position: int) -> tuple[float, int]:
+        value = study.points[position].figure(objectives[0])
+        return (math.inf if value is None else sign * value, position)
+
+    rows = tuple(
+        (
+            count_cell(point.index),
+            *_axis_cells(point, axes),
+            *_figure_cells(point, objectives),
+        )
+        for point in (study.points[position] for position in sorted(study.front, key=rank))
+    )
+    notes = (summary(study), *fixed_notes(study))
+    return Table(
+        "Front", (*right("point"), *left(*short_names(axes)), *figure_columns(objectives)), rows, notes
+    )
+
+
+def best_table(study: Study) -> Table:
+    """For each objective the point of the front that is best in it; of equals the first."""
+    axes = varying_axes(study)
+    objectives = tuple(study.objectives)
+    rows = []
+    for objective in objectives:
+        valued = [
+            (value, position)
+            for position in study.front
+            if (value := study.points[position].figure(objective)) is not None
+        ]
+        if not valued:
+            continue
+        sign = -1 if objective.maximise else 1
+        point = study.points[min(valued, key=lambda pair: (sign * pair[0], pair[1]))[1]]
+        rows.append(
+            (
+                Cell(_aim(objective), objective.value),
+                count_cell(point.index),
+                *_axis_cells(point, axes),
+                *_figure_cells(point, objectives),
+            )
+        )
+    columns = (*left("best"), *right("point"), *left(*short_names(axes)), *figure_columns(objectives))
+    return Table("Best in each objective", columns, tuple(rows))
+
+
+def infeasible_table(study: Study) -> Table:
+    """Every point that cannot be built, is not wanted, failed or was not computed, with all its reasons."""
+    feasible = set(study.feasible)
+    return _left_out(study, "Points left out", [i for i in range(len(study.points)) if i not in feasible])
+
+
+def nearest_table(study: Study) -> Table:
+    """The points that miss feasibility by least, nearest first."""
+    return _left_out(study, "Nearest to feasible", study.nearest())
+
+
+def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
+    axes = varying_axes(study)
+    rows = tuple(
+        (count_cell(point.index), *_axis_cells(point, axes), Cell(why := why_not(point), why))
+        for point in (study.points[position] for position in positions)
+    )
+    return Table(title, (*right("point"), *left(*short_names(axes), "why")), rows)
+
+
+def reasons_table(study: Study) -> Table:
+    """Why points were left out, most frequent first: how many, by how little at best, and the usual levers."""
+    levers: dict[tuple[str, str, str], Counter[str]] = {}
+    for point in study.points:
+        for reason in point.result.reasons if point.result is not None else ():
+            levers.setdefault((reason.kind, reason.name, reason.unit), Counter()).update(reason.levers)
+    rows = []
+    for count in study.reasons:
+        named = levers.get((count.kind, count.name, count.unit), Counter())
+        advice = "; ".join(lever for lever, _ in named.most_common(2)) or ABSENT
+        least = ABSENT if count.kind == "failure" else quantity_text(count.least_gap, count.unit)
+        rows.append(
+            (
+                Cell(count.kind, count.kind),
+                Cell(label(count.name), count.name),
+                count_cell(count.points),
+                Cell(least, count.least_gap),
+                Cell(advice, advice),
+            )
+        )
+    columns = (*left("kind", "what"), *right("points", "least gap"), *left("what would help"))
+    return Table("Why points were left out", columns, tuple(rows))
+
+
+def why_not(point: Outcome) -> str:
+    """All the reasons against a point, in one line; nothing where there are none."""
+    if point.result is None:
+        return "not computed" if point.failure is None else f"failed: {point.failure}"
+    return "; ".join(reason_text(reason) for reason in point.result.reasons)
+
+
+def reason_text(reason: Reason) -> str:
+    """A reason in a line, without its levers.
+
+    >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
+    'slices 40,000 against 33,792'
+    """
+    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
+    return f"{label(reason.name)} {demand} against {limit}"
+
+
+def figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
+    """The figures that at least one point has: the objectives first, then the rest in their own order."""
+    ordered = (*study.objectives, *(figure for figure in ResultFigure if figure not in study.objectives))
+    return tuple(
+        figure for figure in ordered if any(point.figure(figure) is not None for point in study.points)
+    )
+
+
+def figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
+    """A column for each figure, in the figure's unit."""
+    return tuple(Column(label(figure.value), figure.unit, "right") for figure in figures)
+
+
+def fixed_notes(study: Study) -> tuple[str, ...]:
+    """What all points share, said once in place of a column each."""
+    fixed = fixed_axes(study)
+    return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
+
+
+def _axis_cells(point: Outcome, axes: Sequence[str]) -> tuple[Cell, ...]:
+    return tuple(Cell(text := axis_text(name, point.axes.get(name)), text) for name in axes)
+
+
+def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
+    return tuple(figure_cell(figure, point.figure(figure)) for figure in figures)
+
+
+def _aim(objective: ResultFigure) -> str:
+    return f"{'most' if objective.maximise else 'least'} {label(objective.value)}"
+
+
+def _yes(truth: bool) -> Cell:
+    return Cell("yes" if truth else "no", truth)

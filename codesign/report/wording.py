@@ -1,0 +1,187 @@
+"""Numbers and parameters in a reader's words: one place, so that a page and a terminal say the same."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from codesign.report.table import Cell
+from codesign.spec.exploration import ResultFigure
+from codesign.units import (
+    PICOSECONDS_PER_SECOND,
+    format_count,
+    format_energy,
+    format_frequency,
+    format_power,
+    format_time,
+)
+
+ABSENT = "–"
+"""Stands where there is no figure."""
+
+_LONGEST = 160
+_SHARES = {ResultFigure.SHARE_REACHING_GOAL}
+_WHOLE = {
+    ResultFigure.CYCLES,
+    ResultFigure.SLICES,
+    ResultFigure.LUT4,
+    ResultFigure.FLIP_FLOPS,
+    ResultFigure.BLOCK_RAMS,
+    ResultFigure.MULTIPLIERS,
+    ResultFigure.LOCAL_MAXIMA,
+}
+_SHAPES = {"block", "blocks"}
+_PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
+_LABELS = {"lut4": "LUT4", "block_rams": "block RAMs", "local_maxima": "local maxima"}
+
+
+def label(name: str) -> str:
+    """A name of the model as words.
+
+    >>> label("share_reaching_goal"), label("block_rams")
+    ('share reaching goal', 'block RAMs')
+    """
+    return _LABELS.get(name, name.replace("_", " "))
+
+
+def figure_cell(figure: ResultFigure, value: float | None) -> Cell:
+    """A figure of a result, whose value is in the unit of ``figure``."""
+    if value is None:
+        return Cell(ABSENT)
+    if figure in _SHARES:
+        return Cell(share_text(value), value)
+    if figure in _WHOLE:
+        return Cell(format_count(round(value)), round(value))
+    return Cell(quantity_text(value, figure.unit), value)
+
+
+def time_cell(picoseconds: int) -> Cell:
+    """A time; the value is in seconds."""
+    return Cell(format_time(picoseconds), picoseconds / PICOSECONDS_PER_SECOND)
+
+
+def count_cell(count: int) -> Cell:
+    """A whole number."""
+    return Cell(format_count(count), count)
+
+
+def number_cell(value: float | None) -> Cell:
+    """A bare number, to four significant digits."""
+    return Cell(ABSENT) if value is None else Cell(quantity_text(value, ""), value)
+
+
+def share_cell(share: float) -> Cell:
+    """A share of one."""
+    return Cell(share_text(share), share)
+
+
+def share_text(share: float) -> str:
+    """A share as percent. Only 1 is 100 %, only 0 is 0 %.
+
+    >>> share_text(0.9999999), share_text(0.5), share_text(1)
+    ('>99.99 %', '50 %', '100 %')
+    """
+    if 0.9999 < share < 1:
+        return ">99.99 %"
+    if 0 < share < 0.0001:
+        return "<0.01 %"
+    return f"{_decimals(100 * share, 2)} %"
+
+
+def quantity_text(value: float, unit: str) -> str:
+    """A quantity with the unit prefix that suits it.
+
+    ``unit`` is that of ``value``: s, ps, Hz, W, J, 1, or any other word, which is put behind the number.
+    """
+    if not math.isfinite(value):
+        return f"{value}"
+    if unit in {"s", "ps"}:
+        return format_time(round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND))
+    if unit == "Hz" and value > 0:
+        return format_frequency(value)
+    if unit == "W" and value >= 0:
+        return format_power(value)
+    if unit == "J" and value >= 0:
+        return format_energy(value)
+    number = format_count(round(value)) if value == round(value) and abs(value) < 1e15 else f"{value:,.4g}"
+    return number if unit in {"", "1"} else f"{number} {unit}"
+
+
+def interval_text(low: float, high: float, unit: str) -> str:
+    """The interval of a figure; nothing where it is a point."""
+    if low == high:
+        return ""
+    return f"{quantity_text(low, unit)} to {quantity_text(high, unit)}"
+
+
+def axis_text(name: str, value: Any) -> str:
+    """The value of an axis, or of a parameter, as a reader would say it.
+
+    >>> axis_text("relax.block", [36, 66]), axis_text("relax.schedule", [15, 31])
+    ('36×66', '15, 31')
+    >>> axis_text("relax.schedule", {"first": 7, "step": 8, "last": 255})
+    '7 to 255 by 8'
+    """
+    if isinstance(value, Mapping):
+        if set(value) == {"first", "step", "last"}:
+            return f"{value['first']} to {value['last']} by {value['step']}"
+        return _cut(", ".join(f"{key} {axis_text(key, inner)}" for key, inner in value.items()))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        joint = "×" if name.rpartition(".")[2] in _SHAPES else ", "
+        return _cut(joint.join(axis_text("", inner) for inner in value))
+    return _scalar_text(value)
+
+
+def prefix(values: Sequence[float], unit: str) -> tuple[float, str]:
+    """The prefixed unit that suits most of these values of one axis of a plot, and its size in ``unit``.
+
+    >>> prefix([0.002, 0.003, 1.0], "s")
+    (0.001, 'ms')
+    """
+    sizes = (
+        [(size, f"{sign}{unit}") for size, sign in _PREFIXES] if unit in {"s", "J", "W"} else [(1.0, unit)]
+    )
+    middle = sorted(map(abs, values))[len(values) // 2] if values else 0.0
+    if not middle:
+        return 1.0, unit
+    return next((size for size in reversed(sizes) if size[0] <= middle), sizes[0])
+
+
+def labelled(name: str, unit: str) -> str:
+    """The label of an axis of a plot.
+
+    >>> labelled("time", "ms"), labelled("block_rams", "1")
+    ('time (ms)', 'block RAMs')
+    """
+    return label(name) if unit in {"", "1"} else f"{label(name)} ({unit})"
+
+
+def wants_logarithm(least: float, most: float) -> bool:
+    """Whether an axis from ``least`` to ``most`` is easier to read by its logarithm."""
+    return least > 0 and most / least > 20
+
+
+def plural(count: int, noun: str) -> str:
+    """A count and its noun.
+
+    >>> plural(1, "point"), plural(1200, "point")
+    ('1 point', '1,200 points')
+    """
+    return f"{format_count(count)} {noun}{'' if count == 1 else 's'}"
+
+
+def _scalar_text(value: Any) -> str:
+    if value is None:
+        return ABSENT
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return quantity_text(value, "") if isinstance(value, float) else _cut(str(value))
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def _decimals(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}".rstrip("0").rstrip(".")

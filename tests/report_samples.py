@@ -1,0 +1,205 @@
+"""Results, studies and reproductions made up for the tests of the report package, with no run behind them."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+from codesign.explore.study import Outcome, Study
+from codesign.figures import Status
+from codesign.planners.interface import Quality
+from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.system.result import (
+    Clock,
+    Energy,
+    Power,
+    Reason,
+    ResourceItem,
+    ResourceUse,
+    Result,
+    Source,
+    StageUse,
+    Times,
+)
+
+OBJECTIVES = (
+    ResultFigure.TIME,
+    ResultFigure.SLICES,
+    ResultFigure.BLOCK_RAMS,
+    ResultFigure.ENERGY,
+    ResultFigure.SHARE_REACHING_GOAL,
+)
+LAW = "Girau et al. 2008, Tables 1 to 3"
+
+
+def a_result(
+    *,
+    slices: int = 31_500,
+    time_ps: int = 3_210_000_000,
+    share: float = 0.98765,
+    energy: float = 0.0042,
+    feasible: bool = True,
+    **changes: Any,
+) -> Result:
+    budget = 33_792
+    over = slices > budget
+    reasons = (
+        (
+            Reason(
+                kind="resource",
+                name="slices",
+                demand=slices,
+                limit=budget,
+                gap=slices - budget,
+                unit="",
+                levers=("block: at most 36×66 fits", "part: XC4VLX160"),
+            ),
+        )
+        if over
+        else ()
+    )
+    fields: dict[str, Any] = {
+        "platform": "virtex2-pci",
+        "workload": "labyrinth",
+        "planner": "harmonic",
+        "style": "bit_serial",
+        "component": "fpga",
+        "part": "XC2V6000-4",
+        "parameters": {
+            "relax": {
+                "block": [36, 66],
+                "blocks": None,
+                "iterations": 6,
+                "schedule": {"first": 7, "step": 8, "last": 15},
+                "termination": "sound",
+            },
+            "decide": {},
+        },
+        "blocks": 4,
+        "feasible": feasible and not over,
+        "reasons": reasons,
+        "resources": (
+            ResourceUse(
+                resource="slices",
+                demand=slices,
+                budget=budget,
+                gap=max(0, slices - budget),
+                items=(
+                    ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
+                    ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
+                ),
+            ),
+            ResourceUse(
+                resource="block_rams",
+                demand=144,
+                budget=144,
+                gap=0,
+                items=(
+                    ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),
+                ),
+            ),
+        ),
+        "clock": Clock(
+            hz=150_000_000,
+            limit=Source(
+                value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
+            ),
+        ),
+        "power": Power(
+            static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
+            dynamic=Source(
+                value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71
+            ),
+        ),
+    }
+    if not over:
+        fields |= {
+            "time": Times(map_loaded_ps=300_000_000, planned_ps=time_ps - 2_000_000, first_plan_ps=time_ps),
+            "cycles": {"load": 9504, "relax": 435_000, "decide": 1_022},
+            "stages": (
+                StageUse(
+                    stage=0, precision=7, sweeps=5, visits=20, iterations=110, cycles=990, local_maxima=41
+                ),
+                StageUse(
+                    stage=1, precision=15, sweeps=9, visits=36, iterations=204, cycles=3468, local_maxima=0
+                ),
+            ),
+            "precision": 15,
+            "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, total_j=energy),
+            "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
+            "quality": Quality(
+                reachable_cells=4800,
+                local_maxima=12,
+                share_reaching_goal=share,
+                starts=64,
+                starts_arrived=63,
+                path_length_ratio_mean=1.0312,
+                path_length_ratio_worst=1.2,
+                clearance_mean=1.7,
+                clearance_least=0.5,
+            ),
+        }
+    return Result(**(fields | changes))
+
+
+def a_study(points: int = 24, **changes: Any) -> Study:
+    """Points over four axes, of which one is fixed; the largest blocks do not fit."""
+    blocks = [[12, 22], [24, 44], [36, 66], [48, 88]]
+    schedules = [{"first": 7, "step": 8, "last": 63}, [15, 31]]
+    sides = max(1, -(-points // (len(blocks) * len(schedules))))
+    iterations = [1 + 5 * number for number in range(sides)]
+    axes: dict[str, tuple[Any, ...]] = {
+        "relax.block": tuple(blocks),
+        "relax.iterations": tuple(iterations),
+        "relax.schedule": tuple(schedules),
+        "fpga.part": ("XC2V6000-4",),
+    }
+    outcomes = []
+    for index, values in enumerate(itertools.islice(itertools.product(*axes.values()), points)):
+        block, count, schedule, _part = values
+        cells = block[0] * block[1]
+        last = 63 if isinstance(schedule, dict) else 31
+        result = a_result(
+            slices=13 * cells + 3 * last + 1500,
+            time_ps=(24_000_000_000 // (1 + cells // 400) + 90_000_000 * abs(count - 11)) * last // 31,
+            share=1 - 1 / (last + count),
+            energy=0.004 * last / 31 * (1 + cells / 3000),
+        )
+        outcomes.append(Outcome(index, dict(zip(axes, values, strict=True)), result))
+    fields: dict[str, Any] = {
+        "platform": "virtex2-pci",
+        "workload": "labyrinth",
+        "axes": axes,
+        "objectives": OBJECTIVES,
+        "constraints": (Constraint(figure=ResultFigure.SHARE_REACHING_GOAL, at_least=0.9),),
+        "points": tuple(outcomes),
+    }
+    return Study(**(fields | changes))
+
+
+@dataclass(frozen=True)
+class SampleRow:
+    table: str
+    quantity: str
+    published: float | str | None
+    modelled: float | str | None
+    error: float | None
+    unit: str = ""
+    status: str = "calibrated"
+    source: str = LAW
+    held_out: bool = False
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class SampleReproduction:
+    rows: tuple[SampleRow, ...] = (
+        SampleRow("Table 3", "slices of 4,608 nodes", 59_914, 59_914, 0.0),
+        SampleRow("Table 3", "flip-flops of 4,608 nodes", 50_699, 50_699, 0.0),
+        SampleRow(
+            "Section 5.4", "speed-up at 128 bits", 100, 97.4, -0.026, held_out=True, note="flat software cost"
+        ),
+        SampleRow("Section 5.4", "clock of a 48×96 block", 150e6, None, None, "Hz", "assumed", "none found"),
+    )
+    findings: tuple[str, ...] = field(default=("Tables 1 to 3 are met exactly.",))
