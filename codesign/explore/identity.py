@@ -1,0 +1,75 @@
+"""What a result depends on besides the axis values, as one digest.
+
+A finished point is taken from a store only where computing it again would give the same result: the same
+platform and parts, the same workload and map, the same code. So the code is part of it, by its sources
+rather than by a version number that somebody may forget to raise.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from importlib.metadata import entry_points
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from codesign.explore.space import canonical
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+    from codesign.spec import Platform, Workload
+
+_NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace", "__pycache__"})
+
+
+def fingerprint(platform: Platform, workload: Workload) -> str:
+    """SHA-256 over platform, parts, workload without its ``explore`` section, map, and code.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    from codesign.spec import list_parts, load_part
+    from codesign.system.bind import load_grid
+
+    folders = (platform.document.folder / "parts",)
+    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
+    grid = load_grid(workload)
+    cells = hashlib.sha256(grid.free.tobytes()).hexdigest()
+    known = [
+        platform.digest(),
+        workload.digest(),
+        parts,
+        grid.free.shape,
+        cells,
+        grid.resolution,
+        code_digest(),
+    ]
+    return hashlib.sha256(canonical(known).encode()).hexdigest()
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over the sources of this package that a result depends on, and the versions of installed
+    plug-ins."""
+    digest = hashlib.sha256()
+    for name, text in _sources(files("codesign"), ""):
+        digest.update(f"{name} {len(text)}\n".encode() + text)
+    for group in ("codesign.planners", "codesign.architectures"):
+        for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
+            release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
+            digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
+    return digest.hexdigest()
+
+
+def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
+    found = []
+    for item in sorted(folder.iterdir(), key=lambda item: item.name):
+        if item.name in _NO_PART_IN_RESULTS:
+            continue
+        if item.is_dir():
+            found.extend(_sources(item, f"{prefix}{item.name}/"))
+        elif Path(item.name).suffix == ".py":
+            found.append((f"{prefix}{item.name}", item.read_bytes()))
+    return found

@@ -1,0 +1,289 @@
+"""Explore: every point computed once, kept at once, and put together into a study."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from codesign.errors import CodesignError, InputError, SpecError, StoreError
+from codesign.explore.executor import Evaluate, Executor, ProcessExecutor, SerialExecutor
+from codesign.explore.identity import fingerprint
+from codesign.explore.space import DesignPoint, Space, canonical, group, group_limit
+from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
+from codesign.explore.study import Outcome, Study, judged
+from codesign.memo import Memo
+from codesign.spec import Platform, Workload, override
+from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.system.result import Result
+
+if TYPE_CHECKING:
+    from codesign.spec.exploration import Exploration
+
+_TRIED_AT_FIRST = 1000
+_KEYS_AT_ONCE = 500
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far an exploration is.
+
+    Attributes:
+        done: points with an outcome, of ``total``; ``cached`` of them were found in the store.
+        feasible, failed: how many of those done.
+        elapsed_s: seconds since the start. ``left_s``: seconds to go, judged by the points computed so far;
+            None until there is one.
+    """
+
+    done: int
+    total: int
+    cached: int
+    feasible: int
+    failed: int
+    elapsed_s: float
+    left_s: float | None
+
+
+class Simulator:
+    """Computes a point by simulating it; what points share is computed once in each process."""
+
+    def __init__(self, platform: Platform, workload: Workload) -> None:
+        self.platform = platform
+        self.workload = workload
+        self._memo: Memo | None = None
+
+    def __call__(self, point: DesignPoint) -> Result:
+        """The result of one point."""
+        from codesign.system import simulate
+
+        if self._memo is None:
+            self._memo = Memo()
+        return simulate(*override(self.platform, self.workload, point.axes), memo=self._memo)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_memo": None}
+
+
+def explore(
+    platform: Platform,
+    workload: Workload,
+    *,
+    store: Path | str | Store | None = None,
+    workers: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    evaluate: Evaluate | None = None,
+) -> Study:
+    """Compute every point of the workload's exploration on the platform.
+
+    Args:
+        platform, workload: what is explored; the axes, objectives and constraints stand in the workload.
+        store: a file that finished points are kept in, and found in the next time; or a store; None keeps
+            nothing.
+        workers: processes; by default one for each processor of this machine. The study is the same
+            whatever it is.
+        progress: called at the start and whenever points come in.
+        evaluate: computes one point; by default it is simulated. Must pickle where there are several
+            workers. Results in a store are told apart by platform, workload and axes, not by this: use one
+            store for each.
+
+    Raises:
+        InputError: the workload has no ``explore`` section.
+        SpecError: none of the first points can be built on this platform; the faults of the first.
+        StoreError: the store cannot be used. RunError: a worker process died. What was finished is kept.
+    """
+    section = workload.explore
+    if section is None:
+        raise InputError(
+            f"workload {workload.name} has nothing to explore", hint="give it a section explore: with axes:"
+        )
+    if workers is not None and workers < 1:
+        raise InputError(f"{workers} workers", "workers", "give at least 1")
+    workers = workers or _processors()
+    space = Space(section.axes, fingerprint(platform, workload))
+    if evaluate is None:
+        _check_some_point(platform, workload, space)
+        evaluate = Simulator(platform, workload)
+    tally = _Tally(space, section.constraints, progress)
+    with contextlib.ExitStack() as stack:
+        if store is None or isinstance(store, str | Path):
+            store = MemoryStore() if store is None else FileStore(store)
+            stack.callback(store.close)
+        definition = _definition(platform, workload, section, space)
+        store.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
+        pending = tally.take_kept(store)
+        cheap, related = _shared_axes(platform, space)
+        groups = group(pending, cheap=cheap, related=related, limit=group_limit(len(pending), workers))
+        several = workers > 1 and len(groups) > 1
+        executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
+        # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
+        batches = stack.enter_context(contextlib.closing(executor.run(groups, evaluate)))
+        for batch in batches:
+            store.put(batch)
+            tally.take(batch)
+    return Study(
+        platform.name,
+        workload.name,
+        space.axes,
+        section.objectives,
+        section.constraints,
+        tuple(tally.outcomes),
+    )
+
+
+def load_study(path: Path | str) -> Study:
+    """The study that a store's file was last used for, without computing anything.
+
+    Points that are not there, because the exploration was interrupted, are in the state ``missing``.
+
+    Raises:
+        StoreError: the file is none of ours, is damaged, or holds no study.
+    """
+    with FileStore(path, read_only=True) as store:
+        text = store.latest()
+        if text is None:
+            raise StoreError("holds no study", str(path), "hwsw explore puts one there")
+        try:
+            known = json.loads(text)
+            constraints = tuple(Constraint.model_validate(limit) for limit in known["constraints"])
+            objectives = tuple(ResultFigure(name) for name in known["objectives"])
+            tally = _Tally(Space(dict(known["axes"]), known["fingerprint"]), constraints, None)
+            tally.take_kept(store, retry=False)
+        except (ValueError, KeyError, TypeError) as wrong:
+            hint = "read it with the version that wrote it, or explore again"
+            raise StoreError("holds what this version cannot read", str(path), hint) from wrong
+    return Study(
+        known["platform"]["name"],
+        known["workload"]["name"],
+        tally.space.axes,
+        objectives,
+        constraints,
+        tuple(tally.outcomes),
+    )
+
+
+class _Tally:
+    """The outcomes so far, by index, and what is told of them."""
+
+    def __init__(
+        self, space: Space, constraints: tuple[Constraint, ...], progress: Callable[[Progress], None] | None
+    ) -> None:
+        self.space = space
+        self.constraints = constraints
+        self.progress = progress
+        self.points = list(space.points())
+        self.outcomes = [Outcome(point.index, point.axes) for point in self.points]
+        self._place = {point.key: point.index for point in self.points}
+        self._started = self._computing = time.monotonic()
+        self._cached = self._computed = self._feasible = self._failed = 0
+
+    def take_kept(self, store: Store, *, retry: bool = True) -> list[DesignPoint]:
+        """Take what the store has; return the points still to be computed, with ``retry`` those that failed
+        too."""
+        pending = []
+        for begin in range(0, len(self.points), _KEYS_AT_ONCE):
+            some = self.points[begin : begin + _KEYS_AT_ONCE]
+            found = store.find([point.key for point in some])
+            for point in some:
+                entry = found.get(point.key)
+                if entry is None or (retry and entry.state is State.FAILED):
+                    pending.append(point)
+                else:
+                    self._take(entry)
+        self._cached = len(self.points) - len(pending)
+        self._computing = time.monotonic()
+        self._tell()
+        return pending
+
+    def take(self, entries: tuple[Entry, ...]) -> None:
+        """Take what was computed."""
+        for entry in entries:
+            self._take(entry)
+        self._computed += len(entries)
+        self._tell()
+
+    def _take(self, entry: Entry) -> None:
+        index = self._place[entry.key]
+        axes = self.points[index].axes
+        if entry.state is State.FAILED:
+            self.outcomes[index] = Outcome(index, axes, failure=entry.text)
+            self._failed += 1
+            return
+        result = judged(Result.model_validate_json(entry.text), self.constraints)
+        self.outcomes[index] = Outcome(index, axes, result)
+        self._feasible += result.feasible
+
+    def _tell(self) -> None:
+        if self.progress is None:
+            return
+        now = time.monotonic()
+        done = self._cached + self._computed
+        left = len(self.points) - done
+        pace = (now - self._computing) / self._computed if self._computed else None
+        self.progress(
+            Progress(
+                done=done,
+                total=len(self.points),
+                cached=self._cached,
+                feasible=self._feasible,
+                failed=self._failed,
+                elapsed_s=now - self._started,
+                left_s=None if pace is None else pace * left,
+            )
+        )
+
+
+def _definition(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
+    """What ``load_study`` needs, and the specs for whoever opens the file later."""
+    return canonical(
+        {
+            "platform": platform.model_dump(mode="json"),
+            "workload": workload.model_dump(mode="json"),
+            "fingerprint": space.fingerprint,
+            # A list, as canonical text sorts keys, and the order of the axes is that of the points.
+            "axes": [[name, list(values)] for name, values in space.axes.items()],
+            "objectives": [name.value for name in section.objectives],
+            "constraints": [
+                limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints
+            ],
+        }
+    )
+
+
+def _check_some_point(platform: Platform, workload: Workload, space: Space) -> None:
+    """Where no point at all can be bound, say so now, instead of a failure for each.
+
+    Raises:
+        SpecError, InputError: those of the first point.
+    """
+    from codesign.system.bind import bind
+
+    first: CodesignError | None = None
+    for point in islice(space.points(), _TRIED_AT_FIRST):
+        try:
+            bind(*override(platform, workload, point.axes))
+        except (SpecError, InputError) as fault:
+            first = first or fault
+        else:
+            return
+    if first is not None and len(space) <= _TRIED_AT_FIRST:
+        raise first
+
+
+def _shared_axes(platform: Platform, space: Space) -> tuple[list[str], list[str]]:
+    """Axes that leave the functional work as it is (those of components), and those that share stages
+    (schedules)."""
+    cheap = [name for name in space.axes if name.partition(".")[0] in platform.components]
+    return cheap, [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
+
+
+def _processors() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,96 @@
+"""Stand-ins for the simulation, in a module of their own because worker processes import it."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+from codesign.errors import InputError
+from codesign.explore.space import DesignPoint
+from codesign.planners.interface import Quality
+from codesign.system.result import Reason, ResourceUse, Result, Times
+
+
+def result(
+    *, seconds: float = 1.0, slices: int = 10, share: float = 1.0, path: float | None = 1.0, fits: bool = True
+) -> Result:
+    """A result with these figures; where it does not fit, one without a run."""
+    use = ResourceUse(resource="slices", demand=slices, budget=100, gap=max(0, slices - 100), items=())
+    head: dict[str, Any] = {
+        "platform": "bench",
+        "workload": "maze",
+        "planner": "harmonic",
+        "style": "bit_serial",
+        "component": "fpga",
+        "part": None,
+        "parameters": {"relax": {"block": (36, 66)}},
+        "resources": (use,),
+    }
+    if not fits:
+        gap = Reason(
+            kind="resource",
+            name="slices",
+            demand=slices,
+            limit=100,
+            gap=slices - 100,
+            unit="",
+            levers=("shrink",),
+        )
+        return Result(**head, feasible=False, reasons=(gap,))
+    picoseconds = round(seconds * 1e12)
+    quality = Quality(
+        reachable_cells=100,
+        local_maxima=0,
+        share_reaching_goal=share,
+        starts=4,
+        starts_arrived=4,
+        path_length_ratio_mean=path,
+        path_length_ratio_worst=path,
+        clearance_mean=1.5,
+        clearance_least=1.0,
+    )
+    time_ = Times(map_loaded_ps=0, planned_ps=picoseconds, first_plan_ps=picoseconds)
+    return Result(**head, feasible=True, time=time_, quality=quality, precision=7)
+
+
+class Fake:
+    """Computes a point from its axes: ``seconds``, ``slices``, ``share`` are figures, ``do`` is what else it does.
+
+    A line for each point goes to ``log``, so that tests see who computed what, in any process.
+    """
+
+    def __init__(self, log: Path | None = None) -> None:
+        self.log = log
+
+    def __call__(self, point: DesignPoint) -> Result:
+        axes = point.axes
+        if self.log is not None:
+            with self.log.open("a", encoding="utf-8") as file:
+                file.write(f"{point.index} {os.getpid()}\n")
+        match axes.get("do"):
+            case "refuse":
+                raise InputError(
+                    "a block of 9 × 9 nodes on a map of 3 × 3 cells", "relax.block", "make it smaller"
+                )
+            case "fail":
+                raise ZeroDivisionError("no way")
+            case "die":
+                os._exit(9)
+            case "interrupt":
+                raise KeyboardInterrupt
+            case "nap":
+                time.sleep(0.02)
+            case "sleep":
+                time.sleep(60)
+        slices = axes.get("slices", 10 + point.index % 7)
+        seconds = axes.get("seconds", 1.0 / (1 + point.index))
+        return result(seconds=seconds, slices=slices, share=axes.get("share", 1.0), fits=slices <= 100)
+
+
+def computed(log: Path) -> list[int]:
+    """The indices of the points that were computed, in the order they were begun."""
+    if not log.exists():
+        return []
+    return [int(line.split()[0]) for line in log.read_text(encoding="utf-8").splitlines()]

@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codesign.explore.space import MAX_GROUP, Space, canonical, group, group_limit
+
+AXES = {
+    "relax.block": [[36, 66], [24, 44]],
+    "relax.schedule": [{"first": 7, "step": 8, "last": 63}, [15, 31]],
+    "fpga.part": ["XC2V6000-4", "XC4VLX160-12"],
+    "relax.iterations": [1, 6, 16],
+}
+SPACES = st.dictionaries(
+    st.sampled_from(["fpga.part", "fpga.clock", "relax.block", "relax.schedule", "relax.iterations"]),
+    st.lists(st.integers(0, 20), min_size=1, max_size=5, unique=True),
+)
+
+
+def test_the_last_axis_moves_fastest_and_the_first_slowest() -> None:
+    points = list(Space(AXES, "").points())
+    assert [point.index for point in points] == list(range(24))
+    assert [point.axes["relax.iterations"] for point in points[:4]] == [1, 6, 16, 1]
+    assert [point.axes["relax.block"] for point in points[::12]] == [[36, 66], [24, 44]]
+    assert list(points[0].axes) == list(AXES)
+
+
+@given(SPACES)
+def test_points_by_index_are_those_enumerated(axes: dict[str, list[int]]) -> None:
+    space = Space(axes, "somewhere")
+    points = list(space.points())
+    assert len(points) == len(space) == math.prod(map(len, axes.values()))
+    assert [space.point(point.index) for point in points] == points
+    assert len({point.key for point in points}) == len(points)
+
+
+def test_no_axis_is_one_point() -> None:
+    assert [point.axes for point in Space({}, "").points()] == [{}]
+
+
+@pytest.mark.parametrize("index", [-1, 24])
+def test_a_place_outside(index: int) -> None:
+    with pytest.raises(IndexError):
+        Space(AXES, "").point(index)
+
+
+def test_a_key_says_which_point_it_is_whatever_else_is_explored() -> None:
+    (point,) = (p for p in Space(AXES, "x").points() if p.index == 7)
+    fewer = {name: [value] for name, value in reversed(point.axes.items())}
+    (same,) = Space(fewer, "x").points()
+    assert same.key == point.key
+    assert Space(fewer, "y").point(0).key != point.key
+    assert Space(fewer | {"relax.iterations": [7]}, "x").point(0).key != point.key
+
+
+def test_canonical_text() -> None:
+    assert canonical({"b": [1, 1.5], "a": "µ"}) == '{"a":"µ","b":[1,1.5]}'
+    assert json.loads(canonical(AXES)) == AXES
+    with pytest.raises(ValueError, match="JSON compliant"):
+        canonical(math.nan)
+
+
+def grouped(axes: dict[str, list[Any]], limit: int) -> list[list[int]]:
+    points = list(Space(axes, "").points())
+    groups = group(points, cheap=["fpga.part", "fpga.clock"], related=["relax.schedule"], limit=limit)
+    return [[point.index for point in members] for members in groups]
+
+
+@given(SPACES, st.integers(1, 20))
+def test_groups_hold_each_point_once_and_no_more_than_the_limit(
+    axes: dict[str, list[int]], limit: int
+) -> None:
+    groups = grouped(axes, limit)
+    everything = sorted(index for members in groups for index in members)
+    assert everything == list(range(len(Space(axes, ""))))
+    assert all(1 <= len(members) <= limit for members in groups)
+    assert [members[0] for members in groups] == sorted(members[0] for members in groups)
+
+
+@given(SPACES, st.integers(1, 40))
+def test_a_group_shares_all_but_the_cheap_and_the_related_axes(
+    axes: dict[str, list[int]], limit: int
+) -> None:
+    space = Space(axes, "")
+    dear = [name for name in axes if name not in ("fpga.part", "fpga.clock", "relax.schedule")]
+    for members in grouped(axes, limit):
+        assert len({canonical([space.point(index).axes[name] for name in dear]) for index in members}) == 1
+
+
+def test_parts_stay_together_while_schedules_are_parted() -> None:
+    axes = {"fpga.part": ["a", "b"], "relax.schedule": [1, 2, 3], "relax.iterations": [6]}
+    assert grouped(axes, limit=6) == [[0, 3, 1, 4, 2, 5]]
+    assert grouped(axes, limit=3) == [[0, 3], [1, 4], [2, 5]]
+    assert grouped(axes, limit=1) == [[0], [1], [2], [3], [4], [5]]
+
+
+@given(st.integers(0, 10**6), st.integers(1, 256))
+def test_groups_are_small_enough_that_every_worker_gets_some(points: int, workers: int) -> None:
+    limit = group_limit(points, workers)
+    assert 1 <= limit <= MAX_GROUP
+    assert limit == 1 or points / limit > 4 * workers
