@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from codesign.explore import Progress, Study
+    from codesign.records import Listener
     from codesign.spec import Platform, Workload
     from codesign.system import Result
     from codesign.trace import Trace
@@ -49,12 +50,17 @@ def load_workload(source: str | Path) -> Workload:
 
 
 def simulate(
-    platform: Platform, workload: Workload, *, granularity: str = "run_ahead", trace: str | Path | None = None
+    platform: Platform,
+    workload: Workload,
+    *,
+    granularity: str = "run_ahead",
+    trace: str | Path | None = None,
+    listeners: Sequence[Listener] = (),
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
-    ``granularity``: ``run_ahead`` or ``visit``; the result is the same. A design that does not fit gives a result with
-    ``feasible`` False and its reasons, and no trace.
+    ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run. A
+    design that does not fit gives a result with ``feasible`` False and its reasons, and leaves no trace.
 
     Raises:
         SpecError: platform, workload and map do not belong together. TraceError: the trace cannot be written.
@@ -62,13 +68,20 @@ def simulate(
     from codesign import system
 
     if trace is None:
-        return system.simulate(platform, workload, granularity=granularity)
+        return system.simulate(platform, workload, granularity=granularity, listeners=listeners)
     from codesign.trace import McapListener
 
-    with McapListener(Path(trace)) as listener:
-        result = system.simulate(platform, workload, granularity=granularity, listeners=(listener,))
+    identity = {
+        "platform": platform.name,
+        "platform_digest": platform.digest(),
+        "workload": workload.name,
+        "workload_digest": workload.digest(),
+        "codesign": __version__,
+    }
+    with McapListener(trace, identity) as writer:
+        result = system.simulate(platform, workload, granularity=granularity, listeners=(*listeners, writer))
         if not result.feasible:
-            listener.discard()
+            writer.abort()
     return result
 
 

@@ -20,12 +20,16 @@ import click
 def reproduce(paper: str, quick: bool, page: Path | None, plots: Path | None, as_json: bool) -> None:
     """Print published against modelled, row by row, with the error and the source of each figure."""
     from codesign import reproduce as papers
-    from codesign.report import render_text, reproduction_page, reproduction_table
+    from codesign.report import Picture, render_text, reproduction_page, reproduction_table
 
     reproduction = papers.PAPERS[paper](quick=quick, progress=lambda line: click.echo(line, err=True))
     written = papers.write_plots(reproduction, plots) if plots is not None else ()
     if page is not None:
-        reproduction_page(reproduction, page)
+        pictures = [
+            Picture(plot.title, f"{plot.title}: {plot.published}", "svg", papers.plot_svg(plot).encode(), plot.published)
+            for plot in reproduction.figures
+        ]
+        reproduction_page(reproduction, page, pictures=pictures)
     if as_json:
         click.echo(reproduction.to_json())
         return

@@ -38,24 +38,26 @@ def run(
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth."""
     import codesign
-    from codesign.report import render_text, result_tables
-    from codesign.system import point_of, trajectories
+    from codesign.report import render_text, result_page, result_tables, run_pictures
+    from codesign.system import point_of
+    from codesign.trace import MemoryListener
 
-    bound = point_of(
+    point = point_of(
         codesign.load_platform(platform), codesign.load_workload(workload), dict(map(_setting, settings))
     )
-    result = codesign.simulate(*bound, granularity=granularity, trace=trace_file)
+    memory = MemoryListener()
+    result = codesign.simulate(
+        *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
+    )
     if page is not None:
-        from codesign.report import result_page
-
-        result_page(result, page, **trajectories(*bound))
+        result_page(result, page, pictures=run_pictures(memory.records))
     if as_json:
         click.echo(result.model_dump_json(indent=2))
     else:
         for table in result_tables(result):
             click.echo(render_text(table))
-        for name, path in (("trace", trace_file), ("page", page)):
-            if path is not None and result.feasible:
+        for name, path, written in (("trace", trace_file, result.feasible), ("page", page, True)):
+            if path is not None and written:
                 click.echo(f"{name}: {path}")
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)

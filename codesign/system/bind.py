@@ -19,8 +19,9 @@ from codesign.errors import Fault, MapError, SpecError, choose_hint
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
-from codesign.spec import Part, Platform, Workload, cross_check, fault, load_part
-from codesign.spec.platform import FpgaComponent, ProcessorComponent
+from codesign.spec import Part, Platform, Workload, cross_check, fault
+from codesign.spec.platform import FpgaComponent
+from codesign.spec.problem import FileMap
 from codesign.system import catalog
 
 DEFAULT_STYLES = {"fpga": "bit_serial", "processor": "software"}
@@ -91,7 +92,7 @@ def bind(platform: Platform, workload: Workload) -> System:
         planner=planner,
         architecture=architecture,
         component=task.component,
-        part=load_part(component.part) if isinstance(component, FpgaComponent) else None,
+        part=component.chip if isinstance(component, FpgaComponent) else None,
         clock=int(component.clock.value),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
     )
@@ -121,10 +122,11 @@ def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
     try:
         grid = load_grid(workload)
     except MapError as wrong:
-        path: tuple[str | int, ...] = ("problem", "map")
-        return None, [fault(workload, path, str(wrong.args[0]), wrong.hint)]
-    except InputError as wrong:
-        return None, [fault(workload, ("problem", "map"), wrong.what, wrong.hint)]
+        # A generator names the parameter at fault, which is a key of the workload; a reader names a place in its file.
+        generated = workload.map_file is None and wrong.where is not None
+        path = ("problem", "map", wrong.where) if generated else ("problem", "map")
+        what = wrong.what if generated or wrong.where is None else f"{wrong.where}: {wrong.what}"
+        return None, [fault(workload, path, what, wrong.hint)]
     problem = workload.problem
     goals = tuple((int(row), int(column)) for row, column in problem.goals)
     faults = _cell_faults(workload, grid, "goals", goals)
@@ -146,8 +148,8 @@ def load_grid(workload: Workload) -> OccupancyGrid:
         MapError: the map cannot be read or made.
     """
     wanted = workload.problem.map
-    file = workload.map_file
-    if file is not None:
+    if isinstance(wanted, FileMap):
+        file = wanted.path
         stamp = file.stat().st_mtime_ns if file.is_file() else 0
         return _grids.get(("file", str(file), stamp), lambda: maps.read_map(file))
     parameters = wanted.model_dump(exclude={"generate"})

@@ -1,0 +1,125 @@
+"""What is at hand, whether files are sound, and the schemas of what goes in and comes out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from codesign import spec
+from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
+from codesign.spec import Part, Platform, Spec, Workload
+from codesign.spec.locate import is_path
+from codesign.spec.marks import read_document
+from codesign.spec.part import load_part_file
+from codesign.system import catalog
+from codesign.system.bind import bind
+from codesign.system.result import Result
+
+
+def check_files(sources: Sequence[str | Path]) -> list[Fault]:
+    """Every fault of the named files, and of each platform with each workload among them, in file order.
+
+    A source is a shipped name or a path; its kind is told from what it is.
+    """
+    faults: list[Fault] = []
+    platforms: list[Platform] = []
+    workloads: list[Workload] = []
+    for source in sources:
+        try:
+            found = _load(source)
+        except SpecError as wrong:
+            faults += wrong.faults
+        except CodesignError as wrong:
+            faults.append(Fault(str(source), 0, 0, "", wrong.what, wrong.hint))
+        else:
+            if isinstance(found, Platform):
+                platforms.append(found)
+            elif isinstance(found, Workload):
+                workloads.append(found)
+    for workload in workloads:
+        for platform in platforms:
+            try:
+                bind(platform, workload)
+            except SpecError as wrong:
+                faults += [fault for fault in wrong.faults if fault not in faults]
+    return faults
+
+
+def point_of(
+    platform: Platform, workload: Workload, settings: Mapping[str, Any]
+) -> tuple[Platform, Workload]:
+    """Platform and workload with a raw value put in the place of each named axis.
+
+    Raises:
+        SpecError: an axis that is none, or a value that is not accepted.
+    """
+    return spec.override(platform, workload, settings) if settings else (platform, workload)
+
+
+def schema_of(kind: str) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a ``platform``, ``workload`` or ``part`` file, or of a ``result``.
+
+    Raises:
+        InputError: another kind.
+    """
+    if kind == "result":
+        return {
+            "$schema": "https://json-schema.org/draft/2020-12/schema",
+            **Result.model_json_schema(mode="serialization"),
+        }
+    if kind not in ("platform", "workload", "part"):
+        raise InputError(
+            f"there is no schema of {kind!r}",
+            hint=choose_hint(kind, ["platform", "workload", "part", "result"]),
+        )
+    return spec.json_schema(kind, catalog.task_models())
+
+
+def at_hand() -> dict[str, dict[str, str]]:
+    """Names and one-line descriptions of what ships or is installed, by kind."""
+    tasks = catalog.task_models()
+    platforms = {name: spec.load_platform(name).description for name in spec.list_platforms()}
+    workloads = {name: spec.load_workload(name, tasks).description for name in spec.list_workloads()}
+    parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
+    planners = {name: _first_line(planner) for name, planner in catalog.planners().items()}
+    styles = {
+        f"{planner}.{style}": f"on {found.component_type}: {_first_line(found)}"
+        for (planner, style), found in catalog.architectures().items()
+    }
+    return {
+        "platforms": platforms,
+        "workloads": workloads,
+        "parts": parts,
+        "planners": planners,
+        "styles": styles,
+    }
+
+
+def _load(source: str | Path) -> Spec | Part:
+    """The spec of a source, whose kind is not known yet."""
+    if not is_path(source):
+        known = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
+        if source in spec.list_platforms():
+            return spec.load_platform(source)
+        if source in spec.list_workloads():
+            return spec.load_workload(source, catalog.task_models())
+        if source in spec.list_parts():
+            return spec.load_part(str(source))
+        raise InputError(f"there is no shipped spec {source!r}", hint=choose_hint(str(source), known))
+    tree = read_document(Path(source), str(source)).tree
+    kind = tree.get("kind") if isinstance(tree, dict) else None
+    if kind == "platform":
+        return spec.load_platform(source)
+    if kind == "part":
+        return load_part_file(Path(source))
+    return spec.load_workload(source, catalog.task_models())
+
+
+def _budgets(part: Part) -> str:
+    budgets = (f"{int(figure.value):,} {name.replace('_', ' ')}" for name, figure in part.resources.items())
+    return f"{part.family}: {', '.join(budgets)}"
+
+
+def _first_line(thing: object) -> str:
+    return (type(thing).__doc__ or "").strip().split("\n")[0]
