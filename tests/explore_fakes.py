@@ -56,7 +56,7 @@ def result(
 
 
 class Fake:
-    """Computes a point from its axes: ``seconds``, ``slices``, ``share`` are figures, ``do`` is what else it does.
+    """Computes a point from its axes: ``seconds``, ``slices``, ``share`` are figures, ``do`` what else it does.
 
     A line for each point goes to ``log``, so that tests see who computed what, in any process.
     """
