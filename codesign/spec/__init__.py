@@ -1,9 +1,9 @@
 """Platform, part and workload files: the only package that reads YAML.
 
 A file becomes a plain tree with the place of every key (``marks``), pydantic models check it (``model``,
-``fields``, ``part``, ``platform``, ``problem``, ``exploration``, ``workload``), and whatever is wrong comes
-out as faults with file, line, column, key, value and remedy, all at once (``validate``). ``design_point`` puts
-values of an exploration in the place of what the files say.
+``fields``, ``part``, ``platform``, ``problem``, ``exploration``, ``workload``), and what is wrong comes
+out as faults with file, line, column, key, value and remedy, all at once (``validate``). ``design_point``
+puts values of an exploration in the place of what the files say.
 
 PyYAML reads events only, never objects. Its own schema was rejected: it takes ``010`` for 8, ``on`` for true,
 ``12:30:00`` for 45000, ``1e6`` for text, and the last of two equal keys without a word.
@@ -15,6 +15,7 @@ from codesign.spec.exploration import Constraint, Exploration, ResultFigure
 from codesign.spec.model import RefusalError, SpecModel
 from codesign.spec.part import Part, list_parts, load_part
 from codesign.spec.platform import Platform, list_platforms, load_platform
+from codesign.spec.schema import json_schema
 from codesign.spec.start import parse_value, starting_files
 from codesign.spec.workload import TaskMapping, Workload, list_workloads, load_workload
 
@@ -31,6 +32,7 @@ __all__ = [
     "Workload",
     "cross_check",
     "fault",
+    "json_schema",
     "list_parts",
     "list_platforms",
     "list_workloads",

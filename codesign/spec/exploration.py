@@ -5,15 +5,17 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Sequence
 from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
+from pydantic_core import InitErrorDetails
 
 from codesign.errors import InputError
-from codesign.spec.model import RefusalError, SpecModel, raise_all, refusal_details, refused
-from codesign.spec.scalars import clip
-from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
+from codesign.spec.model import Location, RefusalError, SpecModel, raise_all, refusal_details, refused
+from codesign.spec.scalars import clip, show
+from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
 
 MAX_AXES = 16
 MAX_VALUES = 1000
@@ -78,12 +80,15 @@ DEFAULT_OBJECTIVES = (
 )
 
 
+Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
+
+
 class Constraint(SpecModel):
-    """A bound on a figure; the limits are in its unit: s, W, J, or a bare number."""
+    """A bound on a figure. Written with a unit (``5 ms``) for time, power and energy; held in s, W and J."""
 
     figure: ResultFigure = Field(description="The figure that is bounded.")
-    at_least: float | None = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a number.")
-    at_most: float | None = Field(default=None, description="Its upper bound, alike.")
+    at_least: Limit = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a bare number.")
+    at_most: Limit = Field(default=None, description="Its upper bound, alike.")
 
     @field_validator("at_least", "at_most", mode="before")
     @classmethod
@@ -94,7 +99,8 @@ class Constraint(SpecModel):
             return value
         dimension = _DIMENSIONS[figure]
         if not isinstance(value, str):
-            raise RefusalError(f"{value!r:.80} has no unit", f"write a {dimension} with its unit")
+            example = SCALES[dimension].example
+            raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as {example}")
         try:
             parsed = parse_quantity(value, dimension)
         except InputError as error:
@@ -139,29 +145,37 @@ class Exploration(SpecModel):
         """The number of combinations; 1 without an axis."""
         return math.prod(len(values) for values in self.axes.values())
 
-    @model_validator(mode="after")
-    def _sane(self) -> Self:
+    @field_validator("axes", mode="after")
+    @classmethod
+    def _distinct_points(cls, value: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
         found = []
-        for axis, values in self.axes.items():
+        for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
                 hint = "write TASK.PARAMETER or COMPONENT.FIELD, such as relax.iterations"
-                found.append(
-                    refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), ("axes", axis))
-                )
-            seen: set[str] = set()
-            for index, value in enumerate(values):
-                text = json.dumps(value, sort_keys=True)
-                if text in seen:
-                    refusal = RefusalError(f"{clip(text)} is listed twice", "list it once")
-                    found.append(refusal_details(refusal, ("axes", axis, index)))
-                seen.add(text)
-        for index, figure in enumerate(self.objectives):
-            if figure in self.objectives[:index]:
-                refusal = RefusalError(f"{figure} is listed twice", "list it once")
-                found.append(refusal_details(refusal, ("objectives", index)))
-        if self.points > MAX_POINTS:
-            sizes = " x ".join(str(len(values)) for values in self.axes.values())
-            what = f"{sizes} = {self.points:,} points are too many"
-            found.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}"), ("axes",)))
+                found.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
+            texts = [json.dumps(each, sort_keys=True) for each in values]
+            found += _repeated(texts, (axis,))
+        points = math.prod(len(values) for values in value.values())
+        if points > MAX_POINTS:
+            sizes = " x ".join(str(len(values)) for values in value.values())
+            what = f"{sizes} = {points:,} points are too many"
+            found.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}")))
         raise_all("Exploration", found)
-        return self
+        return value
+
+    @field_validator("objectives", mode="after")
+    @classmethod
+    def _distinct_objectives(cls, value: tuple[ResultFigure, ...]) -> tuple[ResultFigure, ...]:
+        raise_all("Exploration", _repeated(value))
+        return value
+
+
+def _repeated(texts: Sequence[str], location: Location = ()) -> list[InitErrorDetails]:
+    """A refusal of each entry that stands in the list before."""
+    found, seen = [], set()
+    for index, text in enumerate(texts):
+        if text in seen:
+            refusal = RefusalError(f"{clip(text)} is listed twice", "list it once")
+            found.append(refusal_details(refusal, (*location, index)))
+        seen.add(text)
+    return found

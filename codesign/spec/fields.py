@@ -11,6 +11,7 @@ from pydantic import Field, PlainSerializer, StringConstraints, ValidationInfo, 
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 from codesign.spec.model import RefusalError, SpecModel, refused
+from codesign.spec.scalars import show
 from codesign.units import SCALES, Dimension, parse_quantity
 
 MAX_COUNT = 10**15
@@ -68,11 +69,8 @@ def _quantity(dimension: Dimension, scale: Fraction = Fraction(1)) -> Callable[[
 
     def read(value: Any) -> int | float:
         if not isinstance(value, str):
-            what = (
-                f"{value!r:.80} has no unit"
-                if isinstance(value, int | float)
-                else f"{value!r:.80} is no {dimension}"
-            )
+            is_number = isinstance(value, int | float) and not isinstance(value, bool)
+            what = f"{show(value)} has no unit" if is_number else f"{show(value)} is not a {dimension}"
             raise RefusalError(what, f"write a number and a unit, such as {example}")
         try:
             parsed = parse_quantity(value, dimension)
@@ -83,14 +81,15 @@ def _quantity(dimension: Dimension, scale: Fraction = Fraction(1)) -> Callable[[
     return read
 
 
-def _count(value: Any) -> int:
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise RefusalError(
-            f"{value!r:.80} is not a whole number", "write a whole number without a unit, such as 32"
-        )
-    if not 0 <= value <= MAX_COUNT:
-        raise RefusalError(f"{value} is out of bounds", f"from 0 to {MAX_COUNT:,}")
-    return value
+def _count(least: int) -> Callable[[Any], int]:
+    def read(value: Any) -> int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise RefusalError(f"{show(value)} is not a whole number", "write it without a unit, such as 32")
+        if not least <= value <= MAX_COUNT:
+            raise RefusalError(f"{value} is out of bounds", f"from {least} to {MAX_COUNT:,}")
+        return value
+
+    return read
 
 
 def _json_schema(short: dict[str, Any], what: str) -> WithJsonSchema:
@@ -132,10 +131,12 @@ def _dump(figure: Figure) -> dict[str, Any]:
 
 
 _AS_MAPPING = PlainSerializer(_dump)
-_COUNT_SCHEMA = _json_schema(
-    {"type": "integer", "minimum": 0, "maximum": MAX_COUNT},
-    "A whole number, or a mapping that also cites where it comes from.",
-)
+
+
+def _count_schema(least: int) -> WithJsonSchema:
+    short = {"type": "integer", "minimum": least, "maximum": MAX_COUNT}
+    return _json_schema(short, "A whole number, or a mapping that also cites where it comes from.")
+
 
 TimeFigure = Annotated[
     Figure, _reader(_quantity(Dimension.TIME), "ps"), _AS_MAPPING, _quantity_schema(Dimension.TIME)
@@ -160,5 +161,8 @@ SlicePowerFigure = Annotated[
 ]
 """Dynamic power, written for one slice and MHz; ``Figure.value`` in W for one slice and Hz."""
 
-CountFigure = Annotated[Figure, _reader(_count, "1"), _AS_MAPPING, _COUNT_SCHEMA]
-"""A number of things; ``Figure.value`` is an int."""
+CountFigure = Annotated[Figure, _reader(_count(0), "1"), _AS_MAPPING, _count_schema(0)]
+"""A number of things, 0 included; ``Figure.value`` is an int."""
+
+PositiveFigure = Annotated[Figure, _reader(_count(1), "1"), _AS_MAPPING, _count_schema(1)]
+"""A number of things, at least 1; ``Figure.value`` is an int."""

@@ -28,6 +28,7 @@ from pydantic import (
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
 
 from codesign.errors import InputError, choose_hint
+from codesign.spec.scalars import clip, show
 
 Location = tuple[str | int, ...]
 """The way to a key inside a model: field names and list indices."""
@@ -126,13 +127,15 @@ def choice(key: str, models: Mapping[str, type[BaseModel]]) -> WrapValidator:
             return value
         accepted = f"accepted: {', '.join(sorted(models))}"
         if not isinstance(value, dict):
-            raise RefusalError("is not a mapping", f"write {key}: and its parameters; {accepted}")
+            raise RefusalError(
+                f"{show(value)} is not a mapping", f"write {key}: and its parameters; {accepted}"
+            )
         if key not in value:
             raise RefusalError(f"{key} is missing", accepted)
         name = value[key]
         if not isinstance(name, str) or name not in models:
             raise RefusalError(
-                f"there is no {key} {name!r:.80}", choose_hint(f"{name!s:.80}", models), (key,)
+                f"there is no {key} {show(name)}", choose_hint(clip(str(name), 60), models), (key,)
             )
         return models[name].model_validate(value, context=info.context)
 

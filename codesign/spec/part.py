@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from codesign.errors import InputError, choose_hint
+from codesign.errors import Fault, InputError, choose_hint
 from codesign.figures import Figure
 from codesign.spec.base import Spec
 from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.spec.locate import data_folder, shown
-from codesign.spec.marks import read_document
+from codesign.spec.marks import Document, read_document
 from codesign.spec.model import SpecModel
 from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
@@ -159,7 +159,20 @@ def load_part_file(path: Path) -> PartFile:
 @functools.lru_cache(maxsize=256)
 def _load_part_file(path: Path, _modified: int, _size: int) -> PartFile:
     document = read_document(path, shown(path))
-    return validate(PartFile, document).with_document(document)
+    return validate(PartFile, document, also=_name_fault).with_document(document)
+
+
+def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Parts are found by the names of their files, so the two have to agree."""
+    name = document.tree.get("name") if isinstance(document.tree, dict) else None
+    expected = Path(document.file).stem
+    if not isinstance(name, str) or name == expected:
+        return []
+    return [
+        document.fault(
+            ("name",), f"{clip(name)!r} in file {expected}.yaml", "give file and part the same name"
+        )
+    ]
 
 
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:

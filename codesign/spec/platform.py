@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
-from codesign.errors import InputError, SpecError, choose_hint
+from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.spec.base import Spec
-from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PowerFigure, TimeFigure
+from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PositiveFigure, PowerFigure, TimeFigure
 from codesign.spec.locate import find_spec, shipped_names
-from codesign.spec.marks import read_document
-from codesign.spec.model import RefusalError, SpecModel, choice, raise_all, refusal_details
+from codesign.spec.marks import Document, read_document
+from codesign.spec.model import RefusalError, SpecModel, choice, refused
 from codesign.spec.part import Part, load_part
+from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
 from codesign.units import format_frequency
 
@@ -31,21 +33,32 @@ class FpgaComponent(SpecModel):
         """The part, loaded."""
         return self._chip
 
+    @field_validator("part", mode="after")
+    @classmethod
+    def _known_part(cls, value: str, info: ValidationInfo) -> str:
+        try:
+            load_part(value, _part_folders(info))
+        except SpecError:
+            raise
+        except InputError as error:
+            raise refused(error) from None
+        return value
+
     @model_validator(mode="after")
     def _clock_within_part(self, info: ValidationInfo) -> Self:
-        document = (info.context or {}).get("document")
-        try:
-            self._chip = load_part(self.part, (document.folder / "parts",) if document else ())
-        except InputError as error:
-            if isinstance(error, SpecError):
-                raise
-            raise RefusalError(error.what, error.hint, ("part",)) from None
+        self._chip = load_part(self.part, _part_folders(info))
         limit = self._chip.block_ram_clock.interval[1]
         if self.clock.value > limit:
             what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
             hint = "lower the clock, or choose a faster part"
             raise RefusalError(f"{what} of part {self.part}", hint, ("clock",))
         return self
+
+
+def _part_folders(info: ValidationInfo) -> tuple[Path, ...]:
+    """The folder ``parts`` beside the platform file."""
+    document = (info.context or {}).get("document")
+    return (document.folder / "parts",) if document else ()
 
 
 class ProcessorPower(SpecModel):
@@ -73,17 +86,10 @@ class BusLink(SpecModel):
     between: Annotated[tuple[Name, ...], Field(min_length=2, max_length=64)] = Field(
         description="The components that it joins."
     )
-    width: CountFigure = Field(description="Bits a word: one word a clock at most.")
+    width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
     clock: FrequencyFigure = Field(description="Clock of the bus.")
     setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
-    burst_words: CountFigure = Field(description="Most words of one burst.")
-
-    @model_validator(mode="after")
-    def _at_least_one(self) -> Self:
-        for key in ("width", "burst_words"):
-            if getattr(self, key).value < 1:
-                raise RefusalError("0 is out of bounds", "it must be at least 1", (key,))
-        return self
+    burst_words: PositiveFigure = Field(description="Most words of one burst.")
 
 
 COMPONENTS: dict[str, type[SpecModel]] = {"fpga": FpgaComponent, "processor": ProcessorComponent}
@@ -106,25 +112,6 @@ class Platform(Spec):
         default={}, description="Links by name."
     )
 
-    @model_validator(mode="after")
-    def _links_join_components(self) -> Self:
-        found = []
-        for name, link in self.links.items():
-            if name in self.components:
-                what, hint = f"{name} names a component too", "give the link a name of its own"
-                found.append(refusal_details(RefusalError(what, hint), ("links", name)))
-            for index, end in enumerate(link.between):
-                at = ("links", name, "between", index)
-                if end not in self.components:
-                    refusal = RefusalError(
-                        f"there is no component {end!r}", choose_hint(end, self.components)
-                    )
-                    found.append(refusal_details(refusal, at))
-                elif end in link.between[:index]:
-                    found.append(refusal_details(RefusalError(f"{end} is named twice", "name it once"), at))
-        raise_all("Platform", found)
-        return self
-
     def _identity(self) -> dict[str, Any]:
         chips = [
             part.chip.model_dump(mode="json")
@@ -132,6 +119,31 @@ class Platform(Spec):
             if isinstance(part, FpgaComponent)
         ]
         return {**super()._identity(), "chips": chips}
+
+
+def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Links that join what is no component, or one twice, or that go by the name of a component."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    components, links = tree.get("components"), tree.get("links")
+    if not isinstance(components, dict) or not isinstance(links, dict):
+        return []
+    faults = []
+    for name, link in links.items():
+        if name in components:
+            what, hint = f"{clip(name)} names a component too", "give the link a name of its own"
+            faults.append(document.fault(("links", name), what, hint, at_key=True))
+        ends = link.get("between") if isinstance(link, dict) else None
+        ends = ends if isinstance(ends, list) else []
+        for index, end in enumerate(ends):
+            path = ("links", name, "between", index)
+            if not isinstance(end, str):
+                continue
+            if end not in components:
+                hint = choose_hint(clip(end, 60), components)
+                faults.append(document.fault(path, f"there is no component {clip(end)!r}", hint))
+            elif end in ends[:index]:
+                faults.append(document.fault(path, f"{clip(end)} is named twice", "name it once"))
+    return faults
 
 
 def load_platform(source: str | Path) -> Platform:
@@ -145,7 +157,7 @@ def load_platform(source: str | Path) -> Platform:
     """
     path, shown = find_spec(source, "platforms")
     document = read_document(path, shown)
-    return validate(Platform, document).with_document(document)
+    return validate(Platform, document, also=_link_faults).with_document(document)
 
 
 def list_platforms() -> list[str]:

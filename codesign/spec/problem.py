@@ -6,11 +6,11 @@ import difflib
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, WrapValidator, model_validator
+from pydantic import Field, PrivateAttr, ValidationInfo, WrapValidator, field_validator, model_validator
 
 from codesign.spec.fields import Cell
 from codesign.spec.model import RefusalError, SpecModel, choice, raise_all, refusal_details
-from codesign.spec.scalars import clip
+from codesign.spec.scalars import clip, show
 
 MAX_CELLS = 2**24
 
@@ -185,7 +185,7 @@ def _choose_starts(value: Any, handler: Any, info: ValidationInfo) -> Any:
     if isinstance(value, list | tuple | SampledStarts):
         return handler(value)
     raise RefusalError(
-        f"{clip(repr(value))} names no starts", "write a list of [row, column], or {count: 64, seed: 0}"
+        f"{show(value)} names no starts", "write a list of [row, column], or {count: 64, seed: 0}"
     )
 
 
@@ -203,28 +203,22 @@ class ProblemSpec(SpecModel):
         description="Starts that judge the plan: {count, seed} draws them, [[row, column], ...] names them.",
     )
 
-    @model_validator(mode="after")
-    def _cells_inside(self) -> Self:
+    @field_validator("goals", "starts", mode="after")
+    @classmethod
+    def _cells_inside(cls, value: Any, info: ValidationInfo) -> Any:
         """Cells of a generated map are checked here; those of a map file once it is read."""
-        found = []
-        cells: dict[str, Any] = {"goals": self.goals, "starts": self.starts}
-        for key, listed in cells.items():
-            if isinstance(listed, SampledStarts):
-                continue
-            for index, cell in enumerate(listed):
-                what = self._wrong(cell, listed[:index] if len(listed) <= 1000 else ())
-                if what:
-                    found.append(refusal_details(RefusalError(*what), (key, index)))
+        if isinstance(value, SampledStarts):
+            return value
+        found, seen = [], set()
+        shape = getattr(info.data.get("map"), "shape", None)
+        for index, cell in enumerate(value):
+            if cell in seen:
+                refusal = RefusalError(f"{list(cell)} is named twice", "name it once")
+                found.append(refusal_details(refusal, (index,)))
+            elif shape and not (cell[0] < shape[0] and cell[1] < shape[1]):
+                what = f"{list(cell)} is outside of the map of {shape[0]} x {shape[1]} cells"
+                hint = f"[row, column] from [0, 0] to [{shape[0] - 1}, {shape[1] - 1}]"
+                found.append(refusal_details(RefusalError(what, hint), (index,)))
+            seen.add(cell)
         raise_all("ProblemSpec", found)
-        return self
-
-    def _wrong(self, cell: tuple[int, int], before: tuple[tuple[int, int], ...]) -> tuple[str, str] | None:
-        if cell in before:
-            return f"{list(cell)} is named twice", "name it once"
-        if isinstance(self.map, FileMap):
-            return None
-        rows, columns = self.map.shape
-        if cell[0] < rows and cell[1] < columns:
-            return None
-        hint = f"[row, column] from [0, 0] to [{rows - 1}, {columns - 1}]"
-        return f"{list(cell)} is outside of the map of {rows} x {columns} cells", hint
+        return value

@@ -65,3 +65,16 @@ def _is_number(text: str) -> bool:
 def clip(text: str, most: int = 80) -> str:
     """Text cut to what fits on a line."""
     return text if len(text) <= most else f"{text[:most]}..."
+
+
+def show(value: object) -> str:
+    """A value of a tree as the user wrote it, as far as that can be told, cut to what fits on a line."""
+    if value is None:
+        return "nothing"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return clip(repr(value), 60)

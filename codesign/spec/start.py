@@ -22,6 +22,8 @@ def parse_value(text: str, where: str) -> Any:
     Raises:
         InputError: no YAML value; ``where`` says where it was typed.
     """
+    if not text.strip():
+        raise InputError("no value", where, "write one, as in a YAML file")
     try:
         document = parse_document(text.encode("utf-8", "surrogateescape"), where, Path())
     except SpecError as error:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 from codesign.errors import Fault, SpecError, choose_hint
 from codesign.spec.marks import MAX_FAULTS, Document, Path_
 from codesign.spec.model import RefusalError
-from codesign.spec.scalars import clip
+from codesign.spec.scalars import clip, show
 
 M = TypeVar("M", bound=BaseModel)
 
@@ -118,7 +118,7 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
     for line in lines:
         if line.branch:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
-    kept = [line for line in lines if not line.branch]
+    kept = [line for line in lines if not line.branch and not _miscounted(line)]
     for union, branches in unions.items():
         begun: list[list[_Line]] = [
             found for found in branches.values() if all(len(line.path) > len(union) for line in found)
@@ -131,6 +131,11 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
             first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
             kept.append(first)
     return kept
+
+
+def _miscounted(line: _Line) -> bool:
+    """Whether a list is called too short only because entries of it were refused."""
+    return line.type == "too_short" and len(line.value) >= line.context["min_length"]
 
 
 def _fault(line: _Line, document: Document, place: Callable[[Path_], Path_ | None]) -> Fault | None:
@@ -172,19 +177,6 @@ def _kind(line: _Line) -> str:
     return _KINDS.get(line.type.split("_")[0], "")
 
 
-def _shown(value: Any) -> str:
-    """The value as the user wrote it, as far as that can be told."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, dict):
-        return "a mapping"
-    if isinstance(value, list):
-        return "a list"
-    return clip(repr(value), 60)
-
-
 _BOUNDS: dict[str, tuple[str, str]] = {
     "greater_than": ("gt", "above"),
     "greater_than_equal": ("ge", "at least"),
@@ -194,7 +186,7 @@ _BOUNDS: dict[str, tuple[str, str]] = {
 
 
 def _explain(line: _Line) -> tuple[str, str | None]:
-    shown, context = _shown(line.value), line.context
+    shown, context = show(line.value), line.context
     if line.type in _BOUNDS:
         key, words = _BOUNDS[line.type]
         return f"{shown} is out of bounds", f"it must be {words} {context[key]}"
@@ -204,7 +196,9 @@ def _explain(line: _Line) -> tuple[str, str | None]:
     expected = context.get("expected") if line.type == "union" else _kind(line)
     if expected:
         return f"{shown} is not {expected}", _type_hint(line)
-    return f"{shown}: {line.message.removeprefix('Value error, ')}", None
+    message = line.message.removeprefix("Value error, ")
+    # The parser's place and key say which list or mapping; a validator's own words say the rest.
+    return message if isinstance(line.value, list | dict) else f"{shown}: {message}", None
 
 
 def _too_short(line: _Line, shown: str) -> tuple[str, str | None]:

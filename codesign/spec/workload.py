@@ -32,7 +32,7 @@ from codesign.spec.model import (
     strict,
 )
 from codesign.spec.problem import FileMap, ProblemSpec
-from codesign.spec.scalars import clip
+from codesign.spec.scalars import clip, show
 from codesign.spec.validate import validate
 
 TaskModels = Mapping[str, Mapping[str, type[BaseModel]]]
@@ -80,7 +80,9 @@ def map_task(raw: Any, model: type[BaseModel], document: Document | None = None)
         ValidationError: with locations inside ``raw``.
     """
     if not isinstance(raw, dict):
-        refusal = RefusalError("is not a mapping", "write {component: NAME} and the task's parameters")
+        refusal = RefusalError(
+            f"{show(raw)} is not a mapping", "write {component: NAME} and the task's parameters"
+        )
         raise_all("TaskMapping", [refusal_details(refusal)])
     own = {key: raw[key] for key in ("component", "style") if key in raw}
     rest = {key: value for key, value in raw.items() if key not in own}
