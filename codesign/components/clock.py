@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from codesign.errors import InputError
+from codesign.units import cycles_by, edge
 
-PICOSECONDS = 10**12
-"""Picoseconds a second, and so the fastest clock whose edges still differ."""
+FASTEST = 10**12
+"""Hz: above it two edges would fall on one picosecond."""
 
 
 @dataclass(frozen=True)
@@ -28,22 +29,22 @@ class ClockDomain:
     hz: int
 
     def __post_init__(self) -> None:
-        if isinstance(self.hz, bool) or not isinstance(self.hz, int) or not 1 <= self.hz <= PICOSECONDS:
+        if isinstance(self.hz, bool) or not isinstance(self.hz, int) or not 1 <= self.hz <= FASTEST:
             raise InputError(
                 f"a clock of {self.hz!r} Hz", "clock", "give a whole number of hertz from 1 to 10^12 (1 THz)"
             )
 
     def edge(self, cycle: int) -> int:
         """The time of edge ``cycle``, ps."""
-        return -(-cycle * PICOSECONDS // self.hz)
+        return edge(cycle, self.hz)
 
     def cycles_by(self, time: int) -> int:
         """The last edge at or before ``time`` (ps): how many whole cycles have passed since time 0."""
-        return time * self.hz // PICOSECONDS
+        return cycles_by(time, self.hz)
 
     def cycle_at_or_after(self, time: int) -> int:
         """The first edge at or after ``time`` (ps)."""
-        return (time - 1) * self.hz // PICOSECONDS + 1 if time > 0 else 0
+        return cycles_by(time - 1, self.hz) + 1 if time > 0 else 0
 
     def next_edge(self, time: int) -> int:
         """The time of the first edge at or after ``time``, ps: where work asked for at ``time`` can begin."""

@@ -1,0 +1,296 @@
+"""Records as JSON messages with JSON schemas, and back: both generated from the fields of the record classes.
+
+An array is ``{"dtype", "shape", "data"}``, its bytes little-endian and base64; compression is left to the
+file's chunks. A record that holds a grid becomes a ``foxglove.Grid`` with the record's other fields beside
+the standard ones. A field that is None is left out. The schemas keep to what Foxglove's reader of JSON
+schemas takes: every property has one type, every object its properties.
+
+Decoding trusts nothing: sizes are bounded and checked against shapes, types are those of the fields.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import types
+import typing
+from dataclasses import dataclass, fields
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign import records
+from codesign.errors import TraceError
+from codesign.records import MapRecord, Record, StageRecord, SummaryRecord, TrajectoryRecord, VisitsRecord
+from codesign.trace.grid import GRID_PROPERTIES, GRID_REQUIRED, decode_base64, decode_grid, encode_grid
+
+MAX_ELEMENTS = 2**24
+"""Elements of one array: the largest map that the planners take."""
+
+MAX_MESSAGE_BYTES = 2**27 - 2**22
+"""Bytes of one message: with what else stands in its chunk it stays below what a reader takes."""
+
+MAX_SEPARATORS = 1_000_000
+"""Commas, brackets and braces of one message: bounds the objects that parsing it can make."""
+
+RECORD_TYPES: dict[str, type[Record]] = {
+    name: item
+    for name, item in vars(records).items()
+    if isinstance(item, type) and issubclass(item, Record) and item is not Record
+}
+"""Every class of record by its name: what a reader can give back."""
+
+RUN_LEVEL = (MapRecord, TrajectoryRecord, SummaryRecord)
+"""Records of the run as a whole: their topics do not begin with the source."""
+
+GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential"}
+"""The field of a record that is shown as a grid."""
+
+# Shapes that the records promise, by field; None stands for any length.
+_SHAPES: dict[str, tuple[int | None, ...]] = {
+    "goals": (None, 2),
+    "points": (None, 2),
+    "block": (None,),
+    "iterations": (None,),
+}
+_JSON_TYPES: dict[object, str] = {int: "integer", float: "number", str: "string", bool: "boolean"}
+_PYTHON_TYPES: dict[str, tuple[type, ...]] = {
+    "integer": (int,),
+    "number": (int, float),
+    "string": (str,),
+    "boolean": (bool,),
+    "mapping": (dict,),
+}
+
+
+@dataclass(frozen=True)
+class FieldPlan:
+    """How one field crosses over: its JSON type, or ``array`` with a ``dtype``, ``mapping`` or ``grid``."""
+
+    name: str
+    kind: str
+    optional: bool = False
+    dtype: np.dtype[Any] | None = None
+
+
+_PLANS: dict[type[Record], tuple[FieldPlan, ...]] = {}
+
+
+def topic_of(record_type: type[Record], source: str) -> str:
+    """The topic of a record: ``/fpga/stage``, or ``/map`` for a record of the run as a whole.
+
+    >>> topic_of(StageRecord, "fpga"), topic_of(MapRecord, "host")
+    ('/fpga/stage', '/map')
+    """
+    kind = record_type.__name__.removesuffix("Record").lower()
+    return f"/{kind}" if issubclass(record_type, RUN_LEVEL) else f"/{source}/{kind}"
+
+
+def schema_name(record_type: type[Record]) -> str:
+    """The name of a record's schema."""
+    return "foxglove.Grid" if record_type in GRIDS else f"codesign.{record_type.__name__}"
+
+
+def schema_of(record_type: type[Record]) -> bytes:
+    """The JSON schema of a record's messages, UTF-8. All that are shown as grids share one."""
+    if record_type in GRIDS:
+        properties = dict(GRID_PROPERTIES)
+        for each in GRIDS:
+            properties.update(_properties(each))
+        required = [*GRID_REQUIRED, *(item.name for item in fields(Record))]
+        about = "A grid; what else its record holds stands beside it"
+    else:
+        properties = _properties(record_type)
+        required = [plan.name for plan in plan_of(record_type) if not plan.optional]
+        about = (record_type.__doc__ or record_type.__name__).split("\n\n")[0]
+    schema = {
+        "title": schema_name(record_type),
+        "description": about,
+        "type": "object",
+        "properties": properties,
+        "required": required,
+    }
+    return json.dumps(schema, ensure_ascii=False).encode()
+
+
+def encode(record: Record, cell_size: float = 1.0) -> bytes:
+    """The message of a record, UTF-8 JSON. ``cell_size``: metres a cell of a grid, 1 where nobody knows.
+
+    Raises:
+        TraceError: a field holds what its type does not promise, or an array is too large.
+    """
+    message: dict[str, Any] = {}
+    for plan in plan_of(type(record)):
+        value = getattr(record, plan.name)
+        if value is None and plan.optional:
+            continue
+        if plan.kind == "grid":
+            _bound(value.size, record, plan)
+            message.update(encode_grid(value, record.time, cell_size))
+        elif plan.kind == "array":
+            message[plan.name] = _encode_array(record, plan, value)
+        else:
+            message[plan.name] = value
+    try:
+        text = json.dumps(message, allow_nan=False, ensure_ascii=False, separators=(",", ":")).encode()
+    except (TypeError, ValueError, RecursionError) as fault:
+        raise TraceError(f"a {type(record).__name__} cannot be written as JSON: {fault}") from fault
+    if len(text) > MAX_MESSAGE_BYTES:
+        _refuse(type(record), f"{len(text)} bytes of JSON, more than a reader takes")
+    return text
+
+
+def decode(record_type: type[Record], message: bytes) -> Record:
+    """The record of a message.
+
+    Raises:
+        TraceError: the message is not one of ``record_type``.
+    """
+    data = parse_json(message)
+    if not isinstance(data, dict):
+        _refuse(record_type, "not a JSON object")
+    values = {plan.name: _decode_field(record_type, plan, data) for plan in plan_of(record_type)}
+    record = record_type(**values)
+    if record.time < 0:
+        _refuse(record_type, f"time {record.time}")
+    if isinstance(record, VisitsRecord) and record.block.shape != record.iterations.shape:
+        _refuse(record_type, "one block a visit is not one number of iterations a visit")
+    return record
+
+
+def parse_json(text: bytes) -> Any:
+    """JSON of bounded size and depth, without NaN and infinities.
+
+    Raises:
+        TraceError: it is not that.
+    """
+    separators = sum(text.count(mark) for mark in (b",", b"[", b"{"))
+    if separators > MAX_SEPARATORS:
+        raise TraceError(f"a JSON text with {separators} values", None, "the file was not written by hwsw")
+    try:
+        return json.loads(text, parse_constant=_refuse_constant)
+    except (ValueError, RecursionError) as fault:
+        raise TraceError(f"not JSON that a trace holds: {str(fault)[:120]}") from fault
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not JSON")
+
+
+def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
+    """How each field of a record class crosses over.
+
+    Raises:
+        TraceError: a field's type is none that a trace holds.
+    """
+    if record_type not in _PLANS:
+        hints = typing.get_type_hints(record_type)
+        grid = GRIDS.get(record_type)
+        _PLANS[record_type] = tuple(
+            _plan(record_type, item.name, hints[item.name], grid) for item in fields(record_type)
+        )
+    return _PLANS[record_type]
+
+
+def _plan(record_type: type[Record], name: str, hint: Any, grid: str | None) -> FieldPlan:
+    optional = False
+    if isinstance(hint, types.UnionType):
+        options = [option for option in typing.get_args(hint) if option is not types.NoneType]
+        optional, hint = True, options[0] if len(options) == 1 else None
+    if hint in _JSON_TYPES:
+        return FieldPlan(name, _JSON_TYPES[hint], optional)
+    origin = typing.get_origin(hint)
+    if origin is dict:
+        return FieldPlan(name, "mapping", optional)
+    if origin is np.ndarray:
+        dtype = np.dtype(typing.get_args(typing.get_args(hint)[1])[0])
+        return FieldPlan(name, "grid" if name == grid else "array", optional, dtype)
+    raise TraceError(f"a trace cannot hold {record_type.__name__}.{name}, a {hint}")
+
+
+def _properties(record_type: type[Record]) -> dict[str, Any]:
+    return {plan.name: _property(plan) for plan in plan_of(record_type) if plan.kind != "grid"}
+
+
+def _property(plan: FieldPlan) -> dict[str, Any]:
+    if plan.kind == "mapping":
+        return {"type": "object", "properties": {}}
+    if plan.kind != "array":
+        return {"type": plan.kind}
+    return {
+        "type": "object",
+        "properties": {
+            "dtype": {"type": "string"},
+            "shape": {"type": "array", "items": {"type": "integer"}},
+            "data": {"type": "string", "contentEncoding": "base64"},
+        },
+        "required": ["dtype", "shape", "data"],
+    }
+
+
+def _encode_array(record: Record, plan: FieldPlan, value: Any) -> dict[str, Any]:
+    assert plan.dtype is not None
+    array = np.asarray(value)
+    _bound(array.size, record, plan)
+    if not np.can_cast(array.dtype, plan.dtype, casting="safe"):
+        _refuse(type(record), f"{plan.name} is {array.dtype} in place of {plan.dtype}")
+    data = array.astype(plan.dtype.newbyteorder("<")).tobytes()
+    return {
+        "dtype": plan.dtype.name,
+        "shape": list(array.shape),
+        "data": base64.b64encode(data).decode("ascii"),
+    }
+
+
+def _bound(size: int, record: Record, plan: FieldPlan) -> None:
+    if size > MAX_ELEMENTS:
+        _refuse(type(record), f"{plan.name} has {size} elements, more than 2^24")
+
+
+def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
+    if plan.kind == "grid":
+        assert plan.dtype is not None
+        return decode_grid(data, plan.dtype, MAX_ELEMENTS)
+    if plan.name not in data:
+        if plan.optional:
+            return None
+        _refuse(record_type, f"{plan.name} is missing")
+    value = data[plan.name]
+    if plan.kind == "array":
+        return _decode_array(record_type, plan, value)
+    # bool is a kind of int in Python, but not in JSON.
+    if type(value) not in _PYTHON_TYPES[plan.kind] or (type(value) in (int, float) and abs(value) >= 2**63):
+        _refuse(record_type, f"{plan.name} is no {plan.kind}")
+    return float(value) if plan.kind == "number" else value
+
+
+def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDArray[Any]:
+    assert plan.dtype is not None
+    promised = _SHAPES.get(plan.name)
+    if not isinstance(value, dict) or value.get("dtype") != plan.dtype.name:
+        _refuse(record_type, f"{plan.name} is no {plan.dtype} array")
+    shape = value.get("shape")
+    if (
+        not isinstance(shape, list)
+        or len(shape) > 4
+        or not all(type(side) is int and side >= 0 for side in shape)
+    ):
+        _refuse(record_type, f"{plan.name} has no shape")
+    if promised is not None and (
+        len(shape) != len(promised)
+        or any(side not in (None, given) for side, given in zip(promised, shape, strict=True))
+    ):
+        _refuse(record_type, f"{plan.name} has shape {shape[:4]}")
+    size = math.prod(shape)
+    if size > MAX_ELEMENTS:
+        _refuse(record_type, f"{plan.name} has {size} elements, more than 2^24")
+    data = decode_base64(value.get("data"))
+    if len(data) != size * plan.dtype.itemsize:
+        _refuse(record_type, f"{plan.name} has {len(data)} bytes for {size} elements")
+    return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(shape)
+
+
+def _refuse(record_type: type[Record], why: str) -> NoReturn:
+    raise TraceError(f"no {record_type.__name__}: {why}")

@@ -1,0 +1,143 @@
+"""``foxglove.Grid`` messages: what a viewer shows as a picture on the floor, by the fields that Foxglove
+documents.
+
+Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
+first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
+1 for an obstacle (field ``occupied``); a potential is one float32 a cell (field ``potential``). The map lies
+1 cm lower than the potential, so that the two don't flicker in one plane.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import TraceError
+
+# foxglove.NumericType
+_UINT8 = 1
+_FLOAT32 = 7
+
+_VECTOR = {axis: {"type": "number"} for axis in ("x", "y", "z")}
+
+GRID_PROPERTIES: dict[str, Any] = {
+    "timestamp": {
+        "type": "object",
+        "title": "time",
+        "properties": {
+            "sec": {"type": "integer", "minimum": 0},
+            "nsec": {"type": "integer", "minimum": 0, "maximum": 999999999},
+        },
+    },
+    "frame_id": {"type": "string"},
+    "pose": {
+        "type": "object",
+        "title": "foxglove.Pose",
+        "properties": {
+            "position": {"type": "object", "title": "foxglove.Vector3", "properties": _VECTOR},
+            "orientation": {
+                "type": "object",
+                "title": "foxglove.Quaternion",
+                "properties": {**_VECTOR, "w": {"type": "number"}},
+            },
+        },
+    },
+    "column_count": {"type": "integer", "minimum": 0},
+    "cell_size": {
+        "type": "object",
+        "title": "foxglove.Vector2",
+        "properties": {"x": {"type": "number"}, "y": {"type": "number"}},
+    },
+    "row_stride": {"type": "integer", "minimum": 0},
+    "cell_stride": {"type": "integer", "minimum": 0},
+    "fields": {
+        "type": "array",
+        "items": {
+            "type": "object",
+            "title": "foxglove.PackedElementField",
+            "properties": {
+                "name": {"type": "string"},
+                "offset": {"type": "integer", "minimum": 0},
+                "type": {"type": "integer", "minimum": 0},
+            },
+        },
+    },
+    "data": {"type": "string", "contentEncoding": "base64"},
+}
+GRID_REQUIRED = tuple(GRID_PROPERTIES)
+
+
+def encode_grid(values: NDArray[Any], time: int, cell_size: float) -> dict[str, Any]:
+    """The standard fields of a grid: a bool array of free cells, or a float32 potential, rows × columns.
+
+    Raises:
+        TraceError: it is neither.
+    """
+    if values.ndim != 2 or values.dtype not in (np.dtype(bool), np.dtype(np.float32)):
+        raise TraceError(f"no grid: an array of {values.ndim} dimensions and {values.dtype}")
+    is_map = values.dtype == bool
+    cells = (~values).view(np.uint8) if is_map else values.astype("<f4")
+    seconds, rest = divmod(time, 10**12)
+    return {
+        "timestamp": {"sec": seconds, "nsec": rest // 1000},
+        "frame_id": "map",
+        "pose": {
+            "position": {"x": 0.0, "y": 0.0, "z": -0.01 if is_map else 0.0},
+            "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+        },
+        "column_count": values.shape[1],
+        "cell_size": {"x": cell_size, "y": cell_size},
+        "row_stride": values.shape[1] * cells.itemsize,
+        "cell_stride": cells.itemsize,
+        "fields": [
+            {
+                "name": "occupied" if is_map else "potential",
+                "offset": 0,
+                "type": _UINT8 if is_map else _FLOAT32,
+            }
+        ],
+        "data": base64.b64encode(np.flipud(cells).tobytes()).decode("ascii"),
+    }
+
+
+def decode_grid(message: dict[str, Any], dtype: np.dtype[Any], most_cells: int) -> NDArray[Any]:
+    """The array that ``encode_grid`` was given, of ``dtype`` bool or float32.
+
+    Raises:
+        TraceError: the message holds no such grid, or one of more than ``most_cells`` cells.
+    """
+    is_map = dtype == np.dtype(bool)
+    itemsize = 1 if is_map else 4
+    columns, text = message.get("column_count"), message.get("data")
+    if type(columns) is not int or not 0 < columns <= most_cells or not isinstance(text, str):
+        raise TraceError("a grid without columns or data")
+    if len(text) > most_cells * itemsize * 4 // 3 + 4:
+        raise TraceError(f"a grid of more than {most_cells} cells")
+    data = decode_base64(text)
+    if message.get("cell_stride") != itemsize or len(data) % (columns * itemsize):
+        raise TraceError(f"a grid of {len(data)} bytes with {columns} columns of {itemsize} bytes")
+    if is_map:
+        cells = np.frombuffer(data, np.uint8).reshape(-1, columns)
+        if cells.size and cells.max() > 1:
+            raise TraceError("a map with cells that are neither free nor occupied")
+        free: NDArray[Any] = np.flipud(cells) == 0
+        return free
+    return np.flipud(np.frombuffer(data, "<f4").reshape(-1, columns)).astype(np.float32)
+
+
+def decode_base64(text: Any) -> bytes:
+    """The bytes of a base64 text.
+
+    Raises:
+        TraceError: it is no such text.
+    """
+    if not isinstance(text, str):
+        raise TraceError("an array without its base64 text")
+    try:
+        return base64.b64decode(text, validate=True)
+    except (binascii.Error, ValueError) as fault:
+        raise TraceError(f"an array that is not base64: {fault}") from fault

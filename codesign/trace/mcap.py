@@ -1,0 +1,165 @@
+"""A listener that writes an MCAP file: whole, or not at all, and the same bytes for the same records."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from codesign.errors import TraceError
+from codesign.records import MapRecord, Record, SummaryRecord
+from codesign.trace.encoding import GRIDS, encode, schema_name, schema_of, topic_of
+
+LIBRARY = "hwsw-codesign"
+FORMAT = "1"
+"""Raised when a reader of the old format would misread the new one."""
+
+RUN = "run"
+RUN_ATTACHMENT = "run.json"
+RESULT_ATTACHMENT = "result.json"
+
+
+class McapListener:
+    """Writes every record it is given to an MCAP file.
+
+    - ``path``: the file, overwritten at the end. ``identity``: what tells this run from others (names,
+      digests, seed, version), as texts; it goes into metadata ``run`` and attachment ``run.json``. No clock,
+      host or user is written.
+
+    The file is written under a temporary name beside ``path`` (a dot, the name, ``.part``) and renamed by
+    ``close``. As a context manager it closes at the end of the block, and removes what it wrote if an
+    exception or Ctrl-C ends the block: a trace is whole or absent. Only a killed process leaves its temporary
+    file behind.
+
+    The attachment ``result.json`` is the result of the ``SummaryRecord``.
+
+    Raises:
+        TraceError: the file cannot be made or written (folder missing, no right, disk full); what was written
+        is gone.
+    """
+
+    def __init__(self, path: str | Path, identity: Mapping[str, str] | None = None) -> None:
+        from mcap.writer import Writer
+
+        self.path = Path(path)
+        self._part = self.path.with_name(f".{self.path.name}.{os.getpid()}-{id(self):x}.part")
+        self._channels: dict[tuple[type[Record], str], int] = {}
+        self._schemas: dict[str, int] = {}
+        self._count = 0
+        self._cell_size = 1.0
+        self._stream: BinaryIO | None = None
+        if self.path.is_dir():
+            raise TraceError("is a folder", str(self.path), "name a file in it")
+        with self._guard():
+            self._stream = self._part.open("xb")
+            self._writer = Writer(self._stream, enable_data_crcs=True)
+            self._writer.start(profile="", library=LIBRARY)
+            run = {"format": FORMAT, **(identity or {})}
+            self._writer.add_metadata(RUN, run)
+        self.attach(RUN_ATTACHMENT, "application/json", _json(run))
+
+    def __call__(self, record: Record) -> None:
+        """Write one record; its ``time`` rounded down to nanoseconds is the message's time.
+
+        Raises:
+            TraceError: see the class; or the record holds what a trace cannot, or the file is closed.
+        """
+        if isinstance(record, MapRecord) and record.resolution:
+            self._cell_size = record.resolution
+        message = encode(record, self._cell_size)
+        with self._guard():
+            self._count += 1
+            self._writer.add_message(
+                channel_id=self._channel(record),
+                log_time=record.time // 1000,
+                publish_time=record.time // 1000,
+                sequence=self._count,
+                data=message,
+            )
+        if isinstance(record, SummaryRecord):
+            self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Write an attachment, such as a spec as it was read.
+
+        Raises:
+            TraceError: see the class.
+        """
+        with self._guard():
+            self._writer.add_attachment(
+                create_time=0, log_time=0, name=name, media_type=media_type, data=data
+            )
+
+    def close(self) -> None:
+        """Finish the file and give it its name; a second call does nothing.
+
+        Raises:
+            TraceError: see the class.
+        """
+        if self._stream is None:
+            return
+        with self._guard():
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._stream.close()
+            self._part.replace(self.path)
+        self._stream = None
+
+    def abort(self) -> None:
+        """Remove what was written; after ``close`` it does nothing."""
+        if self._stream is None:
+            return
+        with suppress(OSError):
+            self._stream.close()
+        with suppress(OSError):
+            self._part.unlink()
+        self._stream = None
+
+    def __enter__(self) -> McapListener:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+    def _channel(self, record: Record) -> int:
+        key = type(record), record.source
+        if key not in self._channels:
+            name = schema_name(type(record))
+            if name not in self._schemas:
+                self._schemas[name] = self._writer.register_schema(
+                    name, "jsonschema", schema_of(type(record))
+                )
+            metadata = {"record": type(record).__name__, "source": record.source}
+            if type(record) in GRIDS:
+                metadata["grid"] = GRIDS[type(record)]
+            self._channels[key] = self._writer.register_channel(
+                topic_of(*key), "json", self._schemas[name], metadata
+            )
+        return self._channels[key]
+
+    @contextmanager
+    def _guard(self) -> Iterator[None]:
+        """Turn a failure to write into a ``TraceError`` that leaves nothing behind."""
+        if self._count and self._stream is None:
+            raise TraceError("is closed", str(self.path), "emit no record after the end of the run")
+        try:
+            yield
+        except OSError as fault:
+            self.abort()
+            raise TraceError(
+                f"cannot be written: {fault.strerror or fault}",
+                str(self.path),
+                "name a file in a folder that exists, may be written to and has room",
+            ) from fault
+
+
+def _json(value: Any) -> bytes:
+    return json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False).encode() + b"\n"
