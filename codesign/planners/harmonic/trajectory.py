@@ -118,8 +118,8 @@ class Ascent:
           without end, until ``most_steps``.
         - guarded, ours: where the next point lies in an obstacle, cuts a corner, or lies in another cell
           that is not strictly higher, the robot goes to the centre of the greatest neighbour instead,
-          straight through two free cells. Values of the cells entered rise strictly, so it never comes back, and it
-          arrives from every cell of a field without local maxima.
+          straight through two free cells. Values of the cells entered rise strictly, so it never comes back,
+          and it arrives from every cell of a field without local maxima.
 
         Raises:
             InputError: the start is not in a free cell.
