@@ -20,6 +20,7 @@ MOST_POINTS = 20_000
 """A page shows no more points than this, so that a browser can hold it; the front is kept first."""
 
 Scale = Literal["linear", "log"]
+_LOGARITHMIC_TICKS = [float(f"{digit}e{power}") for power in range(-12, 13) for digit in (1, 2, 5)]
 SCALES: tuple[Scale, ...] = ("linear", "log")
 
 
@@ -66,7 +67,7 @@ def chart_data(study: Study) -> dict[str, Any]:
 
 
 def chart_plots(study: Study) -> dict[str, Any]:
-    """An empty Bokeh plot as JSON for each pair of scales of its axes ("linear,log"), with like names inside."""
+    """An empty Bokeh plot as JSON for each pair of scales of its axes ("linear,log"), with like names."""
     return {f"{x},{y}": _plot(study, x, y) for x in SCALES for y in SCALES}
 
 
@@ -133,7 +134,7 @@ def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) ->
 
 def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
     from bokeh.embed import json_item
-    from bokeh.models import ColumnDataSource, HoverTool
+    from bokeh.models import BasicTickFormatter, ColumnDataSource, FixedTicker, HoverTool
     from bokeh.plotting import figure
 
     names = ["x", "y", "colour", "size", "edge", "alpha", "point"]
@@ -146,7 +147,7 @@ def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
         lines.append((label(chosen.value), f"@figure{number}"))
     source = ColumnDataSource({name: [] for name in names}, name="points")
     bound = ColumnDataSource({"x": [], "y": []}, name="bound")
-    plot = figure(
+    plot: Any = figure(
         name="plot",
         height=480,
         sizing_mode="stretch_width",
@@ -160,6 +161,11 @@ def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
     )
     plot.toolbar.logo = None
     plot.step(x="x", y="y", source=bound, line_width=1.5, line_dash="dashed", name="bound_line")
+    for line, scale in ((plot.xaxis, x_scale), (plot.yaxis, y_scale)):
+        line.formatter = BasicTickFormatter(power_limit_high=7)
+        if scale == "log":
+            # Bokeh's own ticks bunch at the far end of an axis of less than two decades.
+            line.ticker = FixedTicker(ticks=_LOGARITHMIC_TICKS)
     scatter = plot.scatter(
         x="x", y="y", size="size", fill_color="colour", fill_alpha="alpha", line_color="edge", line_width=1.4,
         source=source, name="scatter",

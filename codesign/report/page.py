@@ -1,7 +1,7 @@
 """One self-contained HTML page for a study, a result or a reproduction.
 
-Data flows in through templates that escape everything; what is put in as it is comes from this package and from
-Bokeh. The page's content security policy forbids every request: what a reader sees is in the file.
+Data flows in through templates that escape everything; what is put in as it is comes from this package and
+from Bokeh. The page's content security policy forbids every request: what a reader sees is in the file.
 """
 
 from __future__ import annotations
@@ -16,7 +16,12 @@ from typing import TYPE_CHECKING, Any
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.files import write_atomically
 from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
-from codesign.report.result_tables import figure_tables, headline, sources_table
+from codesign.report.result_tables import (
+    figure_tables,
+    headline,
+    result_reasons_table,
+    sources_table,
+)
 from codesign.report.study_tables import (
     best_table,
     fixed_axes,
@@ -32,13 +37,16 @@ if TYPE_CHECKING:
     from codesign.explore import Study
     from codesign.report.plots import Picture
 
+_NARROW = 4
+"""Tables of at most so many columns stand side by side."""
+
 
 def study_page(
     study: Study, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
 ) -> None:
     """Write the page of a study: front to look into, tables, reasons, sources, and how to make it again.
 
-    ``pictures`` stand below the plot. ``command``: the line that made the study; told from its names where None.
+    ``pictures`` stand below the plot. ``command``: the line that made the study; told from its names if None.
 
     Raises:
         RunError: the file cannot be written.
@@ -83,11 +91,14 @@ def result_page(
 
 def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
     """The page of ``result_page`` as text."""
+    tables = figure_tables(result)
     return _rendered(
         "result.html.j2",
         title=f"{result.workload} on {result.platform}",
         headline=headline(result),
-        tables=figure_tables(result),
+        reasons=result_reasons_table(result) if result.reasons else None,
+        narrow=[table for table in tables if len(table.columns) <= _NARROW],
+        wide=[table for table in tables if len(table.columns) > _NARROW],
         sources=sources_table([result]),
         pictures=pictures,
         command=command or f"hwsw run {result.platform} {result.workload} --html report.html",

@@ -1,7 +1,7 @@
 """Pictures through matplotlib: a front, and a map with what happened on it.
 
-No picture goes through pyplot, so nothing global is touched; the same input gives the same bytes. matplotlib is
-imported when the first picture is made.
+No picture goes through pyplot, so nothing global is touched; the same input gives the same bytes.
+matplotlib is imported when the first picture is made.
 """
 
 from __future__ import annotations
@@ -52,9 +52,9 @@ def front_picture(
 ) -> Picture:
     """The feasible points by two figures, those of the front outlined, the front in these two joined.
 
-    ``x`` and ``y``: the first two objectives unless given. ``colour``: a third figure; one colour for all where it
-    is None or no point has it. ``marker``: the axis that the shape of a marker tells; the part, where it varies,
-    unless given.
+    - ``x`` and ``y``: the first two objectives unless given.
+    - ``colour``: a third figure; one colour for all where it is None or no point has it.
+    - ``marker``: the axis that the shape of a marker tells; unless given the part, where it varies.
 
     Raises:
         InputError: fewer than two objectives and no figures given, or no feasible point has both figures.
@@ -72,6 +72,8 @@ def front_picture(
             "choose other figures",
         )
     shapes = marker or next((name for name in varying_axes(study) if name.endswith(".part")), None)
+    from matplotlib.ticker import PercentFormatter
+
     with _style():
         picture, axes = _canvas((7.6, 4.6))
         scaled = _scaled(values, (x, y), axes)
@@ -81,6 +83,8 @@ def front_picture(
         if norm is not None and colour is not None:
             bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
             bar.set_label(label(colour.value))
+            if colour is ResultFigure.SHARE_REACHING_GOAL:
+                bar.formatter = PercentFormatter(1)
         axes.legend(loc="best", frameon=False, fontsize=8)
         title = f"{label(y.value)} against {label(x.value)}"
         axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
@@ -133,7 +137,7 @@ def map_picture(
             [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
             markeredgecolor="white", linestyle="none",
         )  # fmt: skip
-        axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:], title=title)
+        axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
         data = _bytes(picture, format)
     shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
     shown += ["the potential as colour"] if potential is not None else []
@@ -164,7 +168,7 @@ def _canvas(size: tuple[float, float]) -> tuple[Any, Any]:
 def _bytes(picture: Any, format: Format) -> bytes:
     out = io.BytesIO()
     metadata: dict[str, Any] = {"Date": None} if format == "svg" else {"Software": None}
-    picture.savefig(out, format=format, dpi=130, metadata=metadata)
+    picture.savefig(out, format=format, dpi=130, metadata=metadata, bbox_inches="tight", pad_inches=0.08)
     return out.getvalue()
 
 

@@ -25,9 +25,9 @@ _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
 def render_text(table: Table, width: int | None = None, *, styled: bool | None = None) -> str:
     """The table as lines of text.
 
-    ``width``: columns of the terminal; None takes those of the terminal on standard output, and lets lines be as
-    long as they are where there is none. ``styled``: bold headings and rows by escape codes; None: only on a
-    terminal.
+    ``width``: columns of the terminal; None takes those of the terminal on standard output, and lets lines be
+    as long as they are where there is none. ``styled``: bold headings and rows by escape codes; None:
+    only on a terminal.
     """
     from rich import box
     from rich.console import Console

@@ -1,7 +1,7 @@
 """Published against modelled, row by row.
 
-What a reproduction holds is told by protocols: this package and ``codesign.reproduce`` stand on one level, and
-neither imports the other.
+What a reproduction holds is told by protocols: this package and ``codesign.reproduce`` stand on one level,
+and neither imports the other.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from codesign.report.wording import ABSENT, quantity_text
 class Row(Protocol):
     """One figure of a paper and what the model makes of it.
 
-    ``published`` and ``modelled`` in ``unit``; ``error``: (modelled - published) / published, None where there
-    is none; ``held_out``: the row was not used to fit the law behind it.
+    ``published`` and ``modelled`` in ``unit``; ``error``: (modelled - published) / published, None where
+    there is none; ``held_out``: the row was not used to fit the law behind it.
     """
 
     @property

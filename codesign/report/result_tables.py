@@ -27,15 +27,15 @@ _MOST_SOURCES = 100
 
 def result_tables(result: Result) -> tuple[Table, ...]:
     """Everything that a result holds, in reading order, with its sources; what no run gave is left out."""
-    sources = sources_table([result])
-    return (*figure_tables(result), *((sources,) if sources.rows else ()))
+    overview, *figures = figure_tables(result)
+    tables = (overview, result_reasons_table(result), *figures, sources_table([result]))
+    return tuple(table for table in tables if table.rows)
 
 
 def figure_tables(result: Result) -> tuple[Table, ...]:
-    """The tables of ``result_tables`` without the sources."""
+    """The tables of ``result_tables`` but reasons and sources."""
     return (
         overview_table(result),
-        *((result_reasons_table(result),) if result.reasons else ()),
         *_run_tables(result),
         *((resource_table(result),) if result.resources else ()),
         *((physical_table(result),) if result.clock or result.power or result.energy else ()),

@@ -72,7 +72,7 @@ def axis_levels(study: Study, name: str) -> list[str]:
 
 
 def study_table(study: Study, *, every_figure: bool = False) -> Table:
-    """All points in the order of enumeration: axes that vary, objectives, and whether feasible and on the front.
+    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
 
     ``every_figure``: every axis by its full name, and every figure that any point has; made for CSV.
     """
@@ -181,7 +181,7 @@ def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
 
 
 def reasons_table(study: Study) -> Table:
-    """Why points were left out, most frequent first: how many, by how little at best, and the usual levers."""
+    """Why points were left out, most frequent first: how many, by how little at best, and usual levers."""
     levers: dict[tuple[str, str, str], Counter[str]] = {}
     for point in study.points:
         for reason in point.result.reasons if point.result is not None else ():

@@ -68,7 +68,7 @@
         sort = { column: number, down: sorted && !sort.down };
         page = 0;
         drawTable();
-        byId("points").querySelectorAll("th button")[number].focus();
+        byId("points").querySelectorAll("th button")[number].focus({ preventScroll: true });
       });
       cell.append(button);
       head.append(cell);
@@ -80,11 +80,12 @@
       columns.forEach((column, number) => {
         const cell = made("td", undefined, { class: column.right ? "right" : "left" });
         if (number === 0 && plots && data.feasible[i]) {
-          const button = made("button", column.text(i), { type: "button", "aria-pressed": String(chosen.has(i)) });
+          const button = made("button", column.text(i), { type: "button", "aria-pressed": String(chosen.has(i)), "data-place": i });
           button.title = "show in the plot";
           button.addEventListener("click", () => {
             if (!chosen.delete(i)) chosen.add(i);
             drawTable();
+            byId("points").querySelector(`[data-place="${i}"]`)?.focus({ preventScroll: true });
             showChosen();
           });
           cell.append(button);
