@@ -1,0 +1,13 @@
+"""The papers' tables as data, and the run that holds the model against them, row by row.
+
+``PAPERS`` maps a paper's short name to the function that reproduces it. Nothing is tuned to look right: a
+row that does not fit stays in the table with its error, and each row says whether a law was fitted to it.
+"""
+
+from codesign.reproduce.girau2008 import harmonic
+from codesign.reproduce.model import Plot, Reproduction, Row, Series
+from codesign.reproduce.plots import plot_svg, write_plots
+
+PAPERS = {"harmonic": harmonic}
+
+__all__ = ["PAPERS", "Plot", "Reproduction", "Row", "Series", "harmonic", "plot_svg", "write_plots"]

@@ -1,0 +1,104 @@
+"""What a reproduction is made of: rows, plots and findings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Literal
+
+from codesign.figures import Status
+
+Progress = Callable[[str], None]
+"""Told in a line what is being computed now."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One figure of a paper and what the model makes of it.
+
+    Attributes:
+        table: table, figure or section of the paper.
+        quantity: what is counted, timed or stated.
+        published, modelled: in ``unit``; text where the paper gives a bound or a sentence; None where it
+        gives nothing.
+        error: (modelled - published) / published; None where that makes no sense.
+        unit: Hz, s, %, "1" for a count or a ratio, or a word.
+        status: how the modelled figure is known. source: the law or the run behind it.
+        held_out: no law was fitted to this row.
+        note: what a reader should know about the row.
+    """
+
+    table: str
+    quantity: str
+    published: float | str | None
+    modelled: float | str | None
+    error: float | None
+    unit: str
+    status: Status
+    source: str
+    held_out: bool
+    note: str = ""
+
+
+def row(
+    table: str,
+    quantity: str,
+    published: float | str | None,
+    modelled: float | str | None,
+    *,
+    status: Status,
+    source: str,
+    unit: str = "1",
+    held_out: bool = True,
+    note: str = "",
+) -> Row:
+    """A row with its relative error, where both sides are numbers.
+
+    >>> row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node").error
+    -0.00425531914893617
+    """
+    error = None
+    if isinstance(published, int | float) and isinstance(modelled, int | float) and published:
+        error = (modelled - published) / published
+    return Row(table, quantity, published, modelled, error, unit, status, source, held_out, note)
+
+
+@dataclass(frozen=True)
+class Series:
+    """One curve: its name in the legend and its points."""
+
+    name: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A figure of the paper drawn again from own data.
+
+    ``name`` is a file name without suffix; ``published`` says what the paper's figure shows.
+    """
+
+    name: str
+    title: str
+    published: str
+    x_label: str
+    y_label: str
+    series: tuple[Series, ...]
+    x_scale: Literal["linear", "log"] = "linear"
+    y_scale: Literal["linear", "log"] = "linear"
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """A paper held against the model: rows in the paper's order, plots, and what they come to in words."""
+
+    paper: str
+    rows: tuple[Row, ...]
+    figures: tuple[Plot, ...]
+    findings: tuple[str, ...]
+
+    def to_json(self) -> str:
+        """Everything as one JSON object."""
+        return json.dumps({"schema_version": 1} | asdict(self), indent=2, ensure_ascii=False)

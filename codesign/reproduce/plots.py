@@ -1,0 +1,55 @@
+"""Plots of a reproduction as SVG, the same bytes at every run."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from codesign.errors import InputError
+from codesign.reproduce.model import Plot, Reproduction
+
+MARKERS = "osD^vP*X"
+
+
+def plot_svg(plot: Plot) -> str:
+    """The plot as a self-contained SVG document."""
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    # A fixed salt and no date, so that equal data give equal bytes.
+    with mpl.rc_context({"svg.hashsalt": plot.name, "svg.fonttype": "path"}):
+        figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+        FigureCanvasSVG(figure)
+        axes = figure.add_subplot()
+        for index, series in enumerate(plot.series):
+            axes.plot(
+                series.x, series.y, marker=MARKERS[index % len(MARKERS)], markersize=4, label=series.name
+            )
+        axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xscale=plot.x_scale, yscale=plot.y_scale)
+        axes.set_title(plot.title, fontsize="medium")
+        axes.grid(visible=True, alpha=0.3)
+        axes.legend(fontsize="small")
+        text = io.StringIO()
+        figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    return text.getvalue()
+
+
+def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
+    """Write every plot into ``folder`` (made if missing) as NAME.svg; returns the files.
+
+    Raises:
+        InputError: the folder or a file cannot be written.
+    """
+    written = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for plot in reproduction.figures:
+            path = folder / f"{plot.name}.svg"
+            path.write_text(plot_svg(plot), encoding="utf-8")
+            written.append(path)
+    except OSError as fault:
+        raise InputError(
+            f"cannot write plots: {fault.strerror}", str(folder), "choose another folder"
+        ) from fault
+    return tuple(written)
