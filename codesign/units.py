@@ -25,7 +25,8 @@ MAX_FREQUENCY = PICOSECONDS_PER_SECOND
 """Hz. Above one edge a picosecond two edges would fall together."""
 
 _QUANTITY = re.compile(
-    r"(?P<number>[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,3})?)(?P<space> *)(?P<unit>.*)", re.S
+    r"(?P<number>[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,3})?)(?P<space> *)(?P<unit>(?:[^0-9.,+-].*)?)",
+    re.S,
 )
 _MAX_TEXT = 64
 _NON_FINITE = re.compile(r"[+-]?\.?(inf(inity)?|nan)\b", re.I)
