@@ -11,7 +11,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -98,10 +98,10 @@ def explore(
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
     """
-    from codesign import explore as exploration
+    # By name: importing the package puts it in the place of this function, as something that is called alike.
+    from codesign.explore import run
 
-    options: dict[str, Any] = {"workers": workers, "progress": progress}
-    return exploration.explore(platform, workload, store=None if store is None else Path(store), **options)
+    return run.explore(platform, workload, store=store, workers=workers, progress=progress)
 
 
 def open_trace(file: str | Path) -> Trace:

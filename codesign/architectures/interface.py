@@ -99,6 +99,10 @@ class Architecture(Protocol):
     def component_type(self) -> str:
         """The type of component it runs on: ``fpga`` or ``processor``."""
 
+    @property
+    def kernel(self) -> str:
+        """On a processor, the kernel that the platform gives a cost, and that cycles of steps are units of."""
+
     def demand(self, problem: Problem, parameters: Any, part: Part) -> Demand:
         """Resources and other bounds, as a vector with items; no feasibility is judged here."""
 

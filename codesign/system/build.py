@@ -33,6 +33,7 @@ class Machine:
         self.planner = self.by_name[system.component]
         self.asker_name = _asker(system)
         self._route = _route(system, self.asker_name, system.component)
+        self._units: dict[str, int] = {}
         self.map_loaded = self.planned = self.answered = 0
 
     @property
@@ -66,7 +67,9 @@ class Machine:
             listener(record)
 
     def cycles(self) -> dict[str, int]:
-        """Clock cycles of the planning component by phase."""
+        """Clock cycles of the planning component by phase; on a processor, units of the style's kernel."""
+        if self.system.part is None:
+            return dict(self._units)
         return {phase: use.cycles for phase, use in self.planner.phases.items()}
 
     def carry_to_planner(self, name: str, bits: int) -> Generator[Any, Any, None]:
@@ -80,8 +83,24 @@ class Machine:
     def execute(
         self, steps: Generator[Step, None, Any], granularity: Granularity
     ) -> Generator[Any, Any, Any]:
-        """Process generator: run the planner's steps on the planning component; returns the plan."""
-        return (yield from self.planner.execute(steps, granularity))
+        """Process generator: run the planner's steps on the planning component; returns the plan.
+
+        On a processor a step is one task, and its cycles are units of the style's kernel.
+        """
+        if self.system.part is not None:
+            return (yield from self.planner.execute(steps, granularity))
+        kernel = self.system.architecture.kernel
+        while True:
+            try:
+                step = next(steps)
+            except StopIteration as done:
+                return done.value
+            begin, units = self.now, int(step.cycles.sum())
+            if units:
+                yield from self.planner.execute(kernel, units, step.phase)
+                self._units[step.phase] = self._units.get(step.phase, 0) + units
+            if self.listening and step.record is not None:
+                self.tell(step.record(begin, self.now, self.planner.name))
 
     def _carry(self, name: str, bits: int, route: list[tuple[str, str, str]]) -> Generator[Any, Any, None]:
         for link, sender, receiver in route:

@@ -24,6 +24,7 @@ class BitSerial:
     planner = "harmonic"
     style = "bit_serial"
     component_type = "fpga"
+    kernel = ""
 
     def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
         """Resources of the circuit for the block and the last precision, and the words of its block RAMs."""

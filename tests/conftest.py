@@ -1,0 +1,67 @@
+"""What tests share: small specs on disk, and the command line in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+PLATFORM = """\
+kind: platform
+name: small-board
+components:
+  fpga: {type: fpga, part: XC2V6000-4, clock: 100 MHz}
+  host: {type: processor, clock: 1 GHz, costs: {harmonic_node_update: 40 ns}, power: {busy: 20 W, idle: 5 W}}
+links:
+  pci: {type: bus, between: [host, fpga], width: 32, clock: 33 MHz, setup_cycles: 8, burst_words: 16}
+"""
+
+WORKLOAD = """\
+kind: workload
+name: two-rooms
+planner: harmonic
+problem:
+  map: {generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3}
+  goals: [[2, 2]]
+  starts: {count: 12, seed: 1}
+mapping:
+  relax: {component: fpga, block: [12, 18], iterations: 4, schedule: {first: 7, step: 8, last: 63}}
+  decide: {component: fpga}
+explore:
+  axes:
+    relax.block: [[12, 18], [24, 36], [6, 9]]
+    relax.iterations: [1, 4]
+    relax.schedule: [{first: 7, step: 8, last: 63}, [15, 255]]
+    relax.termination: [sound, published]
+    fpga.part: [XC2V6000-4, XC3S500E-4]
+    fpga.clock: [50 MHz, 100 MHz]
+"""
+
+
+@pytest.fixture
+def specs(tmp_path: Path) -> tuple[Path, Path]:
+    """A platform file and a workload file that fit each other."""
+    platform, workload = tmp_path / "board.yaml", tmp_path / "rooms.yaml"
+    platform.write_text(PLATFORM, encoding="utf-8")
+    workload.write_text(WORKLOAD, encoding="utf-8")
+    return platform, workload
+
+
+@pytest.fixture
+def hwsw(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    """Run ``hwsw`` in an empty folder; a traceback fails the test."""
+    from codesign.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+
+    def run(*arguments: object) -> Result:
+        result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        assert "Traceback" not in result.output
+        return result
+
+    return run

@@ -1,0 +1,159 @@
+"""One run: granularity changes nothing, listeners change nothing, the parts of the answer add up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import codesign
+from codesign.errors import RunError, SpecError
+from codesign.memo import Memo
+from codesign.records import MessageRecord, StageRecord, VisitsRecord
+from codesign.system import bind, point_of, simulate
+from codesign.trace import MemoryListener
+
+Specs = tuple[Path, Path]
+
+
+def loaded(specs: Specs, **settings: Any) -> tuple[Any, Any]:
+    axes = {name.replace("__", "."): value for name, value in settings.items()}
+    return point_of(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), axes)
+
+
+def comparable(records: list[Any]) -> list[Any]:
+    return [
+        (type(record), {k: v.tolist() if isinstance(v, np.ndarray) else v for k, v in vars(record).items()})
+        for record in records
+    ]
+
+
+POINTS: list[dict[str, Any]] = [
+    {},
+    {"relax__block": [7, 11], "relax__iterations": 1},
+    {"relax__block": [24, 36], "relax__schedule": [9, 40]},
+    {"relax__termination": "published", "fpga__clock": "33 MHz"},
+    {"relax__component": "host", "relax__style": "software", "decide__component": "host"},
+    {"relax__component": "host", "relax__style": "software_limbs", "decide__component": "host"},
+]
+
+
+@pytest.mark.parametrize("settings", POINTS, ids=lambda point: "-".join(map(str, point.values())) or "base")
+def test_granularity_listeners_and_memo_change_nothing(specs: Specs, settings: dict[str, Any]) -> None:
+    point = loaded(specs, **settings)
+    ahead, visit = MemoryListener(), MemoryListener()
+    first = simulate(*point, listeners=(ahead,))
+    assert simulate(*point, listeners=(visit,), granularity="visit") == first
+    assert comparable(ahead.records) == comparable(visit.records)
+    assert simulate(*point) == first
+    memo = Memo()
+    assert simulate(*point, memo=memo) == first
+    assert simulate(*point, memo=memo) == first
+    assert memo.hits
+
+
+def test_cycles_and_times_add_up(specs: Specs) -> None:
+    listener = MemoryListener()
+    result = simulate(*loaded(specs), listeners=(listener,))
+    assert result.feasible
+    visits, stages = listener.of(VisitsRecord), listener.of(StageRecord)
+    for stage, told in zip(result.stages, stages, strict=True):
+        of_stage = [record for record in visits if record.stage == stage.stage]
+        assert sum(int(record.iterations.sum()) for record in of_stage) == stage.iterations == told.iterations
+        assert sum(len(record.block) for record in of_stage) == stage.visits
+        assert stage.cycles == stage.iterations * (stage.precision + 2)
+    switches = result.cycles["relax"] - sum(stage.cycles for stage in result.stages)
+    assert 0 < switches < result.cycles["relax"]
+    to_planner, back = listener.of(MessageRecord)
+    assert (to_planner.sender, to_planner.receiver) == ("host", "fpga")
+    assert (back.sender, back.receiver) == ("fpga", "host")
+    assert result.time.map_loaded_ps == to_planner.end
+    assert result.time.first_plan_ps == back.end
+    period = 10_000  # ps at 100 MHz
+    waited = result.time.planned_ps - result.time.map_loaded_ps - sum(result.cycles.values()) * period
+    assert 0 <= waited < period
+    assert result.utilisation["fpga"] == pytest.approx(
+        sum(result.cycles.values()) * period / result.time.first_plan_ps
+    )
+    energy = result.energy
+    assert energy.total_j == pytest.approx(energy.fpga_j + energy.processors_j)
+
+
+def test_a_faster_clock_is_never_slower(specs: Specs) -> None:
+    clocks = ["25 MHz", "50 MHz", "75 MHz", "100 MHz", "125 MHz"]
+    times = [simulate(*loaded(specs, fpga__clock=clock)).time.first_plan_ps for clock in clocks]
+    assert times == sorted(times, reverse=True)
+    assert len(set(times)) == len(times)
+
+
+def test_the_host_costs_what_its_kernel_costs(specs: Specs) -> None:
+    point = loaded(specs, relax__component="host", relax__style="software", decide__component="host")
+    result = simulate(*point)
+    assert result.resources == ()
+    assert result.part is None
+    updates = result.stages[0].visits and sum(result.cycles.values())
+    assert result.time.planned_ps == updates * 40_000
+    limbs = simulate(
+        *loaded(specs, relax__component="host", relax__style="software_limbs", decide__component="host")
+    )
+    assert limbs.stages == result.stages
+    assert limbs.time.planned_ps >= result.time.planned_ps
+
+
+def test_what_does_not_fit_is_a_result(specs: Specs) -> None:
+    result = simulate(*loaded(specs, fpga__part="XC3S500E-4", relax__block=[24, 36]))
+    assert not result.feasible
+    assert result.time is None
+    assert result.quality is None
+    assert {reason.name for reason in result.reasons} >= {"slices", "block_rams"}
+    for use in result.resources:
+        assert use.demand == sum(item.amount for item in use.items)
+        assert use.gap == max(0, use.demand - use.budget)
+    for reason in result.reasons:
+        assert reason.gap == pytest.approx(reason.demand - reason.limit)
+        assert reason.levers
+
+
+def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
+    result = simulate(*loaded(specs, relax__schedule=[7, 255], relax__block=[6, 9]))
+    (reason,) = [reason for reason in result.reasons if reason.kind == "bound"]
+    assert (reason.demand, reason.limit) == (16 * 256, 1024)
+    assert any("63 bits" in lever for lever in reason.levers)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "words"),
+    [
+        ("goals: [[2, 2]]", "goals: [[11, 3]]", "6:11", "on an obstacle"),
+        ("goals: [[2, 2]]", "goals: [[2, 2], [90, 1]]", "6:19", "outside of the map"),
+        ("starts: {count: 12, seed: 1}", "starts: [[11, 3]]", "7:12", "on an obstacle"),
+        ("block: [12, 18], iter", "block: [30, 18], iter", "9:35", "a block of 30 × 18 nodes on a map of 24 × 36"),
+        ("style: x", "style: x", "9:10", "no style"),
+        ("  decide: {component: fpga}", "  decide: {component: host}", "10:23", "task decide is on host"),
+    ],
+)
+def test_what_only_the_map_tells_is_told_at_its_place(
+    specs: Specs, old: str, new: str, place: str, words: str
+) -> None:
+    text = specs[1].read_text(encoding="utf-8")
+    if old == new:
+        text = text.replace("relax: {component: fpga,", "relax: {component: fpga, style: bit_parallel,")
+    else:
+        assert old in text
+        text = text.replace(old, new)
+    specs[1].write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError) as caught:
+        bind(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    (fault,) = caught.value.faults
+    assert words in fault.what
+    assert fault.hint
+    assert f"{fault.line}:{fault.column}".startswith(place.split(":")[0])
+
+
+def test_no_link_no_run(specs: Specs) -> None:
+    text = specs[0].read_text(encoding="utf-8").split("links:")[0]
+    specs[0].write_text(text, encoding="utf-8")
+    with pytest.raises(RunError, match="no link joins host and fpga"):
+        simulate(*loaded(specs))
