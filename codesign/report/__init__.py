@@ -12,7 +12,7 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 from __future__ import annotations
 
 from codesign.report.page import reproduction_page, result_page, study_page
-from codesign.report.pictures import run_pictures
+from codesign.report.pictures import run_pictures, timeline_picture
 from codesign.report.plots import Picture, front_picture, map_picture
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
@@ -52,6 +52,7 @@ __all__ = [
     "run_pictures",
     "study_page",
     "study_table",
+    "timeline_picture",
     "write_csv",
     "write_study_csv",
 ]

@@ -1,22 +1,100 @@
-"""Pictures of a run, made of its records."""
+"""What the records of one run show: the map with its field and ways, and when each component and link was busy."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
-from codesign.records import MapRecord, Record, StageRecord, TrajectoryRecord
-from codesign.report.plots import Picture, map_picture
+from codesign.records import (
+    MapRecord,
+    MessageRecord,
+    Record,
+    StageRecord,
+    TaskRecord,
+    TrajectoryRecord,
+)
+from codesign.report.plots import Format, Picture, canvas, map_picture, picture_bytes, style
+from codesign.report.wording import label, plural, prefix
+from codesign.units import PICOSECONDS_PER_SECOND, format_time
+
+_MOST_BARS = 400
 
 
 def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
-    """The map with the last potential and the traced ways to the goal; none where the records hold no map."""
-    listed = list(records)
-    maps = [record for record in listed if isinstance(record, MapRecord)]
-    if not maps:
-        return ()
-    stages = [record for record in listed if isinstance(record, StageRecord)]
-    ways = [record.points for record in listed if isinstance(record, TrajectoryRecord)]
-    goals = [(int(row), int(column)) for row, column in maps[-1].goals]
+    """The pictures that these records allow, in reading order; none for a run that never began."""
+    known = tuple(records)
+    pictures = []
+    maps = [record for record in known if isinstance(record, MapRecord)]
+    if maps:
+        pictures.append(_map(maps[-1], known))
+    bars = _bars(known)
+    if bars:
+        pictures.append(timeline_picture(bars))
+    return tuple(pictures)
+
+
+def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
+    stages = [record for record in records if isinstance(record, StageRecord)]
+    ways = [record for record in records if isinstance(record, TrajectoryRecord)]
     potential = stages[-1].potential if stages else None
-    title = f"Potential after {stages[-1].precision} bits, and ways to the goal" if stages else "Map and ways"
-    return (map_picture(maps[-1].free, goals, potential=potential, trajectories=ways, title=title),)
+    title = "Map" if not stages else f"Map, and the field after the stage of {stages[-1].precision} bits"
+    if ways:
+        arrived = sum(way.arrived for way in ways)
+        title += f"; {arrived} of {plural(len(ways), 'way')} drawn arrive"
+    return map_picture(
+        start.free,
+        [(int(row), int(column)) for row, column in start.goals],
+        potential=potential,
+        trajectories=[way.points for way in ways if len(way.points)],
+        title=title,
+    )
+
+
+Bar = tuple[str, str, int, int]
+"""Who, what, from, to (ps)."""
+
+
+def _bars(records: tuple[Record, ...]) -> list[Bar]:
+    bars: list[Bar] = []
+    for record in records:
+        if isinstance(record, TaskRecord):
+            bars.append((record.source, label(record.task), record.time, record.end))
+        elif isinstance(record, MessageRecord):
+            bars.append((record.source, f"message: {record.name}", record.begin, record.end))
+    # Only the longest can be seen, and a thousand slivers would make the picture heavy.
+    return sorted(bars, key=lambda bar: (bar[2] - bar[3], bar))[:_MOST_BARS]
+
+
+def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
+    """When each component and link was busy, with what: one row each, one bar for each (who, what, from, to in ps)."""
+    shown = list(bars)
+    sources = list(dict.fromkeys(bar[0] for bar in sorted(shown, key=lambda bar: (bar[2], bar[0]))))
+    kinds = list(dict.fromkeys(bar[1] for bar in sorted(shown, key=lambda bar: (bar[2], bar[1]))))
+    last = max(bar[3] for bar in shown)
+    size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
+    scale = size * PICOSECONDS_PER_SECOND
+    with style():
+        picture, axes = canvas((8.0, 0.9 + 0.42 * len(sources)))
+        for number, kind in enumerate(kinds):
+            _row_bars(axes, [bar for bar in shown if bar[1] == kind], sources, scale, kind, f"C{number % 10}")
+        axes.set_yticks(range(len(sources)), sources)
+        axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -0.5))
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, fontsize=8)
+        data = picture_bytes(picture, format)
+    return Picture(
+        title="When each component and link was busy",
+        alt=f"Time line of {', '.join(sources)} over {format_time(last)}; utilisation stands in its table",
+        format=format,
+        data=data,
+    )
+
+
+def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind: str, colour: str) -> None:
+    for source in sources:
+        spans = [(begin / scale, (end - begin) / scale) for who, _, begin, end in bars if who == source]
+        if spans:
+            # An edge keeps a bar in sight that is narrower than a pixel.
+            axes.broken_barh(
+                spans, (sources.index(source) - 0.34, 0.68), color=colour, edgecolor=colour, label=kind
+            )
+            kind = "_" + kind.lstrip("_")

@@ -74,8 +74,8 @@ def front_picture(
     shapes = marker or next((name for name in varying_axes(study) if name.endswith(".part")), None)
     from matplotlib.ticker import PercentFormatter
 
-    with _style():
-        picture, axes = _canvas((7.6, 4.6))
+    with style():
+        picture, axes = canvas((7.6, 4.6))
         scaled = _scaled(values, (x, y), axes)
         shades, norm = _shades(study, positions, colour)
         _scatter(study, axes, positions, scaled, shades, norm, shapes)
@@ -88,7 +88,7 @@ def front_picture(
         axes.legend(loc="best", frameon=False, fontsize=8)
         title = f"{label(y.value)} against {label(x.value)}"
         axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
-        data = _bytes(picture, format)
+        data = picture_bytes(picture, format)
     return Picture(
         title=title,
         alt=f"Scatter plot of {title}, {plural(len(positions), 'feasible point')}, front outlined and joined",
@@ -117,8 +117,8 @@ def map_picture(
     step = max(1, max(rows, columns) // _LARGEST_SIDE)
     extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
     width = 8.0
-    with _style():
-        picture, axes = _canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
+    with style():
+        picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
         obstacles = np.ma.masked_where(free, np.ones(free.shape))[::step, ::step]
         if potential is not None:
             shades = axes.imshow(
@@ -138,7 +138,7 @@ def map_picture(
             markeredgecolor="white", linestyle="none",
         )  # fmt: skip
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
-        data = _bytes(picture, format)
+        data = picture_bytes(picture, format)
     shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
     shown += ["the potential as colour"] if potential is not None else []
     shown += [f"{len(trajectories)} ways drawn from their starts"] if trajectories else []
@@ -148,7 +148,8 @@ def map_picture(
 _FRONT_LINE = "front in these two figures"
 
 
-def _style() -> Any:
+def style() -> Any:
+    """A context in which pictures look alike and come out byte for byte the same."""
     import matplotlib
 
     return matplotlib.rc_context(
@@ -156,7 +157,8 @@ def _style() -> Any:
     )
 
 
-def _canvas(size: tuple[float, float]) -> tuple[Any, Any]:
+def canvas(size: tuple[float, float]) -> tuple[Any, Any]:
+    """A figure of ``size`` inches, and its axes."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -165,7 +167,8 @@ def _canvas(size: tuple[float, float]) -> tuple[Any, Any]:
     return picture, picture.add_subplot()
 
 
-def _bytes(picture: Any, format: Format) -> bytes:
+def picture_bytes(picture: Any, format: Format) -> bytes:
+    """The figure as the content of a file, with no date in it."""
     out = io.BytesIO()
     metadata: dict[str, Any] = {"Date": None} if format == "svg" else {"Software": None}
     picture.savefig(out, format=format, dpi=130, metadata=metadata, bbox_inches="tight", pad_inches=0.08)
