@@ -121,7 +121,7 @@ def _parsed(parsers: dict[int, Callable[[Any], Any]], opcode: int, body: bytes) 
             item = parsers[opcode](stream)
         else:
             return
-    except (McapError, struct.error, ValueError) as fault:
+    except (McapError, struct.error, ValueError, OverflowError) as fault:
         raise DamagedError(f"a record that makes no sense: {fault}") from fault
     if stream.count != len(body):
         raise DamagedError("a record whose lengths do not add up")
@@ -138,7 +138,7 @@ def _unpacked(body: bytes) -> bytes:
 
     try:
         chunk = Chunk.read(ReadDataStream(BytesIO(body)))
-    except (McapError, struct.error, ValueError) as fault:
+    except (McapError, struct.error, ValueError, OverflowError) as fault:
         raise DamagedError(f"a chunk that makes no sense: {fault}") from fault
     if chunk.uncompressed_size > MAX_RECORD_BYTES:
         raise DamagedError(f"a chunk of {chunk.uncompressed_size} bytes")
