@@ -1,0 +1,168 @@
+"""Published against modelled: golden errors, what is held out, and figures that come out the same at every run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from codesign.errors import InputError
+from codesign.figures import Status
+from codesign.reproduce import PAPERS, Plot, Reproduction, Series, plot_svg, write_plots
+from codesign.reproduce.girau2008_figures import (
+    bits_a_doubling,
+    environments,
+    node_power,
+    settled_spread,
+    slope,
+)
+from codesign.reproduce.girau2008_speed import software_seconds
+from codesign.reproduce.girau2008_tables import table_rows
+from codesign.reproduce.model import row
+
+TOLD: list[str] = []
+
+GOLDEN = """\
+Table 1 flip-flops 11 11 fitted
+Table 1 LUT 22 22 fitted
+Table 1 slices 13 13 fitted
+Table 1 clock 3.61e+08 +0.1% fitted
+Table 2 flip-flops 198 198 held out
+Table 2 LUT 398 -0.5% held out
+Table 2 slices 235 -0.4% held out
+Table 2 clock 3e+08 -0.1% fitted
+Table 3 flip-flops 50699 50699 fitted
+Table 3 LUT 101396 101396 fitted
+Table 3 slices 59914 59914 fitted
+Table 3 clock 1.5e+08 +0.0% fitted
+Section 5.4 logic cells a node 26 26 held out
+Section 5.4 logic cells a cluster 470 -0.4% held out
+Section 5.4 logic cells of XC2V6000 for 36×66 nodes < 92 % 91.4062 held out
+Section 5.4 block RAMs for 36×66 nodes 132 132 held out
+Section 5.4 block RAMs for its 204 border nodes 12 12 held out
+Section 5.4 slices of XC2V6000, 4 blocks, p = 255 99.4 -0.0% fitted
+Section 5.4 precision with 4 blocks 255 255 held out
+Section 5.4 word with 1 block (up to 1K bits) 1024 1024 held out
+Section 1 blocks of 96×48 with 64 bits 16 16 held out
+Section 1 nodes of 16 such blocks 73728 73728 held out
+Section 1 block RAMs of XC4VLX160 for a 96×48 block ≤ 288 272 held out
+Section 5.4 block RAMs for a 54×108 block, largest FPGA 336 +1.8% held out
+Section 5.4 clock of 36×66 nodes on the Virtex-2 board 1.5e+08 +11.3% held out
+Section 5.4 speed-up at 128 bits, 100 µs at any precision 100 +15.4% held out
+Section 5.4 speed-up at 128 bits, 100 µs a 64-bit limb 100 +246.2% held out
+"""
+
+
+def shown(value: float | str | None) -> str:
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+
+
+def test_rows_that_need_no_simulation_are_golden() -> None:
+    lines = []
+    for one in table_rows():
+        modelled = shown(one.modelled) if not one.error else f"{one.error:+.1%}"
+        lines.append(
+            f"{one.table} {one.quantity} {shown(one.published)} {modelled} {'held out' if one.held_out else 'fitted'}\n"
+        )
+    assert "".join(lines) == GOLDEN
+
+
+@pytest.fixture(scope="module")
+def quick() -> Reproduction:
+    return PAPERS["harmonic"](quick=True, progress=TOLD.append)
+
+
+def test_quick_run_covers_every_row_of_the_full_one(quick: Reproduction) -> None:
+    places = {one.table for one in quick.rows}
+    assert {"Table 1", "Table 2", "Table 3", "Section 5.4", "Section 4.5.2"} <= places
+    assert {f"Figure {number}" for number in (3, 4, 5, 6)} <= places
+    assert [plot.name for plot in quick.figures] == ["figure-3", "figure-4", "figure-5", "figure-6"]
+    assert any("Figure 5" in line for line in TOLD)
+
+
+def test_speed_up_of_the_maze_is_golden(quick: Reproduction) -> None:
+    speed = {one.quantity: one for one in quick.rows if one.quantity.startswith("speed-up, 9,500")}
+    flat = speed["speed-up, 9,500-node maze, flat software"]
+    limbs = speed["speed-up, 9,500-node maze, software a limb"]
+    assert flat.modelled == pytest.approx(90.3, abs=0.1)
+    assert limbs.modelled == pytest.approx(4 * flat.modelled)  # type: ignore[operator]
+    assert flat.status is Status.ASSUMED
+    assert flat.held_out
+
+
+def test_every_row_has_a_source_and_errors_are_relative(quick: Reproduction) -> None:
+    for one in quick.rows:
+        assert one.source
+        if one.error is not None:
+            assert isinstance(one.published, int | float)
+            assert one.modelled == pytest.approx(one.published * (1 + one.error))
+
+
+def test_fitted_rows_are_those_the_laws_were_made_from(quick: Reproduction) -> None:
+    fitted = {(one.table, one.quantity) for one in quick.rows if not one.held_out}
+    assert len(fitted) == 10
+    assert all(
+        table in {"Table 1", "Table 2", "Table 3"}
+        for table, _ in fitted - {("Section 5.4", "slices of XC2V6000, 4 blocks, p = 255")}
+    )
+
+
+def test_findings_speak_of_the_data(quick: Reproduction) -> None:
+    text = "\n".join(quick.findings)
+    flat = next(one for one in quick.rows if "flat software" in one.quantity)
+    assert "does not reach it on any own maze" in text
+    assert f"{flat.modelled:.0f} with steps of 16 bits" in text
+    assert "+11%" in text
+
+
+def test_json_holds_everything(quick: Reproduction) -> None:
+    held = json.loads(quick.to_json())
+    assert held["schema_version"] == 1
+    assert len(held["rows"]) == len(quick.rows)
+    assert held["figures"][0]["series"][0]["x"] == list(quick.figures[0].series[0].x)
+
+
+def test_plots_are_written_and_the_same_twice(quick: Reproduction, tmp_path: Path) -> None:
+    written = write_plots(quick, tmp_path / "new" / "folder")
+    assert [path.name for path in written] == [f"figure-{number}.svg" for number in (3, 4, 5, 6)]
+    text = written[0].read_text(encoding="utf-8")
+    assert text == plot_svg(quick.figures[0])
+    assert "<svg" in text
+    assert str(tmp_path) not in text
+
+
+def test_a_folder_that_cannot_be_made_is_told(quick: Reproduction, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="cannot write plots"):
+        write_plots(quick, tmp_path / "file" / "folder")
+
+
+def test_environments_are_magnified_cell_by_cell() -> None:
+    for small, large in zip(environments(1), environments(3), strict=True):
+        assert large.nodes == 9 * small.nodes
+        assert (large.free[::3, ::3] == small.free).all()
+        assert large.farthest > 2 * small.farthest
+
+
+def test_shapes_of_known_curves() -> None:
+    x = (2.0, 4.0, 8.0, 16.0)
+    assert slope(x, [3 * value + 1 for value in x]) == pytest.approx(3)
+    assert bits_a_doubling(Series("log", x, (5.0, 7.0, 9.0, 11.0))) == pytest.approx((2.0, 2.0))
+    assert node_power(Series("square", x, tuple(value**2 for value in x))) == pytest.approx(2)
+    assert settled_spread(Series("flat", x, (0.5,) * 4)) == 0.0
+
+
+def test_error_is_left_out_where_a_side_is_no_number() -> None:
+    assert row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s").error is None
+    assert row("T", "q", 2, 3, status=Status.MEASURED, source="s").error == 0.5
+
+
+def test_software_takes_100_microseconds_for_a_block_and_400_for_four() -> None:
+    assert software_seconds(1, 36 * 66) == pytest.approx(100e-6)
+    assert software_seconds(10, 72 * 132) == pytest.approx(4e-3)
+
+
+def test_plot_escapes_what_it_is_told() -> None:
+    plot = Plot("p", "<script>", "", "x", "y", (Series("<b>", (1.0, 2.0), (1.0, 2.0)),))
+    assert "<script>" not in plot_svg(plot)
