@@ -58,18 +58,20 @@ def result(
 class Fake:
     """Computes a point from its axes: ``seconds``, ``slices``, ``share`` are figures, ``do`` what else it does.
 
-    A line for each point goes to ``log``, so that tests see who computed what, in any process.
+    ``at``: what to do at a point, by index, whatever its axes say. A line for each point goes to ``log``, so
+    that tests see who computed what, in any process.
     """
 
-    def __init__(self, log: Path | None = None) -> None:
+    def __init__(self, log: Path | None = None, at: dict[int, str] | None = None) -> None:
         self.log = log
+        self.at = at or {}
 
     def __call__(self, point: DesignPoint) -> Result:
-        axes = point.axes
+        axes = {name.rpartition(".")[2]: value for name, value in point.axes.items()}
         if self.log is not None:
             with self.log.open("a", encoding="utf-8") as file:
                 file.write(f"{point.index} {os.getpid()}\n")
-        match axes.get("do"):
+        match self.at.get(point.index, axes.get("do")):
             case "refuse":
                 raise InputError(
                     "a block of 9 × 9 nodes on a map of 3 × 3 cells", "relax.block", "make it smaller"

@@ -60,7 +60,7 @@ class Contract:
         entries = run(executor, axes)
         found = [entries[point.key] for point in Space(axes, "").points()]
         assert [entry.state for entry in found] == [State.DONE, State.FAILED, State.FAILED, State.DONE]
-        assert found[1].text == "ZeroDivisionError: no way"
+        assert found[1].text.startswith("ZeroDivisionError: no way (explore_fakes.py:")
         assert found[2].text.startswith("relax.block: a block of 9 × 9")
         assert "hint: make it smaller" in found[2].text
 

@@ -15,11 +15,13 @@ import contextlib
 import os
 import signal
 import threading
+import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 from multiprocessing import get_context, parent_process
+from pathlib import PurePath
 from typing import TYPE_CHECKING, Protocol
 
 from codesign.errors import CodesignError, RunError
@@ -121,7 +123,10 @@ def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
     except CodesignError as fault:
         return Entry(point.key, State.FAILED, str(fault))
     except Exception as fault:
-        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault}")
+        # Not the user's mistake: the place is what a report of it needs.
+        frame = traceback.extract_tb(fault.__traceback__)[-1]
+        place = f"{PurePath(frame.filename).name}:{frame.lineno}"
+        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault} ({place})")
 
 
 _worker_evaluate: Evaluate | None = None

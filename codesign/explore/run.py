@@ -13,10 +13,12 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import ValidationError
+
 from codesign.errors import CodesignError, InputError, SpecError, StoreError
 from codesign.explore.executor import Evaluate, Executor, ProcessExecutor, SerialExecutor
 from codesign.explore.identity import fingerprint
-from codesign.explore.space import DesignPoint, Space, canonical, group, group_limit
+from codesign.explore.space import DesignPoint, Space, group, group_limit
 from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.explore.study import Outcome, Study, judged
 from codesign.memo import Memo
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
 
 _TRIED_AT_FIRST = 1000
 _KEYS_AT_ONCE = 500
+_OTHER_VERSION = "read it with the version that wrote it, or explore again into another file"
 
 
 @dataclass(frozen=True)
@@ -39,7 +42,7 @@ class Progress:
         done: points with an outcome, of ``total``; ``cached`` of them were found in the store.
         feasible, failed: how many of those done.
         elapsed_s: seconds since the start. ``left_s``: seconds to go, judged by the points computed so far;
-            None until there is one.
+            None until the second batch of them, as the first has the time to start in it.
     """
 
     done: int
@@ -110,7 +113,8 @@ def explore(
     if evaluate is None:
         _check_some_point(platform, workload, space)
         evaluate = Simulator(platform, workload)
-    tally = _Tally(space, section.constraints, progress)
+    where = str(store) if isinstance(store, str | Path) else None
+    tally = _Tally(space, section.constraints, where, progress)
     with contextlib.ExitStack() as stack:
         if store is None or isinstance(store, str | Path):
             store = MemoryStore() if store is None else FileStore(store)
@@ -153,11 +157,12 @@ def load_study(path: Path | str) -> Study:
             known = json.loads(text)
             constraints = tuple(Constraint.model_validate(limit) for limit in known["constraints"])
             objectives = tuple(ResultFigure(name) for name in known["objectives"])
-            tally = _Tally(Space(dict(known["axes"]), known["fingerprint"]), constraints, None)
+            tally = _Tally(Space(dict(known["axes"]), known["fingerprint"]), constraints, str(path))
             tally.take_kept(store, retry=False)
         except (ValueError, KeyError, TypeError) as wrong:
-            hint = "read it with the version that wrote it, or explore again"
-            raise StoreError("holds what this version cannot read", str(path), hint) from wrong
+            raise StoreError(
+                "holds a study that this version cannot read", str(path), _OTHER_VERSION
+            ) from wrong
     return Study(
         known["platform"]["name"],
         known["workload"]["name"],
@@ -172,15 +177,21 @@ class _Tally:
     """The outcomes so far, by index, and what is told of them."""
 
     def __init__(
-        self, space: Space, constraints: tuple[Constraint, ...], progress: Callable[[Progress], None] | None
+        self,
+        space: Space,
+        constraints: tuple[Constraint, ...],
+        where: str | None,
+        progress: Callable[[Progress], None] | None = None,
     ) -> None:
         self.space = space
         self.constraints = constraints
+        self.where = where
         self.progress = progress
         self.points = list(space.points())
         self.outcomes = [Outcome(point.index, point.axes) for point in self.points]
         self._place = {point.key: point.index for point in self.points}
-        self._started = self._computing = time.monotonic()
+        self._started = time.monotonic()
+        self._first_batch: tuple[float, int] | None = None
         self._cached = self._computed = self._feasible = self._failed = 0
 
     def take_kept(self, store: Store, *, retry: bool = True) -> list[DesignPoint]:
@@ -197,7 +208,6 @@ class _Tally:
                 else:
                     self._take(entry)
         self._cached = len(self.points) - len(pending)
-        self._computing = time.monotonic()
         self._tell()
         return pending
 
@@ -206,6 +216,7 @@ class _Tally:
         for entry in entries:
             self._take(entry)
         self._computed += len(entries)
+        self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._tell()
 
     def _take(self, entry: Entry) -> None:
@@ -215,7 +226,12 @@ class _Tally:
             self.outcomes[index] = Outcome(index, axes, failure=entry.text)
             self._failed += 1
             return
-        result = judged(Result.model_validate_json(entry.text), self.constraints)
+        try:
+            result = judged(Result.model_validate_json(entry.text), self.constraints)
+        except ValidationError as wrong:
+            raise StoreError(
+                "holds a result that this version cannot read", self.where, _OTHER_VERSION
+            ) from wrong
         self.outcomes[index] = Outcome(index, axes, result)
         self._feasible += result.feasible
 
@@ -224,8 +240,10 @@ class _Tally:
             return
         now = time.monotonic()
         done = self._cached + self._computed
-        left = len(self.points) - done
-        pace = (now - self._computing) / self._computed if self._computed else None
+        left_s = None
+        if self._first_batch is not None and self._computed > self._first_batch[1]:
+            since, before = self._first_batch
+            left_s = (now - since) / (self._computed - before) * (len(self.points) - done)
         self.progress(
             Progress(
                 done=done,
@@ -234,26 +252,23 @@ class _Tally:
                 feasible=self._feasible,
                 failed=self._failed,
                 elapsed_s=now - self._started,
-                left_s=None if pace is None else pace * left,
+                left_s=left_s,
             )
         )
 
 
 def _definition(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
     """What ``load_study`` needs, and the specs for whoever opens the file later."""
-    return canonical(
-        {
-            "platform": platform.model_dump(mode="json"),
-            "workload": workload.model_dump(mode="json"),
-            "fingerprint": space.fingerprint,
-            # A list, as canonical text sorts keys, and the order of the axes is that of the points.
-            "axes": [[name, list(values)] for name, values in space.axes.items()],
-            "objectives": [name.value for name in section.objectives],
-            "constraints": [
-                limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints
-            ],
-        }
-    )
+    # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
+    known = {
+        "platform": platform.model_dump(mode="json"),
+        "workload": workload.model_dump(mode="json"),
+        "fingerprint": space.fingerprint,
+        "axes": {name: list(values) for name, values in space.axes.items()},
+        "objectives": [name.value for name in section.objectives],
+        "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
+    }
+    return json.dumps(known, ensure_ascii=False, allow_nan=False)
 
 
 def _check_some_point(platform: Platform, workload: Workload, space: Space) -> None:
