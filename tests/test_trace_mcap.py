@@ -203,6 +203,15 @@ def test_the_final_name_appears_at_the_end_only(tmp_path: Path) -> None:
         listener(a_run()[0])
 
 
+def test_a_closed_listener_takes_nothing(tmp_path: Path) -> None:
+    listener = McapListener(tmp_path / "run.mcap")
+    listener.close()
+    with pytest.raises(TraceError, match="is closed"):
+        listener(a_run()[0])
+    with pytest.raises(TraceError, match="is closed"):
+        listener.attach("late", "text/plain", b"")
+
+
 def test_a_place_that_cannot_be_written_is_an_error(tmp_path: Path) -> None:
     with pytest.raises(TraceError, match="cannot be written: No such file or directory"):
         McapListener(tmp_path / "no" / "run.mcap")

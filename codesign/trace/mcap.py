@@ -51,6 +51,7 @@ class McapListener:
         self._schemas: dict[str, int] = {}
         self._count = 0
         self._cell_size = 1.0
+        self._finished = False
         self._stream: BinaryIO | None = None
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
@@ -100,23 +101,23 @@ class McapListener:
         Raises:
             TraceError: see the class.
         """
-        if self._stream is None:
+        if self._finished:
             return
         with self._guard():
             self._writer.finish()  # type: ignore[no-untyped-call]
-            self._stream.close()
+            self._close_stream()
             self._part.replace(self.path)
-        self._stream = None
+        self._finished = True
 
     def abort(self) -> None:
         """Remove what was written; after ``close`` it does nothing."""
-        if self._stream is None:
+        if self._finished:
             return
+        self._finished = True
         with suppress(OSError):
-            self._stream.close()
+            self._close_stream()
         with suppress(OSError):
             self._part.unlink()
-        self._stream = None
 
     def __enter__(self) -> McapListener:
         return self
@@ -128,6 +129,10 @@ class McapListener:
             self.close()
         else:
             self.abort()
+
+    def _close_stream(self) -> None:
+        if self._stream is not None:
+            self._stream.close()
 
     def _channel(self, record: Record) -> int:
         key = type(record), record.source
@@ -148,7 +153,7 @@ class McapListener:
     @contextmanager
     def _guard(self) -> Iterator[None]:
         """Turn a failure to write into a ``TraceError`` that leaves nothing behind."""
-        if self._count and self._stream is None:
+        if self._finished:
             raise TraceError("is closed", str(self.path), "emit no record after the end of the run")
         try:
             yield

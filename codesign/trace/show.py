@@ -195,7 +195,10 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
 def thumbnail(
     potential: NDArray[np.float32], free: NDArray[np.bool_] | None = None, width: int = 72
 ) -> list[str]:
-    """A potential as lines of at most ``width`` characters, a character about twice as high as wide.
+    """A potential as lines of at most ``width`` characters.
+
+    A map that fits is shown cell by cell. In a wider one, twice as many rows as columns are joined, for a
+    character is about twice as high as wide.
 
     The glyphs are steps of the logarithm, from the least positive value to the greatest: a harmonic potential
     falls off exponentially along corridors. Each shows the greatest value of its cells, or a wall where most
