@@ -76,8 +76,8 @@ def bokeh_script() -> str:
     from bokeh.resources import Resources
 
     scripts = Resources(mode="inline", components=["bokeh"]).js_raw
-    # A closing tag inside the script would end it early.
-    return "\n".join(scripts).replace("</script", "<\\/script")
+    # A closing tag in a text of the script would end it early, an opened comment would hide its end.
+    return "\n".join(scripts).replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
 def _kept(study: Study) -> list[int]:

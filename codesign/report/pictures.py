@@ -40,7 +40,7 @@ def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
     title = "Map" if not stages else f"Map, and the field after the stage of {stages[-1].precision} bits"
     if ways:
         arrived = sum(way.arrived for way in ways)
-        title += f"; {arrived} of {plural(len(ways), 'way')} drawn arrive"
+        title += f"; {plural(len(ways), 'way')} drawn, {arrived} of them to the goal"
     return map_picture(
         start.free,
         [(int(row), int(column)) for row, column in start.goals],

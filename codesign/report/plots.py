@@ -141,7 +141,7 @@ def map_picture(
         data = picture_bytes(picture, format)
     shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
     shown += ["the potential as colour"] if potential is not None else []
-    shown += [f"{len(trajectories)} ways drawn from their starts"] if trajectories else []
+    shown += [f"{plural(len(trajectories), 'way')} drawn"] if trajectories else []
     return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
 
 
@@ -153,7 +153,14 @@ def style() -> Any:
     import matplotlib
 
     return matplotlib.rc_context(
-        {"svg.hashsalt": "codesign", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False}
+        {
+            "svg.hashsalt": "codesign",
+            "font.size": 9,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            # A name with a dollar sign in it is no formula.
+            "text.parse_math": False,
+        }
     )
 
 
