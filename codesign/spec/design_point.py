@@ -77,6 +77,8 @@ def _task_axis_faults(
     for index, value in enumerate(document.tree["explore"]["axes"][axis]):
         place = ("explore", "axes", axis, index)
         tried = substitute(raw, {keys: value}, model)
+        if tried is None and not base_is_sound:
+            return []
         if tried is None:
             what = f"{'.'.join(keys[:-1])} is not a mapping in the mapping of the task"
             return [document.fault(place[:-1], what, "write it out there as a mapping first", at_key=True)]

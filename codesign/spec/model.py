@@ -41,13 +41,17 @@ class RefusalError(ValueError):
         what: what is wrong, with the value.
         hint: the remedy.
         at: the key inside the validated value that is at fault; the value itself by default.
+        of_key: whether it is the key that is refused, whatever its value.
     """
 
-    def __init__(self, what: str, hint: str | None = None, at: Location = ()) -> None:
+    def __init__(
+        self, what: str, hint: str | None = None, at: Location = (), *, of_key: bool = False
+    ) -> None:
         super().__init__(what, hint, at)
         self.what = what
         self.hint = hint
         self.at = at
+        self.of_key = of_key
 
 
 def refused(error: InputError) -> RefusalError:

@@ -121,12 +121,11 @@ class FileMap(SpecModel):
         document = (info.context or {}).get("document")
         path = (document.folder if document else Path()) / self.file
         try:
-            found = path.is_file()
+            wrong = None if path.is_file() else "is not a file" if path.exists() else "does not exist"
         except (OSError, ValueError):
-            found = False
-        if not found:
-            kind = "is not a file" if path.exists() else "does not exist"
-            raise RefusalError(f"{clip(self.file)} {kind}", _near(path, self.file), ("file",))
+            wrong = "does not exist"
+        if wrong:
+            raise RefusalError(f"{clip(self.file)} {wrong}", _near(path, self.file), ("file",))
         self._path = path
         return self
 
@@ -135,7 +134,7 @@ def _near(path: Path, written: str) -> str:
     relative = "the path is relative to this workload file"
     try:
         names = [entry.name for entry in path.parent.iterdir()][:1000]
-    except OSError:
+    except (OSError, ValueError):
         return relative
     near = difflib.get_close_matches(path.name, names, n=1)
     return f"did you mean {Path(written).with_name(near[0])}? {relative}" if near else relative

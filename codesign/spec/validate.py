@@ -73,7 +73,7 @@ def translate(
         place: the path in the document of a path in ``tree``, or None for a fault to be left out.
     """
     validated = document.tree if tree is None else tree
-    lines = [_Line(line, *_locate(validated, line["loc"])) for line in error.errors(include_url=False)]
+    lines = [_Line(line, *_locate(validated, line)) for line in error.errors(include_url=False)]
     faults = [_fault(line, document, place) for line in _without_noise(lines)]
     # Two branches of a union, or a model and its parent, may say the same thing of the same place.
     return list(dict.fromkeys(fault for fault in faults if fault is not None))
@@ -87,42 +87,42 @@ class _Line:
         self.value: Any = line["input"]
         self.context: dict[str, Any] = line.get("ctx", {})
         self.message: str = line["msg"]
+        self.last_step: str | int | None = line["loc"][-1] if line["loc"] else None
         self.path = path
         self.branch = branch
 
 
-def _locate(tree: Any, location: tuple[str | int, ...]) -> tuple[Path_, tuple[Path_, str] | None]:
-    """The path that a location means, and its first union branch: (path of the union, name of the branch).
+def _locate(tree: Any, line: Any) -> tuple[Path_, tuple[Path_, str] | None]:
+    """The path that the location of an error means, and its first union branch: (path of the union, branch).
 
-    Pydantic puts the names of union branches and ``[key]`` between the steps; neither stands in the tree.
+    Pydantic puts the names of union branches and ``[key]`` between the steps; neither stands in the tree. Of what
+    is missing, a key belongs to the path; an entry of a list that is too short does not.
     """
     path: list[str | int] = []
     branch = None
-    for position, step in enumerate(location):
+    missing = line["type"] == "missing"
+    for position, step in enumerate(line["loc"]):
+        last = position == len(line["loc"]) - 1
         inside = isinstance(tree, list) and isinstance(step, int) and step < len(tree)
         if inside or (isinstance(tree, dict) and step in tree):
             tree = tree[step]
-        elif isinstance(tree, dict) and position == len(location) - 1 and step != "[key]":
-            tree = None
-        else:
-            if step != "[key]" and branch is None:
-                branch = tuple(path), str(step)
-            continue
-        path.append(step)
+            path.append(step)
+        elif missing and last:
+            path += [step] if isinstance(step, str) else []
+        elif step != "[key]" and branch is None:
+            branch = tuple(path), str(step)
     return tuple(path), branch
 
 
 def _without_noise(lines: list[_Line]) -> list[_Line]:
-    """Keep of each union the branch that was meant: past its own root, with the fewest complaints."""
+    """Keep of each union the branch that was meant: of the right kind, with the fewest complaints."""
     unions: dict[Path_, dict[str, list[_Line]]] = {}
     for line in lines:
         if line.branch:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
     kept = [line for line in lines if not line.branch and not _miscounted(line)]
     for union, branches in unions.items():
-        begun: list[list[_Line]] = [
-            found for found in branches.values() if all(len(line.path) > len(union) for line in found)
-        ]
+        begun = [found for found in branches.values() if not any(_wrong_kind(line, union) for line in found)]
         if begun:
             kept += sorted(begun, key=len)[0]
         else:
@@ -131,6 +131,10 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
             first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
             kept.append(first)
     return kept
+
+
+def _wrong_kind(line: _Line, union: Path_) -> bool:
+    return line.path == union and line.type.endswith("_type")
 
 
 def _miscounted(line: _Line) -> bool:
@@ -145,13 +149,16 @@ def _fault(line: _Line, document: Document, place: Callable[[Path_], Path_ | Non
     refusal = line.context.get("error")
     if isinstance(refusal, RefusalError):
         inner = place((*line.path, *refusal.at)) or path
-        return document.fault(inner, refusal.what, refusal.hint)
+        return document.fault(inner, refusal.what, refusal.hint, at_key=refusal.of_key)
     if line.type in {"unknown_key", "extra_forbidden"}:
         word = clip(str(path[-1]), 60) if path else ""
         accepted = line.context.get("accepted", ())
         return document.fault(
             path, "unknown key", choose_hint(word, accepted) if accepted else None, at_key=True
         )
+    if line.type == "missing" and isinstance(line.last_step, int):
+        what = f"{show(line.value)} of {line.last_step} entries is too short"
+        return document.fault(path, what, f"{line.last_step + 1} needed")
     if line.type == "missing":
         return document.fault(path, "missing", "add this key")
     what, hint = _explain(line)

@@ -148,9 +148,8 @@ class Workload(Spec):
         for task, raw in value.items():
             if models is not None and task not in models:
                 what = f"{info.data['planner']} has no task {clip(task)!r}"
-                lines.append(
-                    refusal_details(RefusalError(what, choose_hint(clip(task, 60), models)), (task,))
-                )
+                refusal = RefusalError(what, choose_hint(clip(task, 60), models), of_key=True)
+                lines.append(refusal_details(refusal, (task,)))
                 continue
             try:
                 made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
