@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.errors import RunError
 from codesign.planners.harmonic import kernels, limbs
@@ -32,10 +33,13 @@ class Engine:
         self._signed = bool(negative)
         # r has its two low planes always, and a sign in two's complement.
         count = max(bits, 2) + self._signed
-        self._make(count + spare_planes)
+        self._layout = kernels.make_layout(arguments.free.shape, arguments.block, count + spare_planes)
+        self._state = kernels.make_state(self._layout, self._signed)
         limbs.fill_mask(self._layout, arguments.movable, self._state.mask)
-        limbs.fill_residual(self._layout, self._field.limbs, arguments.movable, self._state.residual, count)
-        self._state.width[:] = count - 2
+        limbs.fill_residual(
+            self._layout, self._field.limbs, arguments.movable, self._state.residual, count
+        )
+        self._state.width[:] = self._state.active[:] = count - 2
 
     def run(self, stage_index: int, precision: int) -> Iterator[VisitBatch | StageEnd]:
         """One stage at ``precision``, not below that of the stage before. Raises RunError if it would never end."""
@@ -51,7 +55,7 @@ class Engine:
         while status != kernels.CONVERGED:
             status, made = kernels.advance(
                 self._layout,
-                self._state,
+                kernels.addresses(self._state),
                 control,
                 counts,
                 arguments.iterations,
@@ -77,49 +81,40 @@ class Engine:
         stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, int(maxima))
         yield StageEnd(stage_index, stage, self._field)
 
-    def _make(self, planes: int) -> None:
-        layout = kernels.make_layout(self._arguments.free.shape, self._arguments.block, planes)
-        tiles = layout.down * layout.across
-        self._layout = layout
-        # Memory of planes that no value reaches is never touched.
-        self._state = kernels.State(
-            mask=np.zeros(layout.plane, np.uint64),
-            residual=np.zeros(planes * layout.plane, np.uint64),
-            odometer=np.zeros(planes * layout.plane, np.uint64),
-            ring=np.zeros((kernels.SLOTS + 2) * planes * layout.tile, np.uint64),
-            visit=np.zeros(planes * layout.tile, np.uint64),
-            width=np.zeros(tiles, np.int64),
-            odometer_width=np.zeros(tiles, np.int64),
-            snapshot=np.zeros(planes * layout.plane if self._signed else 0, np.uint64),
-            snapshot_width=np.full(tiles, -1, np.int64),
-        )
-
     def _grow(self) -> None:
         """Make room for more planes, in the middle of a stage."""
-        old = self._state
-        self._make(self._layout.planes + self._spare)
+        old, old_planes = self._state, self._layout.planes
+        self._layout = self._layout._replace(planes=old_planes + self._spare)
+        new = self._state = kernels.make_state(self._layout, self._signed)
         for name, source in old._asdict().items():
-            if name != "ring":
-                getattr(self._state, name)[: len(source)] = source
+            target = getattr(new, name)
+            if name in ("residual", "odometer", "visit", "snapshot"):
+                depth = min(old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max())))
+                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[:, :depth]
+            elif name not in ("ring", "ring_width"):
+                target[:] = source
+
+    def _by_plane(self, words: NDArray[np.uint64], planes: int) -> NDArray[np.uint64]:
+        return words.reshape(-1, planes, self._layout.plane)
 
     def _lift(self, shift: int) -> None:
         """r << shift, d = 0: the start of the next stage."""
-        old, plane = self._state, self._layout.plane
+        old, old_planes = self._state, self._layout.planes
         # A sign is needed only where something negative is left, which no settled block has.
-        self._signed &= bool(old.width.any())
-        count = int(old.width.max()) + 2
-        self._make(shift + count + self._signed + self._spare)
-        new = self._state
+        self._signed &= bool(old.active.any())
+        count = int(old.active.max()) + 2
+        self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
+        new = self._state = kernels.make_state(self._layout, self._signed)
         new.mask[:] = old.mask
-        words = np.repeat(old.width, self._layout.tile)
-        for index in range(count):
-            source = old.residual[index * plane : (index + 1) * plane]
-            target = new.residual[(shift + index) * plane : (shift + index + 1) * plane]
-            np.copyto(target, source, where=index < words + 2)
+        source = self._by_plane(old.residual, old_planes)
+        target = self._by_plane(new.residual, self._layout.planes)
+        words = np.repeat(old.width, kernels.LANES).reshape(-1, self._layout.plane)
+        for plane in range(count):
+            np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
         new.width[:] = old.width + shift
         if self._signed:
             new.width[old.width == 0] += 1
-        kernels.trim(self._layout, new, self._signed)
+        kernels.trim_all(self._layout, kernels.addresses(new), self._signed)
 
     def _settle(self, precision: int) -> None:
         """The field at the end of the stage: (field << shift) + d."""

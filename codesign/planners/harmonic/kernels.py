@@ -41,41 +41,48 @@ WORD_BITS = 64
 LANES = 8
 SLOTS = 4
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
-POSITION, DONE_ITERATIONS, VISIT_WIDTH, UNSETTLED, SWEEPS, POWER, SINCE = range(7)
-CONTROL_SIZE = 7
+POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
+CONTROL_SIZE = 6
 
-_VECTOR = ir.VectorType(ir.IntType(WORD_BITS), LANES)
-_ONE_LANE = np.array([0] * 7 + [(1 << 64) - 1] + [0] * 7, np.uint64)
+_WORD = ir.IntType(WORD_BITS)
+_VECTOR = ir.VectorType(_WORD, LANES)
 
 
 class Layout(NamedTuple):
-    """Where things lie. All in words, but for the first three.
+    """Where things lie.
 
-    ``block_rows``, ``block_columns``: nodes of a full block. ``planes``: how many planes there is room for. ``rows``:
-    rows of a tile, a multiple of 8. ``columns``: word columns of a tile. ``stride``: from one word column to the next.
-    ``tile``: words of a tile. ``plane``: words of a plane over all tiles. ``down``, ``across``: number of blocks.
+    ``block_rows``, ``block_columns``: nodes of a full block. ``down``, ``across``: number of blocks. ``planes``: how
+    many planes of a block there is room for; plane i of block b begins at word (b * planes + i) * plane.
+    Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
+    leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
+    its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
     """
 
     block_rows: int
     block_columns: int
-    planes: int
-    rows: int
-    columns: int
-    stride: int
-    tile: int
-    plane: int
     down: int
     across: int
+    planes: int
+    columns: int
+    rows: int
+    stride: int
+    first: int
+    end: int
+    plane: int
+    groups: int
 
 
 class State(NamedTuple):
-    """What the kernel works on: flat uint64 arrays, widths int64, one each tile.
+    """What the kernel works on: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
 
-    ``mask``: ones where a node is computed. ``residual``: r, plane by plane over all tiles. ``odometer``: d, likewise.
-    ``ring``: r of one tile over the last iterations, ``SLOTS`` + 1 slots and one that stays zero. ``visit``: what the
-    running visit added to d, of one tile. ``width``: planes of the step t (r has two more), 0 where the block is
-    settled. ``odometer_width``: planes of d. Planes above a width are undefined and mean zero, or the sign.
-    ``snapshot``, ``snapshot_width``: r at an earlier sweep, to notice a start that never settles.
+    ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
+    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: what the
+    running visit added to d.
+    ``width``, ``ring_width``: planes of the step t of each group (r has two more), and ``active`` the most of any
+    group of a block: 0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d.
+    Planes above a width are undefined, and mean zero, or the sign; in the ring they are zero, unless r has a sign:
+    then all groups of a block have one width.
+    ``snapshot``, ``snapshot_active``: r and its widths at an earlier sweep, to notice a start that never settles.
     """
 
     mask: np.ndarray
@@ -84,9 +91,13 @@ class State(NamedTuple):
     ring: np.ndarray
     visit: np.ndarray
     width: np.ndarray
+    ring_width: np.ndarray
+    active: np.ndarray
     odometer_width: np.ndarray
+    visit_width: np.ndarray
+    deepest: np.ndarray
     snapshot: np.ndarray
-    snapshot_width: np.ndarray
+    snapshot_active: np.ndarray
 
 
 def make_layout(shape: tuple[int, int], block: tuple[int, int], planes: int) -> Layout:
@@ -94,9 +105,46 @@ def make_layout(shape: tuple[int, int], block: tuple[int, int], planes: int) -> 
     rows = -(-block[0] // LANES) * LANES
     columns = -(-block[1] // WORD_BITS)
     stride = rows + LANES
-    tile = (columns + 2) * stride + LANES
+    margin = stride if columns > 1 else 0
+    end = margin + columns * stride
+    # An odd number of cache lines, so that planes do not fall on each other in the cache.
+    groups = (end + margin) // LANES + 1 | 1
     down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
-    return Layout(*block, planes, rows, columns, stride, tile, tile * down * across, down, across)
+    first = margin + LANES
+    return Layout(*block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups)
+
+
+def make_state(layout: Layout, signed: bool) -> State:
+    """A state of zeros. Memory of planes that no value reaches is never touched."""
+    blocks, groups = layout.down * layout.across, layout.groups
+    room = blocks * layout.planes * layout.plane
+    return State(
+        mask=_aligned(blocks * layout.plane),
+        residual=_aligned(room),
+        odometer=_aligned(room),
+        ring=_aligned((SLOTS + 2) * layout.planes * layout.plane),
+        visit=_aligned(layout.planes * layout.plane),
+        width=np.zeros(blocks * groups, np.int64),
+        ring_width=np.zeros((SLOTS + 2) * groups, np.int64),
+        active=np.zeros(blocks, np.int64),
+        odometer_width=np.zeros(blocks * groups, np.int64),
+        visit_width=np.zeros(groups, np.int64),
+        deepest=np.zeros(blocks, np.int64),
+        snapshot=_aligned(room if signed else 0),
+        snapshot_active=np.full(blocks, -1, np.int64),
+    )
+
+
+def addresses(state: State) -> State:
+    """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
+    return State(*(array.ctypes.data for array in state))
+
+
+def _aligned(words: int) -> np.ndarray:
+    # To cache lines: a vector across two of them takes two accesses.
+    room = np.zeros(words + LANES, np.uint64)
+    skip = -room.ctypes.data // 8 % LANES
+    return room[skip : skip + words]
 
 
 class _Lanes(types.Type):
@@ -115,31 +163,51 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, kind, _VECTOR)
 
 
-def _pointer(context, builder, signature, arguments):
-    array = context.make_array(signature.args[0])(context, builder, value=arguments[0])
-    index = context.cast(builder, arguments[1], signature.args[1], types.intp)
-    return builder.bitcast(builder.gep(array.data, [index]), _VECTOR.as_pointer())
+def _pointer(builder, arguments, kind):
+    words = builder.inttoptr(arguments[0], _WORD.as_pointer())
+    return builder.bitcast(builder.gep(words, [arguments[1]]), kind.as_pointer())
 
 
 @intrinsic
-def _load(typing_context, array, index):
-    """Eight words of a flat uint64 array, from ``index`` on."""
+def _load(typing_context, address, index):
+    """Eight words from ``index`` on."""
 
     def generate(context, builder, signature, arguments):
-        return builder.load(_pointer(context, builder, signature, arguments), align=8)
+        return builder.load(_pointer(builder, arguments, _VECTOR), align=8)
 
-    return _lanes(array, index), generate
+    return _lanes(types.int64, types.int64), generate
 
 
 @intrinsic
-def _store(typing_context, array, index, lanes):
-    """Put eight words into a flat uint64 array, from ``index`` on."""
+def _store(typing_context, address, index, lanes):
+    """Put eight words from ``index`` on."""
 
     def generate(context, builder, signature, arguments):
-        builder.store(arguments[2], _pointer(context, builder, signature, arguments), align=8)
+        builder.store(arguments[2], _pointer(builder, arguments, _VECTOR), align=8)
         return context.get_dummy_value()
 
-    return types.void(array, index, lanes), generate
+    return types.void(types.int64, types.int64, _lanes), generate
+
+
+@intrinsic
+def _get(typing_context, address, index):
+    """The word at ``index``."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.load(_pointer(builder, arguments, _WORD))
+
+    return types.int64(types.int64, types.int64), generate
+
+
+@intrinsic
+def _put(typing_context, address, index, word):
+    """Put a word at ``index``."""
+
+    def generate(context, builder, signature, arguments):
+        builder.store(arguments[2], _pointer(builder, arguments, _WORD))
+        return context.get_dummy_value()
+
+    return types.void(types.int64, types.int64, types.int64), generate
 
 
 @intrinsic
@@ -175,6 +243,16 @@ def _spread(typing_context, word):
         )
 
     return _lanes(types.uint64), generate
+
+
+@intrinsic
+def _one_lane(typing_context, lane):
+    """All ones in one lane."""
+
+    def generate(context, builder, signature, arguments):
+        return builder.insert_element(ir.Constant(_VECTOR, [0] * LANES), ir.Constant(_WORD, -1), arguments[0])
+
+    return _lanes(types.int64), generate
 
 
 def _overload_logic(instruction, *operations):
@@ -228,73 +306,104 @@ def _around(layout, ring, at):
 
 
 @njit(cache=True)
-def _iterate(layout, ring, mask, tile, source, target, width, signed):
-    """One iteration of a block, from one slot of the ring to another; whether r still needs ``width`` + 2 planes."""
-    step = layout.tile
-    widest = _zeros()
-    for column in range(1, layout.columns + 1):
-        first = column * layout.stride + LANES
-        for word in range(first, first + layout.rows, LANES):
-            free = _load(mask, tile + word)
-            at, out = source + 2 * step + word, target + word
-            n, s, e, w = _around(layout, ring, at)
-            low, second = _load(ring, source + word), _load(ring, source + step + word)
-            around = n ^ s ^ e
-            _store(ring, out, (around ^ w ^ low) & free)
-            a, b, c = _majority(n, s, e), _majority(around, w, low), second
-            for _ in range(1, width):
-                at += step
-                out += step
-                n, s, e, w = _around(layout, ring, at)
-                total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-                _store(ring, out, total & free)
-            out += step
-            if signed:
-                total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-                lower = total & free
-                total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-                upper = total & free
-                widest |= upper ^ lower if width > 1 else upper
-            else:
-                lower = (a ^ b ^ c) & free
-                upper = _majority(a, b, c) & free
-                widest |= upper
-            _store(ring, out, lower)
-            _store(ring, out + step, upper)
-    return _any(widest)
-
-
-@njit(cache=True)
-def _trimmed(layout, planes, base, step, count, least, signed):
-    """``count`` less the planes at the top that say nothing; not below ``least``."""
+def _needed(planes, at, step, count, least, signed):
+    """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
     while count > least:
-        top = base + (count - 1) * step
-        needed = _zeros()
-        for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
-            plane = _load(planes, top + word)
-            if signed and count > least + 1:
-                plane ^= _load(planes, top - step + word)
-            needed |= plane
-        if _any(needed):
+        top = _load(planes, at + (count - 1) * step)
+        if signed and count > least + 1:
+            top ^= _load(planes, at + (count - 2) * step)
+        if _any(top):
             break
         count -= 1
     return count
 
 
 @njit(cache=True)
-def _accumulate(layout, state, slots, width, count, signed):
-    """Add the steps of four slots to what the visit added so far; the planes that takes."""
-    step, ring, visit = layout.tile, state.ring, state.visit
-    total = max(count, width + 2) + 1
-    s0, s1, s2, s3 = slots
-    for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
-        x = t0 = t1 = t2 = t3 = _zeros()
-        a = b = c = d = _zeros()
-        at = word
+def _iterate_group(layout, ring, free, source, target, width, signed):
+    """One iteration of eight words of a block."""
+    step = layout.plane
+    at, out = source + 2 * step, target
+    n, s, e, w = _around(layout, ring, at)
+    low, c = _load(ring, source), _load(ring, source + step)
+    around = n ^ s ^ e
+    _store(ring, out, (around ^ w ^ low) & free)
+    a, b = _majority(n, s, e), _majority(around, w, low)
+    for _ in range(1, width):
+        at += step
+        out += step
+        n, s, e, w = _around(layout, ring, at)
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        _store(ring, out, total & free)
+    out += step
+    if signed:
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        _store(ring, out, total & free)
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        _store(ring, out + step, total & free)
+    else:
+        _store(ring, out, (a ^ b ^ c) & free)
+        _store(ring, out + step, _majority(a, b, c) & free)
+
+
+@njit(cache=True)
+def _iterate(layout, state, block, source, target, uniform, signed):
+    """One iteration of a block, from one slot of the ring to another; the planes that the next steps take.
+
+    ``uniform``: the planes of the steps of all groups, where r has a sign.
+    """
+    ring, step, widths = state.ring, layout.plane, state.ring_width
+    from_width, to_width = source * layout.groups, target * layout.groups
+    source *= layout.planes * step
+    target *= layout.planes * step
+    aside = layout.stride // LANES
+    most = 0
+    for column in range(layout.first, layout.end, layout.stride):
+        for word in range(column, column + layout.rows, LANES):
+            here = from_width + word // LANES
+            width = uniform if signed else max(_get(widths, here - 1), _get(widths, here), _get(widths, here + 1))
+            if layout.columns > 1 and not signed:
+                width = max(width, _get(widths, here - aside), _get(widths, here + aside))
+            needed = 0
+            if width > 0:
+                free = _load(state.mask, block * step + word)
+                _iterate_group(layout, ring, free, source + word, target + word, width, signed)
+                needed = _needed(ring, target + word, step, width + 2, 2, signed) - 2
+                most = max(most, needed)
+            else:
+                _store(ring, target + word, _load(ring, source + word))
+                _store(ring, target + step + word, _load(ring, source + step + word))
+            there = to_width + word // LANES
+            if not signed:
+                for plane in range(width, _get(widths, there)):
+                    _store(ring, target + (plane + 2) * step + word, _zeros())
+            _put(widths, there, uniform if signed else needed)
+    return most
+
+
+@njit(cache=True)
+def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
+    """Add the steps of four slots of the ring to what the visit added so far."""
+    step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
+    slot = layout.planes * step
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        width = uniform if signed else max(
+            _get(widths, s0 * groups + group),
+            _get(widths, s1 * groups + group),
+            _get(widths, s2 * groups + group),
+            _get(widths, s3 * groups + group),
+        )
+        if width == 0:
+            continue
+        count = _get(state.visit_width, group)
+        total = max(count, width + 2) + 1
+        x = t0 = t1 = t2 = t3 = a = b = c = d = _zeros()
+        at, steps = word, word + 2 * step
         for plane in range(total):
             if plane < width:
-                t0, t1 = _load(ring, s0 + 2 * step + at), _load(ring, s1 + 2 * step + at)
-                t2, t3 = _load(ring, s2 + 2 * step + at), _load(ring, s3 + 2 * step + at)
+                t0, t1 = _load(ring, s0 * slot + steps), _load(ring, s1 * slot + steps)
+                t2, t3 = _load(ring, s2 * slot + steps), _load(ring, s3 * slot + steps)
+                steps += step
             elif not signed:
                 t0 = t1 = t2 = t3 = _zeros()
             if plane < count:
@@ -305,199 +414,253 @@ def _accumulate(layout, state, slots, width, count, signed):
             second = t3 ^ x ^ a
             third = first ^ second ^ b
             _store(visit, at, third ^ c ^ d)
-            a, b, c, d = (
-                _majority(t0, t1, t2),
-                _majority(t3, x, a),
-                _majority(first, second, b),
-                _majority(third, c, d),
-            )
+            carry = _majority(third, c, d)
+            a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
+            d = carry
             at += step
-    return _trimmed(layout, visit, 0, step, total, 0, signed)
+        _put(state.visit_width, group, _needed(visit, word, step, total, 0, signed))
 
 
 @njit(cache=True)
-def _add_visit(layout, state, tile, count, signed):
+def _add_visit(layout, state, block, signed):
     """Add what the visit added to d of its block."""
-    step, visit, odometer = layout.tile, state.visit, state.odometer
-    have = state.odometer_width[tile]
-    total = max(have, count) + 1
-    base = tile * layout.tile
-    for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
+    step, visit, odometer = layout.plane, state.visit, state.odometer
+    base = block * layout.planes * step
+    for word in range(layout.first, layout.end, LANES):
+        count = _get(state.visit_width, word // LANES)
+        if count == 0:
+            continue
+        group = block * layout.groups + word // LANES
+        have = _get(state.odometer_width, group)
+        total = max(have, count) + 1
         x = y = carry = _zeros()
         for plane in range(total):
             if plane < count:
                 x = _load(visit, plane * step + word)
             elif not signed:
                 x = _zeros()
-            at = plane * layout.plane + base + word
+            at = base + plane * step + word
             if plane < have:
                 y = _load(odometer, at)
             elif not signed:
                 y = _zeros()
             _store(odometer, at, x ^ y ^ carry)
             carry = _majority(x, y, carry)
-    state.odometer_width[tile] = _trimmed(layout, odometer, base, layout.plane, total, 0, signed)
+        width = _needed(odometer, base + word, step, total, 0, signed)
+        _put(state.odometer_width, group, width)
+        _put(state.deepest, block, max(_get(state.deepest, block), width))
 
 
 @njit(cache=True)
-def _push(layout, state, tile, source, target, vectors, right, left, select, count, signed):
-    """Add what border nodes of the visited block gained to r of their neighbours in block ``tile``.
+def _widen(layout, state, block, total):
+    """Give r of all groups of a block ``total`` planes, by repeating the sign."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    for word in range(layout.first, layout.end, LANES):
+        group = block * layout.groups + word // LANES
+        have = _get(state.width, group) + 2
+        sign = _load(state.residual, base + (have - 1) * step + word) if have > 2 else _zeros()
+        for plane in range(have, total):
+            _store(state.residual, base + plane * step + word, sign)
+        _put(state.width, group, total - 2)
 
-    ``source`` and ``target`` are the first words in either tile; the gains are shifted ``right``, then ``left``.
+
+@njit(cache=True)
+def _trim(layout, state, block, signed):
+    """Lower the widths of a block to what r needs. Visits rely on it: settled and of width 0 are the same."""
+    base = block * layout.planes * layout.plane
+    most = 0
+    for word in range(layout.first, layout.end, LANES):
+        group = block * layout.groups + word // LANES
+        count = _get(state.width, group) + 2
+        _put(state.width, group, _needed(state.residual, base + word, layout.plane, count, 2, signed) - 2)
+        most = max(most, _get(state.width, group))
+    if signed:
+        for word in range(layout.first, layout.end, LANES):
+            _put(state.width, block * layout.groups + word // LANES, most)
+    _put(state.active, block, most)
+
+
+@njit(cache=True)
+def trim_all(layout, state, signed):
+    """Lower all widths to what r needs."""
+    for block in range(layout.down * layout.across):
+        _trim(layout, state, block, signed)
+
+
+@njit(cache=True)
+def _push(layout, state, block, source, target, vectors, right, left, select, signed):
+    """Add what border nodes of the visited block gained to r of their neighbours in ``block``.
+
+    ``source`` and ``target`` are the first words in either; the gains are shifted ``right``, then ``left``.
     """
-    step, visit, residual = layout.tile, state.visit, state.residual
-    base = tile * layout.tile
-    target += base
-    gained = _zeros()
+    step, visit, residual = layout.plane, state.visit, state.residual
+    base, mask = block * layout.planes * step, block * step
     for word in range(0, vectors * LANES, LANES):
-        some = _zeros()
+        # Words taken from the middle of a group may come from two.
+        count = max(_get(state.visit_width, (source + word) // LANES), _get(state.visit_width, (source + word + 7) // LANES))
+        selected = select & _load(state.mask, mask + target + word)
+        gained = _zeros()
         for plane in range(count):
-            some |= _load(visit, plane * step + source + word)
-        gained |= ((some >> right) << left) & select & _load(state.mask, target + word)
-    if not _any(gained):
-        return
-    have = state.width[tile] + 2
-    total = max(have + 1 if signed else have, count) + 1
-    for plane in range(have, total):
-        at = base + plane * layout.plane
-        for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
-            sign = _load(residual, at - layout.plane + word) if signed and have > 2 else _zeros()
-            _store(residual, at + word, sign)
-    for word in range(0, vectors * LANES, LANES):
-        selected = select & _load(state.mask, target + word)
-        x = carry = _zeros()
+            gained |= _load(visit, plane * step + source + word)
+        if not _any(((gained >> right) << left) & selected):
+            continue
+        group = block * layout.groups + (target + word) // LANES
+        have = _get(state.width, group) + 2
+        total = max(have + 1 if signed else have, count) + 1
+        if signed:
+            _widen(layout, state, block, total)
+            have = total
+        x = y = carry = _zeros()
         for plane in range(total):
             if plane < count:
                 x = ((_load(visit, plane * step + source + word) >> right) << left) & selected
             elif not signed:
                 x = _zeros()
-            at = target + word + plane * layout.plane
-            y = _load(residual, at)
+            at = base + plane * step + target + word
+            y = _load(residual, at) if plane < have else _zeros()
             _store(residual, at, x ^ y ^ carry)
             carry = _majority(x, y, carry)
-    state.width[tile] = _trimmed(layout, residual, base, layout.plane, total, 2, signed) - 2
+        if signed:
+            _trim(layout, state, block, signed)
+        else:
+            width = _needed(residual, base + target + word, step, total, 2, signed) - 2
+            _put(state.width, group, width)
+            _put(state.active, block, max(_get(state.active, block), width))
 
 
 @njit(cache=True)
-def _push_all(layout, state, tile, count, signed):
+def _push_all(layout, state, block, signed):
     """Tell the four neighbouring blocks what the border nodes gained."""
-    row, column = tile // layout.across, tile % layout.across
+    row, column = block // layout.across, block % layout.across
     none, one = _spread(np.uint64(0)), _spread(np.uint64(1))
-    bit = np.uint64((layout.block_columns - 1) % WORD_BITS)
-    shift = _spread(bit)
-    last_column = layout.columns * layout.stride
-    last_row = layout.block_rows - 1
-    lane = last_row % LANES
-    first = layout.stride + LANES
+    shift = _spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
+    first, last = layout.first, layout.end - layout.stride + LANES
+    bottom = layout.block_rows - 1
+    lane = bottom % LANES
     if column > 0:
-        vectors, select = layout.rows // LANES, one << shift
-        _push(
-            layout, state, tile - 1, first, last_column + LANES, vectors, none, shift, select, count, signed
-        )
+        vectors = layout.rows // LANES
+        _push(layout, state, block - 1, first, last, vectors, none, shift, one << shift, signed)
     if column < layout.across - 1:
         vectors = layout.rows // LANES
-        _push(layout, state, tile + 1, last_column + LANES, first, vectors, shift, none, one, count, signed)
-    for words in range(layout.stride, last_column + 1, layout.stride):
+        _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
+    for top in range(first, last + 1, layout.stride):
         if row > 0:
-            select = _load(_ONE_LANE, 7 - lane)
-            top, bottom = words + LANES - lane, words + LANES + last_row - lane
-            _push(layout, state, tile - layout.across, top, bottom, 1, none, none, select, count, signed)
+            select = _one_lane(lane)
+            _push(
+                layout, state, block - layout.across, top - lane, top + bottom - lane, 1, none, none, select, signed
+            )
         if row < layout.down - 1:
-            select = _load(_ONE_LANE, 7)
-            top, bottom = words + LANES, words + LANES + last_row
-            _push(layout, state, tile + layout.across, bottom, top, 1, none, none, select, count, signed)
+            select = _one_lane(0)
+            _push(layout, state, block + layout.across, top + bottom, top, 1, none, none, select, signed)
 
 
 @njit(cache=True)
-def _visit(layout, state, control, tile, iterations, budget, signed):
+def _enter(layout, state, block, signed):
+    """Copy r of a block into the first slot of the ring."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        width = _get(state.width, block * layout.groups + group)
+        for plane in range(width + 2):
+            _store(state.ring, plane * step + word, _load(state.residual, base + plane * step + word))
+        if not signed:
+            for plane in range(width + 2, _get(state.ring_width, group) + 2):
+                _store(state.ring, plane * step + word, _zeros())
+        _put(state.ring_width, group, width)
+
+
+@njit(cache=True)
+def _leave(layout, state, block, slot, signed):
+    """Copy r of a block back from a slot of the ring."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    from_slot = slot * layout.planes * step
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        width = _get(state.ring_width, slot * layout.groups + group)
+        for plane in range(width + 2):
+            _store(state.residual, base + plane * step + word, _load(state.ring, from_slot + plane * step + word))
+        _put(state.width, block * layout.groups + group, width)
+
+
+@njit(cache=True)
+def _visit(layout, state, control, block, iterations, budget, signed):
     """Iterate a block until it settles, ``iterations`` are done or the budget is spent; the budget left."""
-    step, slot, base = layout.tile, layout.planes * layout.tile, tile * layout.tile
-    width, done = state.width[tile], control[DONE_ITERATIONS]
-    for plane in range(width + 2):
-        for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
-            lanes = _load(state.residual, plane * layout.plane + base + word)
-            _store(state.ring, plane * step + word, lanes)
+    width, done = _get(state.active, block), control[DONE_ITERATIONS]
+    _enter(layout, state, block, signed)
     current = 0
     while width > 0 and done < iterations and budget > 0:
-        computed, made = width, 0
-        before = current
+        before, made = current, 0
+        uniform = width if signed else 0
         while made < SLOTS and width > 0 and done < iterations:
-            target = (current + 1) % (SLOTS + 1)
-            if not _iterate(
-                layout, state.ring, state.mask, base, current * slot, target * slot, computed, signed
-            ):
-                width = _trimmed(layout, state.ring, target * slot, step, computed + 2, 2, signed) - 2
-            current = target
+            following = (current + 1) % (SLOTS + 1)
+            width = _iterate(layout, state, block, current, following, uniform, signed)
+            current = following
             made += 1
             done += 1
-        zero = (SLOTS + 1) * slot
-        s0 = before * slot
-        s1 = (before + 1) % (SLOTS + 1) * slot if made > 1 else zero
-        s2 = (before + 2) % (SLOTS + 1) * slot if made > 2 else zero
-        s3 = (before + 3) % (SLOTS + 1) * slot if made > 3 else zero
-        control[VISIT_WIDTH] = _accumulate(
-            layout, state, (s0, s1, s2, s3), computed, control[VISIT_WIDTH], signed
-        )
+        nothing = SLOTS + 1
+        s1 = (before + 1) % (SLOTS + 1) if made > 1 else nothing
+        s2 = (before + 2) % (SLOTS + 1) if made > 2 else nothing
+        s3 = (before + 3) % (SLOTS + 1) if made > 3 else nothing
+        _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
         budget -= made * layout.columns * layout.rows
-    for plane in range(width + 2):
-        for word in range(layout.stride + LANES, (layout.columns + 1) * layout.stride, LANES):
-            lanes = _load(state.ring, current * slot + plane * step + word)
-            _store(state.residual, plane * layout.plane + base + word, lanes)
-    state.width[tile] = width
+    _leave(layout, state, block, current, signed)
+    _put(state.active, block, width)
+    if signed:
+        _trim(layout, state, block, signed)
     control[DONE_ITERATIONS] = done
     return budget
 
 
 @njit(cache=True)
-def _has_room(layout, state, control, tile, iterations):
+def _has_room(layout, state, block, iterations):
     """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
     bits = 8
     while iterations > 0:
         bits += 1
         iterations >>= 1
-    need = max(state.width[tile] + bits, state.odometer_width[tile] + 2, control[VISIT_WIDTH] + 8)
-    row, column = tile // layout.across, tile % layout.across
+    need = max(_get(state.active, block) + bits, _get(state.deepest, block) + 2)
+    for group in range(layout.groups):
+        need = max(need, _get(state.visit_width, group) + 8)
+    row, column = block // layout.across, block % layout.across
     if row > 0:
-        need = max(need, state.width[tile - layout.across] + 8)
+        need = max(need, _get(state.active, block - layout.across) + 8)
     if row < layout.down - 1:
-        need = max(need, state.width[tile + layout.across] + 8)
+        need = max(need, _get(state.active, block + layout.across) + 8)
     if column > 0:
-        need = max(need, state.width[tile - 1] + 8)
+        need = max(need, _get(state.active, block - 1) + 8)
     if column < layout.across - 1:
-        need = max(need, state.width[tile + 1] + 8)
+        need = max(need, _get(state.active, block + 1) + 8)
     return need <= layout.planes
+
+
+@njit(cache=True)
+def _same(layout, state):
+    """Whether r is what the snapshot holds."""
+    for block in range(layout.down * layout.across):
+        if _get(state.active, block) != _get(state.snapshot_active, block):
+            return False
+    for block in range(layout.down * layout.across):
+        first = block * layout.planes * layout.plane
+        for word in range(first, first + (_get(state.active, block) + 2) * layout.plane):
+            if _get(state.residual, word) != _get(state.snapshot, word):
+                return False
+    return True
 
 
 @njit(cache=True)
 def _repeats(layout, state, control):
     """Whether r is what it was at an earlier sweep (Brent's method), so that the sweeps would never end."""
-    tiles = layout.down * layout.across
-    same = True
-    for tile in range(tiles):
-        if state.width[tile] != state.snapshot_width[tile]:
-            same = False
-            break
-        for plane in range(state.width[tile] + 2):
-            at = plane * layout.plane + tile * layout.tile
-            for word in range(at, at + layout.tile):
-                if state.residual[word] != state.snapshot[word]:
-                    same = False
-                    break
-            if not same:
-                break
-        if not same:
-            break
-    if same:
+    if _same(layout, state):
         return True
     control[SINCE] += 1
-    if control[SINCE] >= control[POWER]:
+    if control[SINCE] == control[POWER]:
         control[SINCE] = 0
         control[POWER] *= 2
-        state.snapshot_width[:] = state.width
-        for tile in range(tiles):
-            for plane in range(state.width[tile] + 2):
-                at = plane * layout.plane + tile * layout.tile
-                state.snapshot[at : at + layout.tile] = state.residual[at : at + layout.tile]
+        for block in range(layout.down * layout.across):
+            _put(state.snapshot_active, block, _get(state.active, block))
+            first = block * layout.planes * layout.plane
+            for word in range(first, first + (_get(state.active, block) + 2) * layout.plane):
+                _put(state.snapshot, word, _get(state.residual, word))
     return False
 
 
@@ -512,45 +675,39 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
         published: the published termination test instead of the sound one.
         signed: r may be negative.
 
-    Returns the status (RUNNING: call again; CONVERGED; GROW: more planes are needed, then call again; CYCLE) and the
-    number of visits written. A visit may be left half done, and is gone on with in the next call.
+    Returns the status (RUNNING: call again; CONVERGED; GROW: more planes are needed, then call again; CYCLE) and
+    the number of visits written. A visit may be left half done, and is gone on with in the next call.
     """
-    done = 0
-    while done < len(counts) and budget > 0:
-        tile = control[POSITION]
-        if state.width[tile] == 0 and control[DONE_ITERATIONS] == 0:
-            counts[done] = 1
+    made = 0
+    while made < len(counts) and budget > 0:
+        block = control[POSITION]
+        if _get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
+            counts[made] = 1
         else:
-            if not _has_room(layout, state, control, tile, iterations):
-                return GROW, done
-            budget = _visit(layout, state, control, tile, iterations, budget, signed)
-            settled = state.width[tile] == 0 and control[DONE_ITERATIONS] < iterations
-            if state.width[tile] > 0 and control[DONE_ITERATIONS] < iterations:
-                return RUNNING, done
-            counts[done] = control[DONE_ITERATIONS] + settled
-            count = control[VISIT_WIDTH]
-            _add_visit(layout, state, tile, count, signed)
-            _push_all(layout, state, tile, count, signed)
-            control[DONE_ITERATIONS] = control[VISIT_WIDTH] = 0
-            if not (published and settled):
+            if not _has_room(layout, state, block, iterations):
+                return GROW, made
+            budget = _visit(layout, state, control, block, iterations, budget, signed)
+            finished = control[DONE_ITERATIONS] == iterations
+            if _get(state.active, block) > 0 and not finished:
+                return RUNNING, made
+            # A settled block takes one more iteration, which changes nothing.
+            counts[made] = control[DONE_ITERATIONS] + (not finished)
+            _add_visit(layout, state, block, signed)
+            _push_all(layout, state, block, signed)
+            for group in range(layout.groups):
+                _put(state.visit_width, group, 0)
+            control[DONE_ITERATIONS] = 0
+            if finished or not published:
                 control[UNSETTLED] = 1
-        done += 1
+        made += 1
         budget -= 1
         control[POSITION] += 1
         if control[POSITION] == layout.down * layout.across:
             control[POSITION] = 0
             control[SWEEPS] += 1
             if control[UNSETTLED] == 0:
-                return CONVERGED, done
+                return CONVERGED, made
             control[UNSETTLED] = 0
             if signed and _repeats(layout, state, control):
-                return CYCLE, done
-    return RUNNING, done
-
-
-@njit(cache=True)
-def trim(layout, state, signed):
-    """Lower every width to what r needs, which the visits rely on: a block of width 0 is settled, any other is not."""
-    for tile in range(layout.down * layout.across):
-        base, count = tile * layout.tile, state.width[tile] + 2
-        state.width[tile] = _trimmed(layout, state.residual, base, layout.plane, count, 2, signed) - 2
+                return CYCLE, made
+    return RUNNING, made

@@ -72,12 +72,12 @@ def residual_bits(limbs, movable):
 
 
 @njit(cache=True)
-def _word_and_bit(layout, row, column):
-    """Index of the word that holds a cell, in plane 0 over all tiles, and the bit in it."""
-    tile = row // layout.block_rows * layout.across + column // layout.block_columns
+def _place(layout, row, column):
+    """Block of a cell, the word that holds it within a plane, and the bit in that word."""
+    block = row // layout.block_rows * layout.across + column // layout.block_columns
     inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
-    word = tile * layout.tile + (inner_column // 64 + 1) * layout.stride + 8 + inner_row
-    return word, np.uint64(inner_column % 64)
+    word = layout.first + inner_column // 64 * layout.stride + inner_row
+    return block, word, np.uint64(inner_column % 64)
 
 
 @njit(cache=True)
@@ -86,8 +86,8 @@ def fill_mask(layout, movable, mask):
     for row in range(movable.shape[0]):
         for column in range(movable.shape[1]):
             if movable[row, column]:
-                word, bit = _word_and_bit(layout, row, column)
-                mask[word] |= np.uint64(1) << bit
+                block, word, bit = _place(layout, row, column)
+                mask[block * layout.plane + word] |= np.uint64(1) << bit
 
 
 @njit(cache=True)
@@ -99,7 +99,8 @@ def fill_residual(layout, limbs, movable, planes, count):
             if not movable[row, column]:
                 continue
             _, negative = _residual(limbs, row, column, residual)
-            word, bit = _word_and_bit(layout, row, column)
+            block, word, bit = _place(layout, row, column)
+            word += block * layout.planes * layout.plane
             for plane in range(count):
                 half = plane // HALF_BITS
                 if half < len(residual):
@@ -111,14 +112,14 @@ def fill_residual(layout, limbs, movable, planes, count):
 
 @njit(cache=True)
 def raise_field(layout, limbs, shift, movable, planes, widths, signed, raised):
-    """Put (limbs << shift) + d into ``raised``, d taken from its planes, of which each block has ``widths``."""
+    """Put (limbs << shift) + d into ``raised``, d taken from its planes, ``widths`` of each group."""
     words, bits = shift // 64, np.uint64(shift % 64)
     rows, columns, count = raised.shape
     for row in range(rows):
         for column in range(columns):
-            word, bit = _word_and_bit(layout, row, column)
-            tile = word // layout.tile
-            width = widths[tile] if movable[row, column] else 0
+            block, word, bit = _place(layout, row, column)
+            width = widths[block * layout.groups + word // 8] if movable[row, column] else 0
+            word += block * layout.planes * layout.plane
             sign = np.uint64(0)
             if signed and width > 0 and (planes[(width - 1) * layout.plane + word] >> bit) & np.uint64(1):
                 sign = ~sign
