@@ -25,12 +25,14 @@ SIDES = ((-1, 0), (0, 1), (1, 0), (0, -1))
 
 @st.composite
 def fields(draw):
-    """Values that tie often, or differ in their last bits alone, or are anything."""
+    """Values that tie often, differ in their last bits alone, borrow through limbs, or are anything."""
     rows, columns = draw(st.integers(1, 5)), draw(st.integers(1, 5))
     precision = draw(st.sampled_from([3, 62, 63, 64, 200, 300]))
     top = 1 << precision
     base = draw(st.integers(0, top))
+    limbs = st.lists(st.sampled_from([0, 1, 2**64 - 1]), min_size=1, max_size=5)
     value = st.one_of(
+        limbs.map(lambda parts: sum(part << 64 * k for k, part in enumerate(parts)) % (top + 1)),
         st.integers(0, min(top, 3)),
         st.integers(-2, 2).map(lambda step: min(max(base + step, 0), top)),
         st.integers(0, top),
@@ -118,6 +120,13 @@ def test_the_last_of_300_bits_decides():
     free = np.ones((3, 3), bool)
     assert best_neighbours(field, free)[1, 1] == 1
     assert tuple(directions(field, free)[1, 1]) == (0, 1)
+
+
+def test_a_borrow_runs_through_equal_limbs():
+    # East: 2^128 − 1 borrows through a limb of equal halves; south is the yardstick.
+    values = np.array([[(5 << 64) + 1, (1 << 128) + (5 << 64)], [(1 << 127) + (5 << 64), 0]], object)
+    found = directions(Field.from_ints(values, 190), np.ones((2, 2), bool))[0, 0]
+    assert found[1] / found[0] == pytest.approx(2.0)
 
 
 @st.composite

@@ -116,6 +116,26 @@ def test_a_flat_cell_and_the_bound_on_steps_end_a_way():
     assert len(short.points) == 2
 
 
+def test_a_diagonal_step_past_an_obstacle_is_a_cut_corner():
+    # From (0, 1) the falls to the obstacle and to the outside tie, so the rule points down and left.
+    free = np.array([[False, True], [True, True]])
+    field = Field.from_ints(np.array([[0, 4], [16, 5]]), 4)
+    plain = Ascent(field, free, [(1, 0)], step=0.8, guarded=False).follow((0, 1))
+    assert plain.ending is Ending.OBSTACLE
+    assert len(plain.points) == 1
+    guarded = Ascent(field, free, [(1, 0)], step=0.8).follow((0, 1))
+    assert guarded.arrived
+    assert guarded.points.tolist()[:2] == [[0, 1], [1, 1]]
+
+
+def test_a_way_ends_at_a_goal_whatever_lies_beyond():
+    free = np.ones((1, 3), bool)
+    ascent = Ascent(Field.from_ints(np.array([[1, 2, 3]]), 2), free, [(0, 1)])
+    assert ascent.climbs_to_goal().tolist() == [[True, True, False]]
+    assert ascent.climb((0, 0)).points.tolist() == [[0, 0], [0, 1]]
+    assert ascent.climb((0, 2)).ending is Ending.FLAT
+
+
 def test_a_start_between_centres_ends_at_the_centre_of_the_goal():
     grid = empty(9, 9)
     ascent = Ascent(converged_field(grid.free, [(4, 4)], 30), grid.free, [(4, 4)])

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from codesign.errors import InputError, MapError
 from codesign.maps.generate import maze, rooms
 from codesign.planners.harmonic import relax
+from codesign.planners.harmonic import warm_start as module
 from codesign.planners.harmonic.precision import converged_field
 from codesign.planners.harmonic.reference import relax_reference
 from codesign.planners.harmonic.warm_start import FieldBounds, warm_start
@@ -95,6 +96,25 @@ def test_a_warm_start_saves_iterations_where_many_are_needed():
     warm = relax(grid.free, goals, start=warm_start(grid.free, goals, 200), **shape)
     assert warm.field == cold.field
     assert warm.total_iterations * 10 < cold.total_iterations
+
+
+@pytest.mark.parametrize("error", [1e-6, 0.3, 1.5, -0.9])
+def test_bounds_hold_however_badly_the_solver_rounds(monkeypatch, error):
+    exact_solver = module._factorise
+
+    def sloppy(neighbours):
+        solve = exact_solver(neighbours)
+        wrong = 1.0 + error * np.cos(np.arange(neighbours.shape[1]))
+        return lambda right: solve(right) * wrong
+
+    monkeypatch.setattr(module, "_factorise", sloppy)
+    grid = maze(13, 13, corridor=2, seed=5)
+    goals = [(1, 1)] if grid.free[1, 1] else [tuple(int(i) for i in np.argwhere(grid.free)[0])]
+    bounds = FieldBounds(grid.free, goals)
+    for precision in (10, 70):
+        exact = from_zero(grid.free, goals, precision).values
+        assert (bounds.lower(precision).to_ints() <= exact).all()
+        assert (exact <= bounds.upper(precision).to_ints()).all()
 
 
 def test_cells_that_no_way_leads_to_stay_zero():
