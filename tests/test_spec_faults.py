@@ -60,10 +60,7 @@ class Range(SpecModel):
         return self
 
 
-class Relax(BaseModel):
-    """A plain pydantic model, lax by itself, as a user's own planner may bring it."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
+class Relax(SpecModel):
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
 
     block: tuple[int, int] | None = None
@@ -81,6 +78,8 @@ class Relax(BaseModel):
 
 
 class Decide(BaseModel):
+    """A plain pydantic model, as a user's own planner may bring it."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 

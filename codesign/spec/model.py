@@ -80,25 +80,25 @@ def details_of(
     lines = []
     for line in error.errors(include_url=False):
         kind: str | PydanticCustomError = line["type"]
-        if kind == "unknown_key":
-            kind = PydanticCustomError("unknown_key", "unknown key", line["ctx"])
-        elif kind == "extra_forbidden" and accepted is not None and len(line["loc"]) == 1:
+        if accepted is not None and len(line["loc"]) == 1 and kind in {"extra_forbidden", "unknown_key"}:
             kind = PydanticCustomError("unknown_key", "unknown key", {"accepted": list(accepted)})
+        elif kind == "unknown_key":
+            kind = PydanticCustomError("unknown_key", "unknown key", line["ctx"])
         location = (*prefix, *line["loc"])
         lines.append(InitErrorDetails(type=kind, loc=location, input=line["input"], ctx=line.get("ctx", {})))
     return lines
 
 
-def strict(schema: Any) -> Any:
-    """A core schema with every scalar in it made strict."""
+def _strict(schema: Any) -> Any:
+    """The core schema with every scalar in it made strict."""
     if isinstance(schema, list):
-        return [strict(part) for part in schema]
+        return [_strict(part) for part in schema]
     if not isinstance(schema, dict):
         return schema
     # A mapping of fields is no schema: its keys are the user's names, and one may be called type or default.
     is_schema = isinstance(schema.get("type"), str)
     kept = {"metadata", "default", "config"} if is_schema else set()
-    made = {key: value if key in kept else strict(value) for key, value in schema.items()}
+    made = {key: value if key in kept else _strict(value) for key, value in schema.items()}
     if is_schema and made["type"] in {"int", "float", "bool", "str"}:
         made["strict"] = True
     return made
@@ -111,7 +111,7 @@ class SpecModel(BaseModel):
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return strict(handler(source))  # type: ignore[no-any-return]
+        return _strict(handler(source))  # type: ignore[no-any-return]
 
     @model_validator(mode="wrap")
     @classmethod

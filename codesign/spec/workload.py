@@ -15,7 +15,7 @@ from pydantic import (
     ValidationInfo,
     field_validator,
 )
-from pydantic_core import InitErrorDetails, SchemaValidator
+from pydantic_core import InitErrorDetails
 
 from codesign.errors import choose_hint
 from codesign.spec.base import Spec
@@ -29,14 +29,16 @@ from codesign.spec.model import (
     details_of,
     raise_all,
     refusal_details,
-    strict,
 )
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
 from codesign.spec.validate import validate
 
 TaskModels = Mapping[str, Mapping[str, type[BaseModel]]]
-"""Planner name → task name → model of the task's parameters."""
+"""Planner name → task name → model of the task's parameters.
+
+A ``SpecModel`` refuses what a plain pydantic model lets pass (``true`` for 1), and names accepted keys.
+"""
 
 
 class RawParameters(BaseModel):
@@ -63,16 +65,6 @@ class TaskMapping(SpecModel):
     parameters: SerializeAsAny[BaseModel] = Field(description="Parameters of planner and style.")
 
 
-_validators: dict[type[BaseModel], SchemaValidator] = {}
-
-
-def _strictly(model: type[BaseModel]) -> SchemaValidator:
-    """The validator of a model from above, made strict on scalars as our own models are."""
-    if model not in _validators:
-        _validators[model] = SchemaValidator(strict(model.__pydantic_core_schema__))
-    return _validators[model]
-
-
 def map_task(raw: Any, model: type[BaseModel], document: Document | None = None) -> TaskMapping:
     """The mapping of one task from its raw form: component, style, and parameters beside them.
 
@@ -89,7 +81,7 @@ def map_task(raw: Any, model: type[BaseModel], document: Document | None = None)
     lines: list[InitErrorDetails] = []
     parameters: Any = RawParameters()
     try:
-        parameters = _strictly(model).validate_python(rest, context={"document": document})
+        parameters = model.model_validate(rest, context={"document": document})
     except ValidationError as error:
         lines += details_of(error, accepted=("component", "style", *model.model_fields))
     try:
