@@ -117,6 +117,17 @@ def test_bounds_hold_however_badly_the_solver_rounds(monkeypatch, error):
         assert (exact <= bounds.upper(precision).to_ints()).all()
 
 
+def test_certificates_refuse_what_is_slightly_wrong():
+    # One cell beside a goal: u = 1/4. At p = 1 it is 1/2, and floor leaves 0; at p = 2 it is 1 exactly.
+    bounds = FieldBounds(np.ones((1, 2), bool), [(0, 1)])
+    bounds._noise *= 0.1  # too small a share of the rounding is taken off
+    assert bounds.lower(1).to_ints()[0, 0] == 0
+    bounds.upper(2)
+    bounds._values -= 1
+    bounds._noise *= 0.0
+    assert bounds.upper(2).to_ints()[0, 0] >= 1
+
+
 def test_cells_that_no_way_leads_to_stay_zero():
     free = np.array([[True, True, False, True, True]])
     bounds = FieldBounds(free, [(0, 0)])
