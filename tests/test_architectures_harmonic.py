@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from hypothesis import strategies as st
 
 from codesign.architectures.harmonic import ARCHITECTURES, levers, published, resources, timing
 from codesign.architectures.harmonic.software import block_cells, limbs
-from codesign.architectures.interface import RESOURCES
+from codesign.architectures.interface import RESOURCES, Step
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
+from codesign.memo import Memo
 from codesign.planners.harmonic.parameters import RelaxParameters
 from codesign.planners.interface import Problem
 from codesign.records import StageRecord, VisitsRecord
@@ -214,8 +216,8 @@ def test_speed_up_at_any_precision_follows_from_100_microseconds(last: int) -> N
     assert 100e-6 / hardware == pytest.approx(15_000 / (last + 2))
 
 
-def drain(style: object, task: Problem, chosen: RelaxParameters) -> tuple[list, object]:  # type: ignore[type-arg]
-    steps, work = [], style.work(task, chosen)  # type: ignore[attr-defined]
+def drain(style: Any, task: Problem, chosen: RelaxParameters, **how: Any) -> tuple[list[Step], Any]:
+    steps, work = [], style.work(task, chosen, **how)
     while True:
         try:
             steps.append(next(work))
@@ -252,6 +254,21 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
     assert plan.total_cycles == sum(stage.iterations * (stage.precision + 2) for stage in plan.stages)
     assert int(steps[0].cycles[0]) == MAZE.size + count * 21
     assert int(steps[-1].cycles[0]) == timing.decision_cycles(20)
+
+
+@pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
+def test_coarse_steps_and_a_memo_change_no_cycle_and_no_bit(style: Any) -> None:
+    task = Problem(MAZE, ((0, 0),), ())
+    chosen = RelaxParameters(block=(4, 3), iterations=3, schedule=(5, 9, 70), stop="schedule_end")
+    memo = Memo(max_bytes=1 << 20)
+    fine, plan = drain(style, task, chosen)
+    for repeat in range(2):
+        coarse, again = drain(style, task, chosen, memo=memo, detail=False)
+        assert sum(int(step.cycles.sum()) for step in coarse) == sum(
+            int(step.cycles.sum()) for step in fine
+        ), repeat
+        assert again.stages == plan.stages
+        assert again.field == plan.field
 
 
 def test_plan_of_every_style_is_the_planner_s() -> None:

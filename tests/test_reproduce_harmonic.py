@@ -68,6 +68,16 @@ def test_rows_that_need_no_simulation_are_golden() -> None:
     assert "".join(lines) == GOLDEN
 
 
+def test_the_documented_table_is_the_one_that_is_computed() -> None:
+    page = (
+        (Path(__file__).parent.parent / "docs" / "reproduction.md").read_text(encoding="utf-8").splitlines()
+    )
+    for one in table_rows():
+        error = "" if one.error is None else "0" if one.error == 0 else f"{one.error:+.1%}".replace("%", " %")
+        ending = f"| {error} | {'' if one.held_out else 'yes'} | {one.note} |"
+        assert any(f"| {one.quantity} |" in line and line.endswith(ending) for line in page), one.quantity
+
+
 @pytest.fixture(scope="module")
 def quick() -> Reproduction:
     return PAPERS["harmonic"](quick=True, progress=TOLD.append)

@@ -194,8 +194,8 @@ def _depth_rows() -> list[Row]:
             largest["block_rams"],
             status=Status.PUBLISHED,
             source="clusters and borders, 18 nodes a block RAM",
-            note="the paper says it fits; the largest Virtex-4 (XC4VLX200) has the published number"
-            f" and {largest['block_rams'] - BLOCK_RAMS_OF_LARGEST_VIRTEX_4} would be missing",
+            note=f"{BLOCK_RAMS_OF_LARGEST_VIRTEX_4} is what the XC4VLX200 has; the paper says the block fits,"
+            f" {largest['block_rams'] - BLOCK_RAMS_OF_LARGEST_VIRTEX_4} would be missing",
         ),
     ]
 

@@ -16,6 +16,7 @@ def plot_svg(plot: Plot) -> str:
     import matplotlib as mpl
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     # A fixed salt and no date, so that equal data give equal bytes.
     with mpl.rc_context({"svg.hashsalt": plot.name, "svg.fonttype": "path"}):
@@ -27,12 +28,21 @@ def plot_svg(plot: Plot) -> str:
                 series.x, series.y, marker=MARKERS[index % len(MARKERS)], markersize=4, label=series.name
             )
         axes.set(xlabel=plot.x_label, ylabel=plot.y_label, xscale=plot.x_scale, yscale=plot.y_scale)
+        for axis, scale in ((axes.xaxis, plot.x_scale), (axes.yaxis, plot.y_scale)):
+            if scale == "log":
+                axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                axis.set_major_formatter(FuncFormatter(_grouped))
+                axis.set_minor_formatter(NullFormatter())
         axes.set_title(plot.title, fontsize="medium")
         axes.grid(visible=True, alpha=0.3)
         axes.legend(fontsize="small")
         text = io.StringIO()
         figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     return text.getvalue()
+
+
+def _grouped(value: float, _position: int) -> str:
+    return f"{value:,.0f}"
 
 
 def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
