@@ -6,7 +6,7 @@ A style gives laws: pure functions with their sources. It is found through the e
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -76,12 +76,22 @@ class Step:
 
     ``cycles``: int64, one entry an indivisible unit of work (a visit, a pass), in order. ``record`` says how to tell
     listeners of it: called with (begin ps, end ps, source), only when somebody listens; None for a step with no story.
-    ``phase`` names the phase that the cycles are booked under.
+    ``phase`` names the phase that the cycles are booked under. ``ram_addresses``: addresses that each block RAM is
+    given in every one of the cycles; all block RAMs of a design are driven alike.
     """
 
     phase: str
     cycles: NDArray[np.int64]
     record: Any = None
+    ram_addresses: int = 0
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What stands in each of the design's block RAMs, which are driven alike: words of ``width`` bits by content."""
+
+    width: int
+    words: Mapping[str, int]
 
 
 class Architecture(Protocol):
@@ -108,6 +118,9 @@ class Architecture(Protocol):
 
     def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
         """The fastest clock the design of this size reaches on the part, Hz, with its interval."""
+
+    def memory(self, problem: Problem, parameters: Any) -> Memory | None:
+        """What the block RAMs hold; None where the style uses none."""
 
     def work(
         self, problem: Problem, parameters: Any, *, memo: Memo | None = None, detail: bool = True

@@ -11,6 +11,7 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
+from codesign.components.block_ram import BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
@@ -69,7 +70,9 @@ class PreemptedError(Exception):
 class Fpga(Component):
     """An FPGA with one clock, which does one thing at a time.
 
-    ``phases`` books the cycles and the picoseconds of every phase in the order of its first step.
+    ``phases`` books the cycles and the picoseconds of every phase in the order of its first step. ``block_ram``
+    stands for all block RAMs of the design, which are driven alike: the addresses of each step are booked on its
+    ports.
     """
 
     def __init__(
@@ -78,9 +81,11 @@ class Fpga(Component):
         name: str,
         clock: ClockDomain,
         listeners: Sequence[Listener] = (),
+        block_ram: BlockRam | None = None,
     ) -> None:
         super().__init__(environment, name, listeners)
         self.clock = clock
+        self.block_ram = block_ram
         self.phases: dict[str, PhaseUse] = {}
 
     def execute(
@@ -123,12 +128,12 @@ class Fpga(Component):
         except simpy.Interrupt as interrupt:
             now = self.clock.cycles_by(self.now)
             units = int(np.searchsorted(ends, now, side="right"))
-            self._book(step.phase, first, now, self.now)
+            self._book(step, first, now, self.now)
             if units == len(ends):
                 self._tell(step, first, now)
             raise PreemptedError(interrupt.cause, self.now, step.phase, units, now - first) from None
         last = int(ends[-1]) if len(ends) else first
-        self._book(step.phase, first, last, self.clock.edge(last))
+        self._book(step, first, last, self.clock.edge(last))
         self._tell(step, first, last)
         return last
 
@@ -159,10 +164,12 @@ class Fpga(Component):
         edge = min(self.clock.cycles_by(int(horizon)), int(ends[-1]))
         return int(np.searchsorted(ends, edge, side="right"))
 
-    def _book(self, phase: str, first: int, last: int, end: int) -> None:
-        use = self.phases.get(phase, PhaseUse())
+    def _book(self, step: Step, first: int, last: int, end: int) -> None:
+        use = self.phases.get(step.phase, PhaseUse())
         busy = use.busy + end - self.clock.edge(first)
-        self.phases[phase] = PhaseUse(use.cycles + last - first, busy)
+        self.phases[step.phase] = PhaseUse(use.cycles + last - first, busy)
+        if self.block_ram is not None and step.ram_addresses and last > first:
+            self.block_ram.stream(first, last - first, step.ram_addresses)
 
     def _tell(self, step: Step, first: int, last: int) -> None:
         if self.listening and step.record is not None:

@@ -12,7 +12,7 @@ from codesign.system.bind import System
 
 if TYPE_CHECKING:
     from codesign.architectures.interface import Step
-    from codesign.components import Bus, Component, Granularity
+    from codesign.components import BlockRam, Bus, ClockDomain, Component, Granularity
 
 
 class Machine:
@@ -48,8 +48,9 @@ class Machine:
 
     @property
     def components(self) -> tuple[Component, ...]:
-        """Components and links, in the order of the platform file."""
-        return (*self.by_name.values(), *self._links.values())
+        """Components and links, in the order of the platform file, and the block RAMs of the planner."""
+        ram = getattr(self.planner, "block_ram", None)
+        return (*self.by_name.values(), *self._links.values(), *([ram] if ram is not None else []))
 
     @property
     def processors(self) -> list[tuple[Component, ProcessorComponent]]:
@@ -112,9 +113,26 @@ class Machine:
         spec = self.system.platform.components[name]
         clock = ClockDomain(int(spec.clock.value))
         if isinstance(spec, FpgaComponent):
-            return Fpga(self.environment, name, clock, self._listeners)
+            ram = self._block_ram(name, clock) if name == self.system.component else None
+            return Fpga(self.environment, name, clock, self._listeners, ram)
         costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
         return Processor(self.environment, name, clock, costs, self._listeners)
+
+    def _block_ram(self, name: str, clock: ClockDomain) -> BlockRam | None:
+        """One block RAM for all of the design, which are driven alike, with what each holds."""
+        from codesign.components import BlockRam, choose_shape
+
+        system = self.system
+        memory = system.architecture.memory(system.problem, system.planning)
+        if memory is None or system.part is None:
+            return None
+        depth, width = choose_shape(system.part.block_ram_shapes, memory.width)
+        ram = BlockRam(
+            self.environment, f"{name}.block_ram", clock, depth=depth, width=width, listeners=self._listeners
+        )
+        for content, words in memory.words.items():
+            ram.allocate(content, words)
+        return ram
 
     def _link(self, name: str) -> Bus:
         from codesign.components import Bus, ClockDomain

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
 from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps
-from codesign.architectures.interface import Demand, Step
+from codesign.architectures.interface import Demand, Memory, Step
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.harmonic.parameters import RelaxParameters
@@ -42,6 +42,12 @@ class BitSerial:
         """The fastest clock for a block of this size on the part, Hz."""
         return timing.clock_limit(*parameters.block_shape(problem.rows, problem.columns), part)
 
+    def memory(self, problem: Problem, parameters: RelaxParameters) -> Memory:
+        """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4)."""
+        blocks = parameters.block_count(problem.rows, problem.columns)
+        last = parameters.precisions[-1]
+        return Memory(resources.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
+
     def work(
         self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
     ) -> Generator[Step, None, Relaxation]:
@@ -49,24 +55,26 @@ class BitSerial:
         rows, columns = parameters.block_shape(problem.rows, problem.columns)
         blocks = parameters.block_count(problem.rows, problem.columns)
         load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])
-        yield Step(LOAD, np.array([load], np.int64))
+        yield Step(LOAD, np.array([load], np.int64), ram_addresses=1)
 
         def iteration_cost(
             precision: int,
-            block: NDArray[np.int32],  # noqa: ARG001: any block takes as long
+            block: NDArray[np.int32],  # noqa: ARG001
             iterations: NDArray[np.int64],
         ) -> NDArray[np.int64]:
             return iterations * timing.iteration_cycles(precision)
 
         switch = timing.switch_cycles(rows * columns, blocks)
-        costs = Costs(iteration_cost, visit=switch, stage_end=timing.stage_end_cycles(rows * columns))
+        costs = Costs(
+            iteration_cost, visit=switch, stage_end=timing.stage_end_cycles(rows * columns), ram_addresses=2
+        )
         plan = yield from relax_steps(problem, parameters, costs, memo, detail)
         yield self.decision(plan)
         return plan
 
     def decision(self, plan: Relaxation) -> Step:
         """One decision: the direction to take from one cell, once the plan stands."""
-        return Step(DECIDE, np.array([timing.decision_cycles(plan.precision)], np.int64))
+        return Step(DECIDE, np.array([timing.decision_cycles(plan.precision)], np.int64), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W.

@@ -77,6 +77,9 @@ class Software:
         """
         raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
 
+    def memory(self, problem: Problem, parameters: RelaxParameters) -> None:
+        """Software keeps its field in the processor's own memory."""
+
     def work(
         self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
     ) -> Generator[Step, None, Relaxation]:

@@ -14,7 +14,8 @@ from codesign.architectures.interface import Step
 from codesign.memo import Memo
 from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.relax import Relaxation, Stage, StageEnd, VisitBatch, work
+from codesign.planners.harmonic.relax import Relaxation, work
+from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 from codesign.planners.interface import Problem
 from codesign.records import StageRecord, VisitsRecord
 
@@ -36,12 +37,14 @@ class VisitCost(Protocol):
 class Costs:
     """The costs of a style: of the iterations of a visit, of a visit as such, and of the end of a stage.
 
-    Split so, costs add up: a stage costs the same told visit by visit or from its sums.
+    Split so, costs add up: a stage costs the same told visit by visit or from its sums. ``ram_addresses``: addresses
+    that each block RAM is given in every cycle (an iteration reads one word and writes another).
     """
 
     iterations: VisitCost
     visit: int = 0
     stage_end: int = 0
+    ram_addresses: int = 0
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,12 +93,12 @@ def _each_visit(
             cycles = (
                 costs.iterations(item.precision, item.block, item.iterations.astype(np.int64)) + costs.visit
             )
-            yield Step(RELAX, cycles, _visits_story(item, clock))
+            yield Step(RELAX, cycles, _visits_story(item, clock), costs.ram_addresses)
         else:
             stages.append(item.stage)
             field = item.field
             ending = [costs.stage_end] if costs.stage_end else []
-            yield Step(RELAX, np.array(ending, np.int64), _stage_story(item, clock))
+            yield Step(RELAX, np.array(ending, np.int64), _stage_story(item, clock), costs.ram_addresses)
     assert field is not None, "a schedule has at least one stage"
     return stages, field
 
@@ -117,7 +120,8 @@ def _each_stage(
         sums = memo.get(key, compute)
         block = np.arange(len(sums.iterations), dtype=np.int32)
         cycles = int(costs.iterations(precision, block, sums.iterations).sum())
-        yield Step(RELAX, np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64))
+        total = np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64)
+        yield Step(RELAX, total, ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
         field = sums.field
         if parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0:

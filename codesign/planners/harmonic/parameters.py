@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from codesign.spec import RefusalError
 
 MAX_PRECISION = 1023
 
@@ -36,7 +39,8 @@ class PrecisionRange(BaseModel):
     @model_validator(mode="after")
     def _rises(self) -> PrecisionRange:
         if self.last < self.first:
-            raise ValueError(f"last precision {self.last} is below the first, {self.first}")
+            what = f"the last precision, {self.last}, is below the first, {self.first}"
+            raise RefusalError(what, "precisions rise from stage to stage", ("last",))
         return self
 
     @property
@@ -62,7 +66,9 @@ class RelaxParameters(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
 
-    block: Annotated[tuple[Side, Side] | None, Field(description="rows and columns of one block, in nodes")] = None
+    block: Annotated[
+        tuple[Side, Side] | None, Field(description="rows and columns of one block, in nodes")
+    ] = None
     blocks: Annotated[tuple[Side, Side] | None, Field(description="number of blocks, down and across")] = None
     iterations: Annotated[
         int, Field(ge=1, le=1_000_000, description="most iterations of one visit, the paper's I")
@@ -72,7 +78,8 @@ class RelaxParameters(BaseModel):
         Field(description="fractional bits of each stage: {first, step, last}, or an explicit rising list"),
     ]
     termination: Annotated[
-        Termination, Field(description="sound: no visit of the sweep changed a bit; published: as in the paper")
+        Termination,
+        Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
     ] = Termination.SOUND
     stop: Annotated[Stop, Field(description="when the run ends")] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
 
@@ -89,16 +96,21 @@ class RelaxParameters(BaseModel):
     def _rising(cls, value: PrecisionRange | tuple[int, ...]) -> PrecisionRange | tuple[int, ...]:
         if isinstance(value, tuple):
             if not value:
-                raise ValueError("an empty schedule: at least one precision is needed")
-            for earlier, later in zip(value, value[1:], strict=False):
+                raise RefusalError("an empty schedule", "give at least one precision, such as [63]")
+            for index, (earlier, later) in enumerate(pairwise(value), 1):
                 if later <= earlier:
-                    raise ValueError(f"precisions must rise from stage to stage: {later} follows {earlier}")
+                    hint = "precisions rise from stage to stage"
+                    raise RefusalError(f"precision {later} follows {earlier}", hint, (index,))
         return value
 
     @model_validator(mode="after")
     def _one_partition(self) -> RelaxParameters:
         if (self.block is None) == (self.blocks is None):
-            raise ValueError("give exactly one of block (its rows and columns) and blocks (how many, down and across)")
+            given = "both block and blocks" if self.block else "neither block nor blocks"
+            raise RefusalError(
+                f"{given} given",
+                "give exactly one: block: [rows, columns], or blocks: [how many down, across]",
+            )
         return self
 
     @property
