@@ -50,9 +50,17 @@ def test_lines_keep_to_the_width(width: int) -> None:
     assert render_text(table, width).count("sentence") == 8 * 3
 
 
-def test_without_a_terminal_lines_are_as_long_as_they_are() -> None:
-    text = "word " * 100
-    assert text.strip() in render_text(of_words(text))
+def test_no_number_and_no_word_is_cut_where_there_is_too_little_room() -> None:
+    numbers = tuple(Cell(f"{10**12 + number:,}", number) for number in range(6))
+    long = "an-identifier-of-forty-two-characters-in-all"
+    columns = (*(Column(f"figure {n}", align="right") for n in range(6)), Column("name"))
+    text = render_text(Table("T", columns, ((*numbers, Cell(long)),)), 40)
+    for cell in (*numbers, Cell(long)):
+        assert cell.text in text
+
+
+def test_lines_of_a_file_are_bounded() -> None:
+    assert max(map(len, render_text(of_words("word " * 100)).splitlines())) <= 160
 
 
 def test_a_bar_does_not_break_a_markdown_table() -> None:

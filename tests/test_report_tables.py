@@ -117,7 +117,7 @@ def test_cycles_by_phase_add_up() -> None:
 def test_every_source_stands_once_and_names_its_figures() -> None:
     table = named(result_tables(a_result()), "Where the figures come from")
     assert values(table, "status") == ["published", "calibrated", "calibrated", "assumed", "assumed"]
-    assert table.rows[0][1].text == "slices: nodes, slices: control"
+    assert table.rows[0][1].text == "slices: nodes, control"
 
 
 def test_an_interval_shows_only_where_there_is_one() -> None:

@@ -75,7 +75,7 @@ def bokeh_script() -> str:
     """Bokeh's own script, to stand in the page."""
     from bokeh.resources import Resources
 
-    scripts = Resources(mode="inline", components=["bokeh"]).js_raw
+    scripts = Resources(mode="inline", components=["bokeh"], log_level="error").js_raw
     # A closing tag in a text of the script would end it early, an opened comment would hide its end.
     return "\n".join(scripts).replace("</script", "<\\/script").replace("<!--", "<\\!--")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable
 from typing import Any
 
@@ -61,6 +62,8 @@ def _bars(records: tuple[Record, ...]) -> list[Bar]:
             bars.append((record.source, label(record.task), record.time, record.end))
         elif isinstance(record, MessageRecord):
             bars.append((record.source, f"message: {record.name}", record.begin, record.end))
+        elif isinstance(record, StageRecord):
+            bars.append((record.source, "stages", record.begin, record.time))
     # Only the longest can be seen, and a thousand slivers would make the picture heavy.
     return sorted(bars, key=lambda bar: (bar[2] - bar[3], bar))[:_MOST_BARS]
 
@@ -90,11 +93,20 @@ def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
 
 
 def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind: str, colour: str) -> None:
-    for source in sources:
-        spans = [(begin / scale, (end - begin) / scale) for who, _, begin, end in bars if who == source]
+    from matplotlib.colors import to_rgba
+
+    # Only the first of a kind stands in the legend; an underscore keeps the others out.
+    labels = itertools.chain([kind], itertools.repeat("_"))
+    for row, source in enumerate(sources):
+        spans = sorted((begin / scale, (end - begin) / scale) for who, _, begin, end in bars if who == source)
         if spans:
-            # An edge keeps a bar in sight that is narrower than a pixel.
+            # Shades alternate, so that neighbours can be told apart; the edge keeps slivers in sight.
+            shades = [to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]
             axes.broken_barh(
-                spans, (sources.index(source) - 0.34, 0.68), color=colour, edgecolor=colour, label=kind
+                spans,
+                (row - 0.34, 0.68),
+                facecolors=shades,
+                edgecolors=colour,
+                linewidth=0.6,
+                label=next(labels),
             )
-            kind = "_" + kind.lstrip("_")

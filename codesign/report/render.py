@@ -16,7 +16,8 @@ from pathlib import Path
 from codesign.report.files import write_atomically
 from codesign.report.table import Cell, Column, Table
 
-_UNBOUNDED = 4000
+_WIDTH_OF_FILES = 160
+_MOST = 10_000
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
@@ -25,12 +26,13 @@ _MARKDOWN = re.compile(r"([\\`*\[\]|#~])")
 def render_text(table: Table, width: int | None = None, *, styled: bool | None = None) -> str:
     """The table as lines of text.
 
-    ``width``: columns of the terminal; None takes those of the terminal on standard output, and lets lines be
-    as long as they are where there is none. ``styled``: bold headings and rows by escape codes; None:
-    only on a terminal.
+    ``width``: columns of the terminal; None takes those of the terminal on standard output, 160 where there is
+    none. No number and no word is ever cut: a table that needs more room takes it. ``styled``: bold headings
+    and rows by escape codes; None: only on a terminal.
     """
     from rich import box
     from rich.console import Console
+    from rich.measure import Measurement
     from rich.table import Table as RichTable
     from rich.text import Text
 
@@ -39,7 +41,7 @@ def render_text(table: Table, width: int | None = None, *, styled: bool | None =
     if styled is None:
         styled = on_terminal
     if width is None:
-        width = terminal.width if on_terminal else _UNBOUNDED
+        width = terminal.width if on_terminal else _WIDTH_OF_FILES
     shown = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, header_style="bold", show_edge=False)
     for column in table.columns:
         shown.add_column(
@@ -54,7 +56,7 @@ def render_text(table: Table, width: int | None = None, *, styled: bool | None =
     out = io.StringIO()
     console = Console(
         file=out,
-        width=width,
+        width=max(width, Measurement.get(terminal, terminal.options.update(width=_MOST), shown).minimum),
         force_terminal=styled,
         color_system="standard" if styled else None,
         legacy_windows=False,

@@ -258,16 +258,17 @@ def physical_table(result: Result) -> Table:
 
 def sources_table(results: Iterable[Result]) -> Table:
     """Where the figures come from: each source once, with its status and the figures that rest on it."""
-    figures: dict[tuple[str, str], dict[str, None]] = {}
+    figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
     for result in results:
-        for name, status, source in _sources(result):
-            figures.setdefault((status, source), {})[name] = None
+        for name, item, status, source in _sources(result):
+            items = figures.setdefault((status, source), {}).setdefault(name, {})
+            items |= {item: None} if item else {}
     lines = sorted(figures.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
     left_out = len(lines) - _MOST_SOURCES
     return Table(
         "Where the figures come from",
         left("status", "figures", "source"),
-        tuple(words(status, ", ".join(names), source) for (status, source), names in lines[:_MOST_SOURCES]),
+        tuple(words(status, _listed(names), source) for (status, source), names in lines[:_MOST_SOURCES]),
         (f"{plural(left_out, 'more source')} in the JSON",) if left_out > 0 else (),
     )
 
@@ -275,15 +276,20 @@ def sources_table(results: Iterable[Result]) -> Table:
 _STRENGTH = ["published", "calibrated", "measured", "assumed"]
 
 
-def _sources(result: Result) -> Iterable[tuple[str, str, str]]:
+def _listed(names: dict[str, dict[str, None]]) -> str:
+    return "; ".join(f"{name}: {', '.join(items)}" if items else name for name, items in names.items())
+
+
+def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
+    """Each figure with a source: its name, the item of it or nothing, status and source."""
     for use in result.resources:
         for item in use.items:
-            yield f"{label(use.resource)}: {item.name}", item.status.value, item.source
+            yield label(use.resource), item.name, item.status.value, item.source
     if result.clock is not None:
-        yield "clock limit", result.clock.limit.status.value, result.clock.limit.source
+        yield "clock limit", "", result.clock.limit.status.value, result.clock.limit.source
     if result.power is not None:
-        yield "static power", result.power.static.status.value, result.power.static.source
-        yield "dynamic power", result.power.dynamic.status.value, result.power.dynamic.source
+        yield "static power", "", result.power.static.status.value, result.power.static.source
+        yield "dynamic power", "", result.power.dynamic.status.value, result.power.dynamic.source
 
 
 def comparison_table(results: Sequence[tuple[str, Result]]) -> Table:

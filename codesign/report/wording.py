@@ -33,7 +33,12 @@ _WHOLE = {
 }
 _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
-_LABELS = {"lut4": "LUT4", "block_rams": "block RAMs", "local_maxima": "local maxima"}
+_LABELS = {
+    "lut4": "LUT4",
+    "flip_flops": "flip-flops",
+    "block_rams": "block RAMs",
+    "local_maxima": "local maxima",
+}
 
 
 def label(name: str) -> str:
