@@ -6,6 +6,8 @@ from codesign.architectures.harmonic import timing
 from codesign.figures import Status
 from codesign.reproduce.model import Progress, Reproduction, Row
 
+QUICK = ("A quick run: fewer and smaller maps than those of the full one, whose figures may differ.",)
+
 
 def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduction:
     """Every row of the paper that the model can be held against, with plots and findings.
@@ -43,7 +45,7 @@ def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduct
         paper="Girau, Boumaza, Scherrer, Torres-Huitzil 2008, Block-synchronous harmonic control",
         rows=(*tables, *speed_rows(speed), *figure_rows(*figures)),
         figures=(bits, iterations, still.plot, shares),
-        findings=(*_fit_findings(tables), *speed_findings(speed), *figure_findings(*figures)),
+        findings=(*QUICK * quick, *_fit_findings(tables), *speed_findings(speed), *figure_findings(*figures)),
     )
 
 
