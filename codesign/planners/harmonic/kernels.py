@@ -305,7 +305,7 @@ def _around(layout, ring, at):
     return _load(ring, at - 1), _load(ring, at + 1), east, west
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _needed(planes, at, step, count, least, signed):
     """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
     while count > least:
@@ -318,7 +318,7 @@ def _needed(planes, at, step, count, least, signed):
     return count
 
 
-@njit(cache=True)
+@njit(cache=True, inline="always")
 def _iterate_group(layout, ring, free, source, target, width, signed):
     """One iteration of eight words of a block."""
     step = layout.plane
@@ -360,7 +360,9 @@ def _iterate(layout, state, block, source, target, uniform, signed):
     for column in range(layout.first, layout.end, layout.stride):
         for word in range(column, column + layout.rows, LANES):
             here = from_width + word // LANES
-            width = uniform if signed else max(_get(widths, here - 1), _get(widths, here), _get(widths, here + 1))
+            width = (
+                uniform if signed else max(_get(widths, here - 1), _get(widths, here), _get(widths, here + 1))
+            )
             if layout.columns > 1 and not signed:
                 width = max(width, _get(widths, here - aside), _get(widths, here + aside))
             needed = 0
@@ -380,75 +382,135 @@ def _iterate(layout, state, block, source, target, uniform, signed):
     return most
 
 
+@njit(cache=True, inline="always")
+def _carry_on(planes, at, step, plane, have, carry):
+    """Add a carry from ``plane`` on to an unsigned number of ``have`` planes; the planes it has then."""
+    while _any(carry):
+        here = at + plane * step
+        digit = _load(planes, here) if plane < have else _zeros()
+        _store(planes, here, digit ^ carry)
+        carry &= digit
+        plane += 1
+    return max(have, plane)
+
+
+@njit(cache=True, inline="always")
+def _sum_steps(ring, steps, slots, visit, at, step, width, have):
+    """Add four unsigned steps of ``width`` planes to a group of ``visit``; the planes it has then, about."""
+    s0, s1, s2, s3 = slots
+    a = b = c = d = _zeros()
+    for plane in range(width):
+        digit = _load(visit, at + plane * step) if plane < have else _zeros()
+        t0, t1, t2, t3 = (
+            _load(ring, s0 + steps),
+            _load(ring, s1 + steps),
+            _load(ring, s2 + steps),
+            _load(ring, s3 + steps),
+        )
+        first = t0 ^ t1 ^ t2
+        second = t3 ^ digit ^ a
+        third = first ^ second ^ b
+        _store(visit, at + plane * step, third ^ c ^ d)
+        d = _majority(third, c, d)
+        a, b, c = _majority(t0, t1, t2), _majority(t3, digit, a), _majority(first, second, b)
+        steps += step
+    digit = _load(visit, at + width * step) if width < have else _zeros()
+    first = a ^ b ^ c
+    _store(visit, at + width * step, first ^ d ^ digit)
+    a, b = _majority(a, b, c), _majority(first, d, digit)
+    digit = _load(visit, at + (width + 1) * step) if width + 1 < have else _zeros()
+    _store(visit, at + (width + 1) * step, a ^ b ^ digit)
+    return _carry_on(visit, at, step, width + 2, max(have, width + 2), _majority(a, b, digit))
+
+
+@njit(cache=True)
+def _sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
+    """``_sum_steps`` in two's complement."""
+    total = max(have, width + 2) + 1
+    x = t0 = t1 = t2 = t3 = a = b = c = d = _zeros()
+    for plane in range(total):
+        if plane < width:
+            t0, t1 = _load(ring, slots[0] + steps), _load(ring, slots[1] + steps)
+            t2, t3 = _load(ring, slots[2] + steps), _load(ring, slots[3] + steps)
+            steps += step
+        if plane < have:
+            x = _load(visit, at)
+        first = t0 ^ t1 ^ t2
+        second = t3 ^ x ^ a
+        third = first ^ second ^ b
+        _store(visit, at, third ^ c ^ d)
+        d = _majority(third, c, d)
+        a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
+        at += step
+    return total
+
+
 @njit(cache=True)
 def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
     """Add the steps of four slots of the ring to what the visit added so far."""
     step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
     slot = layout.planes * step
+    slots = s0 * slot, s1 * slot, s2 * slot, s3 * slot
     for word in range(layout.first, layout.end, LANES):
         group = word // LANES
-        width = uniform if signed else max(
-            _get(widths, s0 * groups + group),
-            _get(widths, s1 * groups + group),
-            _get(widths, s2 * groups + group),
-            _get(widths, s3 * groups + group),
-        )
-        if width == 0:
-            continue
-        count = _get(state.visit_width, group)
-        total = max(count, width + 2) + 1
-        x = t0 = t1 = t2 = t3 = a = b = c = d = _zeros()
-        at, steps = word, word + 2 * step
-        for plane in range(total):
-            if plane < width:
-                t0, t1 = _load(ring, s0 * slot + steps), _load(ring, s1 * slot + steps)
-                t2, t3 = _load(ring, s2 * slot + steps), _load(ring, s3 * slot + steps)
-                steps += step
-            elif not signed:
-                t0 = t1 = t2 = t3 = _zeros()
-            if plane < count:
-                x = _load(visit, at)
-            elif not signed:
-                x = _zeros()
-            first = t0 ^ t1 ^ t2
-            second = t3 ^ x ^ a
-            third = first ^ second ^ b
-            _store(visit, at, third ^ c ^ d)
-            carry = _majority(third, c, d)
-            a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
-            d = carry
-            at += step
-        _put(state.visit_width, group, _needed(visit, word, step, total, 0, signed))
+        have = _get(state.visit_width, group)
+        if signed:
+            have = _sum_signed_steps(ring, word + 2 * step, slots, visit, word, step, uniform, have)
+        else:
+            width = max(
+                _get(widths, s0 * groups + group),
+                _get(widths, s1 * groups + group),
+                _get(widths, s2 * groups + group),
+                _get(widths, s3 * groups + group),
+            )
+            if width == 0:
+                continue
+            have = _sum_steps(ring, word + 2 * step, slots, visit, word, step, width, have)
+        _put(state.visit_width, group, _needed(visit, word, step, have, 0, signed))
+
+
+@njit(cache=True, inline="always")
+def _add(planes, at, have, gains, source, count, right, left, select, step, signed):
+    """Add gains, shifted ``right``, then ``left``, where selected, to a number; the planes it has then, about.
+
+    Both numbers are given by the word of their lowest plane and how many planes they have.
+    """
+    x = y = carry = _zeros()
+    for plane in range(count):
+        x = ((_load(gains, source + plane * step) >> right) << left) & select
+        if plane < have:
+            y = _load(planes, at + plane * step)
+        elif not signed:
+            y = _zeros()
+        _store(planes, at + plane * step, x ^ y ^ carry)
+        carry = _majority(x, y, carry)
+    if not signed:
+        return _carry_on(planes, at, step, count, max(have, count), carry)
+    total = max(have, count) + 1
+    for plane in range(count, total):
+        if plane < have:
+            y = _load(planes, at + plane * step)
+        _store(planes, at + plane * step, x ^ y ^ carry)
+        carry = _majority(x, y, carry)
+    return total
 
 
 @njit(cache=True)
 def _add_visit(layout, state, block, signed):
     """Add what the visit added to d of its block."""
-    step, visit, odometer = layout.plane, state.visit, state.odometer
-    base = block * layout.planes * step
+    none, everything = _spread(np.uint64(0)), _spread(~np.uint64(0))
+    base = block * layout.planes * layout.plane
     for word in range(layout.first, layout.end, LANES):
         count = _get(state.visit_width, word // LANES)
-        if count == 0:
-            continue
-        group = block * layout.groups + word // LANES
-        have = _get(state.odometer_width, group)
-        total = max(have, count) + 1
-        x = y = carry = _zeros()
-        for plane in range(total):
-            if plane < count:
-                x = _load(visit, plane * step + word)
-            elif not signed:
-                x = _zeros()
-            at = base + plane * step + word
-            if plane < have:
-                y = _load(odometer, at)
-            elif not signed:
-                y = _zeros()
-            _store(odometer, at, x ^ y ^ carry)
-            carry = _majority(x, y, carry)
-        width = _needed(odometer, base + word, step, total, 0, signed)
-        _put(state.odometer_width, group, width)
-        _put(state.deepest, block, max(_get(state.deepest, block), width))
+        if count > 0:
+            group = block * layout.groups + word // LANES
+            at, have = base + word, _get(state.odometer_width, group)
+            have = _add(
+                state.odometer, at, have, state.visit, word, count, none, none, everything, layout.plane, signed
+            )
+            width = _needed(state.odometer, at, layout.plane, have, 0, signed)
+            _put(state.odometer_width, group, width)
+            _put(state.deepest, block, max(_get(state.deepest, block), width))
 
 
 @njit(cache=True)
@@ -497,7 +559,10 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
     base, mask = block * layout.planes * step, block * step
     for word in range(0, vectors * LANES, LANES):
         # Words taken from the middle of a group may come from two.
-        count = max(_get(state.visit_width, (source + word) // LANES), _get(state.visit_width, (source + word + 7) // LANES))
+        count = max(
+            _get(state.visit_width, (source + word) // LANES),
+            _get(state.visit_width, (source + word + 7) // LANES),
+        )
         selected = select & _load(state.mask, mask + target + word)
         gained = _zeros()
         for plane in range(count):
@@ -506,24 +571,15 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
             continue
         group = block * layout.groups + (target + word) // LANES
         have = _get(state.width, group) + 2
-        total = max(have + 1 if signed else have, count) + 1
         if signed:
-            _widen(layout, state, block, total)
-            have = total
-        x = y = carry = _zeros()
-        for plane in range(total):
-            if plane < count:
-                x = ((_load(visit, plane * step + source + word) >> right) << left) & selected
-            elif not signed:
-                x = _zeros()
-            at = base + plane * step + target + word
-            y = _load(residual, at) if plane < have else _zeros()
-            _store(residual, at, x ^ y ^ carry)
-            carry = _majority(x, y, carry)
+            have = max(have + 1, count)
+            _widen(layout, state, block, have + 1)
+        at = base + target + word
+        have = _add(residual, at, have, visit, source + word, count, right, left, selected, step, signed)
         if signed:
             _trim(layout, state, block, signed)
         else:
-            width = _needed(residual, base + target + word, step, total, 2, signed) - 2
+            width = _needed(residual, at, step, have, 2, signed) - 2
             _put(state.width, group, width)
             _put(state.active, block, max(_get(state.active, block), width))
 
@@ -547,7 +603,16 @@ def _push_all(layout, state, block, signed):
         if row > 0:
             select = _one_lane(lane)
             _push(
-                layout, state, block - layout.across, top - lane, top + bottom - lane, 1, none, none, select, signed
+                layout,
+                state,
+                block - layout.across,
+                top - lane,
+                top + bottom - lane,
+                1,
+                none,
+                none,
+                select,
+                signed,
             )
         if row < layout.down - 1:
             select = _one_lane(0)
@@ -578,7 +643,9 @@ def _leave(layout, state, block, slot, signed):
         group = word // LANES
         width = _get(state.ring_width, slot * layout.groups + group)
         for plane in range(width + 2):
-            _store(state.residual, base + plane * step + word, _load(state.ring, from_slot + plane * step + word))
+            _store(
+                state.residual, base + plane * step + word, _load(state.ring, from_slot + plane * step + word)
+            )
         _put(state.width, block * layout.groups + group, width)
 
 
