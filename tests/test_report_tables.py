@@ -21,6 +21,7 @@ from codesign.report import (
     result_tables,
     study_table,
 )
+from codesign.report.reproduction_tables import error_text
 from codesign.report.study_tables import fixed_axes, short_names, study_counts, summary, varying_axes
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
@@ -94,6 +95,21 @@ def test_the_reproduction_reads_as_agreed() -> None:
         "Table 3, Section 5.4",
         "Section 5.4",
     ]
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (0.0, "0 %"),
+        (1e-9, "<0.001 %"),
+        (9e-5, "+0.009 %"),
+        (-0.0043, "-0.43 %"),
+        (0.996, "+100 %"),
+        (2.46, "+246 %"),
+    ],
+)
+def test_errors_are_told_with_their_sign_and_no_exponent(error: float, text: str) -> None:
+    assert error_text(error) == text
 
 
 def test_a_point_that_was_never_run_has_no_tables_of_a_run() -> None:

@@ -75,7 +75,7 @@ def front_picture(
     from matplotlib.ticker import PercentFormatter
 
     with style():
-        picture, axes = canvas((7.6, 4.6))
+        picture, axes = canvas((7.6, 5.0))
         scaled = _scaled(values, (x, y), axes)
         shades, norm = _shades(study, positions, colour)
         _scatter(study, axes, positions, scaled, shades, norm, shapes)
@@ -85,7 +85,9 @@ def front_picture(
             bar.set_label(label(colour.value))
             if colour is ResultFigure.SHARE_REACHING_GOAL:
                 bar.formatter = PercentFormatter(1)
-        axes.legend(loc="best", frameon=False, fontsize=8)
+        legend = picture.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
+        if shades is not None:
+            _in_grey(legend)
         title = f"{label(y.value)} against {label(x.value)}"
         axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
         data = picture_bytes(picture, format)
@@ -197,6 +199,8 @@ def _scaled(
     values: NDArray[np.float64], figures: tuple[ResultFigure, ResultFigure], axes: Any
 ) -> NDArray[np.float64]:
     """The values in units that suit them; labels and scales of the two axes are set alike."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     scaled = values.copy()
     for number, (figure, axis) in enumerate(zip(figures, (axes.xaxis, axes.yaxis), strict=True)):
         size, unit = prefix(scaled[:, number].tolist(), figure.unit)
@@ -205,9 +209,18 @@ def _scaled(
         least, most = scaled[:, number].min(), scaled[:, number].max()
         if wants_logarithm(least, most):
             (axes.set_xscale if number == 0 else axes.set_yscale)("log")
+            axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+            axis.set_minor_formatter(NullFormatter())
+            axis.set_major_formatter(_number)
+        elif most >= 10_000:
+            axis.set_major_formatter(_number)
     axes.grid(True, color="0.9", linewidth=0.6, zorder=0)
     axes.set_axisbelow(True)
     return scaled
+
+
+def _number(value: float, _place: int | None = None) -> str:
+    return f"{value:,.10g}"
 
 
 def _shades(study: Study, positions: Sequence[int], colour: ResultFigure | None) -> tuple[Any, Any]:
@@ -272,6 +285,16 @@ def _scatter(
                 label=", ".join(filter(None, [level, "front of all objectives" if on_front else "others"])),
                 **colour,
             )
+
+
+def _in_grey(legend: Any) -> None:
+    """Leave colour to the colour bar: a marker in the legend would take that of some point."""
+    from matplotlib.collections import PathCollection
+
+    for handle in legend.legend_handles:
+        if isinstance(handle, PathCollection):
+            handle.set_array(None)
+            handle.set_facecolor("0.75")
 
 
 def _staircase(

@@ -125,7 +125,9 @@ def error_text(error: float) -> str:
     if error == 0:
         return "0 %"
     percent = 100 * error
-    return f"{percent:+.0f} %" if abs(percent) >= 100 else f"{percent:+.2g} %"
+    if abs(percent) < 0.001:
+        return "<0.001 %"
+    return f"{percent:+.0f} %" if abs(percent) >= 10 else f"{percent:+.2g} %"
 
 
 def _figure(value: float | str | None, unit: str) -> Cell:

@@ -83,7 +83,7 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
     for position, point in enumerate(study.points):
         rows.append(
             (
-                count_cell(point.index),
+                _number(point),
                 *_axis_cells(point, axes),
                 *_figure_cells(point, figures),
                 _yes(position in feasible),
@@ -121,7 +121,7 @@ def front_table(study: Study) -> Table:
 
     rows = tuple(
         (
-            count_cell(point.index),
+            _number(point),
             *_axis_cells(point, axes),
             *_figure_cells(point, objectives),
         )
@@ -151,7 +151,7 @@ def best_table(study: Study) -> Table:
         rows.append(
             (
                 Cell(_aim(objective), objective.value),
-                count_cell(point.index),
+                _number(point),
                 *_axis_cells(point, axes),
                 *_figure_cells(point, objectives),
             )
@@ -174,7 +174,7 @@ def nearest_table(study: Study) -> Table:
 def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
     axes = varying_axes(study)
     rows = tuple(
-        (count_cell(point.index), *_axis_cells(point, axes), Cell(why := why_not(point), why))
+        (_number(point), *_axis_cells(point, axes), Cell(why := why_not(point), why))
         for point in (study.points[position] for position in positions)
     )
     return Table(title, (*right("point"), *left(*short_names(axes), "why")), rows)
@@ -246,6 +246,10 @@ def _axis_cells(point: Outcome, axes: Sequence[str]) -> tuple[Cell, ...]:
 
 def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
     return tuple(figure_cell(figure, point.figure(figure)) for figure in figures)
+
+
+def _number(point: Outcome) -> Cell:
+    return Cell(str(point.index), point.index)
 
 
 def _aim(objective: ResultFigure) -> str:

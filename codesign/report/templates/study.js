@@ -79,6 +79,7 @@
       row.classList.toggle("chosen", chosen.has(i));
       columns.forEach((column, number) => {
         const cell = made("td", undefined, { class: column.right ? "right" : "left" });
+        cell.classList.toggle("short", column.text(i).length <= 28);
         if (number === 0 && plots && data.feasible[i]) {
           const button = made("button", column.text(i), { type: "button", "aria-pressed": String(chosen.has(i)), "data-place": i });
           button.title = "show in the plot";
