@@ -77,7 +77,7 @@ class VisitsRecord(Record):
 class StageRecord(Record):
     """A stage that converged at ``time``, with its costs and the potential it left.
 
-    ``potential``: float32 array, rows × columns, the exact field rounded for the eye. It is not the result.
+    ``potential``: float64 array, rows × columns, the exact field rounded for the eye. It is not the result.
     """
 
     begin: int
@@ -88,7 +88,7 @@ class StageRecord(Record):
     iterations: int
     cycles: int
     local_maxima: int
-    potential: NDArray[np.float32]
+    potential: NDArray[np.float64]
 
 
 @dataclass(frozen=True)

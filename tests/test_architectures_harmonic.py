@@ -299,7 +299,7 @@ def test_records_tell_visits_and_stages_with_their_times() -> None:
     assert [record.precision for record in stages] == [5, 9]
     assert stages[1].begin == stages[0].time
     assert stages[0].begin == int(steps[0].cycles.sum())
-    assert stages[1].potential.dtype == np.float32
+    assert stages[1].potential.dtype == np.float64
     assert stages[1].potential[0, 0] == 1.0
     visits = [record for record in records if isinstance(record, VisitsRecord)]
     assert sum(int(record.iterations.sum()) for record in visits) == plan.total_iterations

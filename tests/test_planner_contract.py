@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 from dataclasses import asdict
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -133,9 +134,7 @@ def test_trajectories_stay_in_free_space(case: tuple[Planner, Any], problem: Pro
         assert points.dtype == np.float64
         assert points.shape[1] == 2
         # Every point of the way between the samples too: ten steps between each pair.
-        dense = np.concatenate(
-            [np.linspace(a, b, 11) for a, b in zip(points, points[1:], strict=False)] or [points]
-        )
+        dense = np.concatenate([np.linspace(a, b, 11) for a, b in pairwise(points)] or [points])
         cells = np.floor(dense + 0.5).astype(int)
         assert problem.free[cells[:, 0], cells[:, 1]].all()
         last = tuple(int(value) for value in np.floor(points[-1] + 0.5))

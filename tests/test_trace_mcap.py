@@ -35,7 +35,7 @@ def a_run(seed: int = 1) -> list[Record]:
     rng = np.random.default_rng(seed)
     block = rng.integers(0, 4, 50, dtype=np.int32)
     iterations = rng.integers(1, 9, 50, dtype=np.int32)
-    potential = rng.random((2, 3), dtype=np.float32)
+    potential = rng.random((2, 3), dtype=np.float64)
     return [
         MapRecord(0, "host", FREE, np.array([[0, 2], [1, 1]], dtype=np.int32), 0.05),
         MessageRecord(0, "pci", "host", "fpga", "map", 9504, 12, 1_234_567),
@@ -124,10 +124,10 @@ def test_the_map_and_the_potential_are_foxglove_grids() -> None:
     data = json.loads(encode(stage))
     assert data["timestamp"] == {"sec": 0, "nsec": 8000}
     assert data["time"] == 8_000_001
-    assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 12, 4)
-    assert data["fields"] == [{"name": "potential", "offset": 0, "type": 7}]
+    assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 24, 8)
+    assert data["fields"] == [{"name": "potential", "offset": 0, "type": 8}]
     assert isinstance(stage, StageRecord)
-    values = np.frombuffer(base64.b64decode(data["data"]), "<f4").reshape(2, 3)
+    values = np.frombuffer(base64.b64decode(data["data"]), "<f8").reshape(2, 3)
     assert np.array_equal(values[::-1], stage.potential)
 
 

@@ -49,7 +49,7 @@ def any_records(draw: st.DrawFn) -> Record:
                 arrays(np.int32, (visits,)),
             ),
             st.builds(
-                StageRecord, times, st.just("fpga"), *[times] * 8, arrays(np.float32, shape),
+                StageRecord, times, st.just("fpga"), *[times] * 8, arrays(np.float64, shape),
             ),
             st.builds(
                 TrajectoryRecord, times, st.text(), arrays(np.float64, (visits, 2)), st.booleans(),

@@ -106,18 +106,18 @@ def test_a_cut_file_says_so(tmp_path: Path) -> None:
 
 def test_a_thumbnail_rises_towards_the_goal_and_shows_walls() -> None:
     """A corridor whose potential doubles from cell to cell: the steps of the logarithm are even."""
-    potential = np.array([2.0 ** np.arange(-8, 0)], dtype=np.float32)
+    potential = np.array([2.0 ** np.arange(-8, 0)], dtype=np.float64)
     assert thumbnail(potential, width=8) == [SHADES]
     free = np.ones((1, 8), dtype=bool)
     free[0, 3] = False
     assert thumbnail(potential, free, width=8) == [SHADES[:3] + WALL + SHADES[4:]]
-    assert thumbnail(np.zeros((2, 3), np.float32)) == ["   ", "   "]
+    assert thumbnail(np.zeros((2, 3), np.float64)) == ["   ", "   "]
     # Twice as wide as the picture: cells are joined two by four, each shows its greatest value.
     joined = thumbnail(np.repeat(np.repeat(potential, 4, axis=0), 2, axis=1), width=8)
     assert joined == [SHADES]
 
 
-@given(npst.arrays(np.float32, st.tuples(st.integers(0, 30), st.integers(0, 30))), st.integers(1, 20))
+@given(npst.arrays(np.float64, st.tuples(st.integers(0, 30), st.integers(0, 30))), st.integers(1, 20))
 def test_any_field_has_a_thumbnail_of_its_width(potential: np.ndarray, width: int) -> None:
     lines = thumbnail(potential, width=width)
     assert all(1 <= len(line) <= width for line in lines)

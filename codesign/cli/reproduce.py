@@ -26,7 +26,13 @@ def reproduce(paper: str, quick: bool, page: Path | None, plots: Path | None, as
     written = papers.write_plots(reproduction, plots) if plots is not None else ()
     if page is not None:
         pictures = [
-            Picture(plot.title, f"{plot.title}: {plot.published}", "svg", papers.plot_svg(plot).encode(), plot.published)
+            Picture(
+                plot.title,
+                f"{plot.title}: {plot.published}",
+                "svg",
+                papers.plot_svg(plot).encode(),
+                plot.published,
+            )
             for plot in reproduction.figures
         ]
         reproduction_page(reproduction, page, pictures=pictures)

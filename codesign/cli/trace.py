@@ -39,7 +39,9 @@ def info(file: Path, as_json: bool) -> None:
 @trace.command(short_help="The story of the run.")
 @click.argument("file", type=_FILE)
 @click.option("--topic", "topics", multiple=True, help="Only this topic; may be given again.")
-@click.option("--limit", type=click.IntRange(1), default=200, show_default=True, help="At most so many lines.")
+@click.option(
+    "--limit", type=click.IntRange(1), default=200, show_default=True, help="At most so many lines."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the lines as JSON, one a line.")
 def show(file: Path, topics: tuple[str, ...], limit: int, as_json: bool) -> None:
     """Print the records of the trace FILE in the order of time, and the potential of the last stage."""

@@ -124,7 +124,9 @@ def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
     except MapError as wrong:
         # A generator names the parameter at fault, which is a key of the workload; a reader names a place in its file.
         generated = workload.map_file is None and wrong.where is not None
-        path = ("problem", "map", wrong.where) if generated else ("problem", "map")
+        path: tuple[str | int, ...] = ("problem", "map")
+        if generated and wrong.where is not None:
+            path = (*path, wrong.where)
         what = wrong.what if generated or wrong.where is None else f"{wrong.where}: {wrong.what}"
         return None, [fault(workload, path, what, wrong.hint)]
     problem = workload.problem

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import RunError
@@ -183,5 +184,5 @@ def _route(system: System, origin: str, target: str) -> list[tuple[str, str, str
             system.platform.name,
             "add a link between them under links:",
         ) from None
-    hops = zip(way, way[1:], strict=False)
+    hops = pairwise(way)
     return [(min(edge["link"] for edge in graph[a][b].values()), a, b) for a, b in hops]

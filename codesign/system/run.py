@@ -146,13 +146,13 @@ def _run_fields(
         "time": times,
         "cycles": machine.cycles(),
         **planner.figures(plan),
-        "energy": _energy(system, machine, power),
+        "energy": _energy(machine, power),
         "utilisation": {component.name: component.busy / machine.now for component in machine.components},
         "quality": quality,
     }
 
 
-def _energy(system: System, machine: Machine, power: Power | None) -> Energy:
+def _energy(machine: Machine, power: Power | None) -> Energy:
     """Static power over the whole time and dynamic power over the busy time; processors by their own figures."""
     span = machine.now / 1e12
     fpga = 0.0

@@ -3,7 +3,7 @@ documents.
 
 Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
 first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
-1 for an obstacle (field ``occupied``); a potential is one float32 a cell (field ``potential``). The map lies
+1 for an obstacle (field ``occupied``); a potential is one float64 a cell (field ``potential``). The map lies
 1 cm lower than the potential, so that the two don't flicker in one plane.
 """
 
@@ -20,7 +20,7 @@ from codesign.errors import TraceError
 
 # foxglove.NumericType
 _UINT8 = 1
-_FLOAT32 = 7
+_FLOAT64 = 8
 
 _VECTOR = {axis: {"type": "number"} for axis in ("x", "y", "z")}
 
@@ -72,15 +72,15 @@ GRID_REQUIRED = tuple(GRID_PROPERTIES)
 
 
 def encode_grid(values: NDArray[Any], time: int, cell_size: float) -> dict[str, Any]:
-    """The standard fields of a grid: a bool array of free cells, or a float32 potential, rows × columns.
+    """The standard fields of a grid: a bool array of free cells, or a float64 potential, rows × columns.
 
     Raises:
         TraceError: it is neither.
     """
-    if values.ndim != 2 or values.dtype not in (np.dtype(bool), np.dtype(np.float32)):
+    if values.ndim != 2 or values.dtype not in (np.dtype(bool), np.dtype(np.float64)):
         raise TraceError(f"no grid: an array of {values.ndim} dimensions and {values.dtype}")
     is_map = values.dtype == bool
-    cells = (~values).view(np.uint8) if is_map else values.astype("<f4")
+    cells = (~values).view(np.uint8) if is_map else values.astype("<f8")
     seconds, rest = divmod(time, 10**12)
     return {
         "timestamp": {"sec": seconds, "nsec": rest // 1000},
@@ -97,7 +97,7 @@ def encode_grid(values: NDArray[Any], time: int, cell_size: float) -> dict[str, 
             {
                 "name": "occupied" if is_map else "potential",
                 "offset": 0,
-                "type": _UINT8 if is_map else _FLOAT32,
+                "type": _UINT8 if is_map else _FLOAT64,
             }
         ],
         "data": base64.b64encode(np.flipud(cells).tobytes()).decode("ascii"),
@@ -105,13 +105,13 @@ def encode_grid(values: NDArray[Any], time: int, cell_size: float) -> dict[str, 
 
 
 def decode_grid(message: dict[str, Any], dtype: np.dtype[Any], most_cells: int) -> NDArray[Any]:
-    """The array that ``encode_grid`` was given, of ``dtype`` bool or float32.
+    """The array that ``encode_grid`` was given, of ``dtype`` bool or float64.
 
     Raises:
         TraceError: the message holds no such grid, or one of more than ``most_cells`` cells.
     """
     is_map = dtype == np.dtype(bool)
-    itemsize = 1 if is_map else 4
+    itemsize = 1 if is_map else 8
     columns, text = message.get("column_count"), message.get("data")
     if type(columns) is not int or not 0 < columns <= most_cells or not isinstance(text, str):
         raise TraceError("a grid without columns or data")
@@ -126,7 +126,7 @@ def decode_grid(message: dict[str, Any], dtype: np.dtype[Any], most_cells: int) 
             raise TraceError("a map with cells that are neither free nor occupied")
         free: NDArray[Any] = np.flipud(cells) == 0
         return free
-    return np.flipud(np.frombuffer(data, "<f4").reshape(-1, columns)).astype(np.float32)
+    return np.flipud(np.frombuffer(data, "<f8").reshape(-1, columns)).astype(np.float64)
 
 
 def decode_base64(text: Any) -> bytes:

@@ -19,8 +19,8 @@ from codesign.errors import TraceError
 MAX_FILE_BYTES = 2**32
 """Bytes of a file: 4 GiB."""
 
-MAX_RECORD_BYTES = 2**27
-"""Bytes of one record, and of a chunk when decompressed: a grid of 2^24 float32 cells fits."""
+MAX_RECORD_BYTES = 2**28
+"""Bytes of one record, and of a chunk when decompressed: a grid of 2^24 float64 cells fits."""
 
 _MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")

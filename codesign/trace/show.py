@@ -179,7 +179,7 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
         TraceError: see ``Trace.records``.
     """
     free: NDArray[np.bool_] | None = None
-    potential: NDArray[np.float32] | None = None
+    potential: NDArray[np.float64] | None = None
     for record in trace.records():
         if isinstance(record, MapRecord):
             free = record.free
@@ -193,7 +193,7 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
 
 
 def thumbnail(
-    potential: NDArray[np.float32], free: NDArray[np.bool_] | None = None, width: int = 72
+    potential: NDArray[np.float64], free: NDArray[np.bool_] | None = None, width: int = 72
 ) -> list[str]:
     """A potential as lines of at most ``width`` characters.
 
@@ -204,7 +204,7 @@ def thumbnail(
     falls off exponentially along corridors. Each shows the greatest value of its cells, or a wall where most
     are obstacles.
 
-    >>> thumbnail(np.array([[0.001, 0.03, 1.0]], dtype=np.float32), np.array([[True, True, True]]), width=3)
+    >>> thumbnail(np.array([[0.001, 0.03, 1.0]], dtype=np.float64), np.array([[True, True, True]]), width=3)
     ['·=@']
     """
     rows, columns = potential.shape

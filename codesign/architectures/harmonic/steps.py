@@ -188,7 +188,7 @@ def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str]
             iterations=item.stage.iterations,
             cycles=item.stage.cycles,
             local_maxima=item.stage.local_maxima,
-            potential=item.field.to_float().astype(np.float32),
+            potential=item.field.to_float(),
         )
 
     return tell
