@@ -41,7 +41,7 @@ class ResourceItem(_Model):
 
 
 class ResourceUse(_Model):
-    """One kind of resource of the part: what is asked for, what there is; ``gap`` = demand - budget, 0 where it fits."""
+    """One kind of resource of the part, asked for and there; ``gap`` = demand - budget, 0 where it fits."""
 
     resource: str
     demand: int
