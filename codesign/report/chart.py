@@ -99,7 +99,9 @@ def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str
 
 def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[str, Any]:
     values = [study.points[position].figure(figure) for position in kept]
-    known = [value for value in values if value is not None and math.isfinite(value)]
+    # Points that are not feasible have figures too, but are not plotted.
+    plotted = [study.points[position].figure(figure) for position in kept if study.points[position].feasible]
+    known = [value for value in plotted if value is not None and math.isfinite(value)]
     size, unit = prefix(known, figure.unit)
     return {
         "name": label(figure.value),
