@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,28 +23,45 @@ SPARE_PLANES = 48
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: room made above the planes in use, whenever room is made. It changes no result.
+    ``spare_planes``: room made above the planes in use, whenever room is made. ``budget``: see ``BUDGET``.
+    ``transposed``: exchange rows and columns inside, or None for what takes fewer vectors. None of them
+    changes a result.
     """
 
-    def __init__(self, arguments: Arguments, spare_planes: int = SPARE_PLANES, budget: int = BUDGET) -> None:
+    def __init__(
+        self,
+        arguments: Arguments,
+        spare_planes: int = SPARE_PLANES,
+        budget: int = BUDGET,
+        transposed: bool | None = None,
+    ) -> None:
         self._arguments = arguments
         self._spare, self._budget = spare_planes, budget
-        self._field = arguments.start
-        bits, negative = limbs.residual_bits(self._field.limbs, arguments.movable)
+        shape, block = arguments.free.shape, arguments.block
+        self._transposed = kernels.better_transposed(block) if transposed is None else transposed
+        if self._transposed:
+            shape, block = shape[::-1], block[::-1]
+        self._precision = arguments.start.precision
+        self._limbs = self._turned(arguments.start.limbs)
+        self._movable = self._turned(arguments.movable)
+        self._candidates = self._turned(arguments.reachable & arguments.movable)
+        bits, negative = limbs.residual_bits(self._limbs, self._movable)
         self._signed = bool(negative)
         # r has its two low planes always, and a sign in two's complement.
         count = max(bits, 2) + self._signed
-        self._layout = kernels.make_layout(arguments.free.shape, arguments.block, count + spare_planes)
+        self._layout = kernels.make_layout(shape, block, count + spare_planes, self._transposed)
         self._state = kernels.make_state(self._layout, self._signed)
-        limbs.fill_mask(self._layout, arguments.movable, self._state.mask)
-        limbs.fill_residual(
-            self._layout, self._field.limbs, arguments.movable, self._state.residual, count
-        )
+        limbs.fill_mask(self._layout, self._movable, self._state.mask)
+        limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)
         self._state.width[:] = self._state.active[:] = count - 2
+
+    def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
+        # Always a copy of its own: numba compiles anew for arrays that are read-only or not contiguous.
+        return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
 
     def run(self, stage_index: int, precision: int) -> Iterator[VisitBatch | StageEnd]:
         """One stage at ``precision``, not below that of the stage before. Raises RunError if it would never end."""
-        self._lift(precision - self._field.precision)
+        self._lift(precision - self._precision)
         arguments, layout = self._arguments, self._layout
         control = np.zeros(kernels.CONTROL_SIZE, np.int64)
         control[kernels.POWER] = 1
@@ -77,9 +95,9 @@ class Engine:
                 visits += made
                 iterations += int(counts[:made].sum(dtype=np.int64))
         self._settle(precision)
-        maxima = limbs.count_local_maxima(self._field.limbs, arguments.reachable & arguments.movable)
-        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, int(maxima))
-        yield StageEnd(stage_index, stage, self._field)
+        maxima = int(limbs.count_local_maxima(self._limbs, self._candidates))
+        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima)
+        yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision))
 
     def _grow(self) -> None:
         """Make room for more planes, in the middle of a stage."""
@@ -89,8 +107,12 @@ class Engine:
         for name, source in old._asdict().items():
             target = getattr(new, name)
             if name in ("residual", "odometer", "visit", "snapshot"):
-                depth = min(old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max())))
-                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[:, :depth]
+                depth = min(
+                    old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max()))
+                )
+                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[
+                    :, :depth
+                ]
             elif name not in ("ring", "ring_width"):
                 target[:] = source
 
@@ -117,17 +139,16 @@ class Engine:
         kernels.trim_all(self._layout, kernels.addresses(new), self._signed)
 
     def _settle(self, precision: int) -> None:
-        """The field at the end of the stage: (field << shift) + d."""
-        field, state = self._field, self._state
-        raised = np.empty((*field.shape, limbs_needed(precision)), np.uint64)
+        """h = (h << shift) + d: the values at the end of the stage."""
+        raised = np.empty((*self._movable.shape, limbs_needed(precision)), np.uint64)
         limbs.raise_field(
             self._layout,
-            field.limbs,
-            precision - field.precision,
-            self._arguments.movable,
-            state.odometer,
-            state.odometer_width,
+            self._limbs,
+            precision - self._precision,
+            self._movable,
+            self._state.odometer,
+            self._state.odometer_width,
             self._signed,
             raised,
         )
-        self._field = Field(raised, precision)
+        self._limbs, self._precision = raised, precision

@@ -56,6 +56,8 @@ class Layout(NamedTuple):
     Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
     leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
     its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
+    ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
+    ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
     """
 
     block_rows: int
@@ -70,6 +72,7 @@ class Layout(NamedTuple):
     end: int
     plane: int
     groups: int
+    transposed: bool
 
 
 class State(NamedTuple):
@@ -100,18 +103,31 @@ class State(NamedTuple):
     snapshot_active: np.ndarray
 
 
-def make_layout(shape: tuple[int, int], block: tuple[int, int], planes: int) -> Layout:
+def make_layout(
+    shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False
+) -> Layout:
     """The layout of a map of ``shape`` in blocks of ``block``, with room for ``planes`` planes."""
     rows = -(-block[0] // LANES) * LANES
     columns = -(-block[1] // WORD_BITS)
     stride = rows + LANES
     margin = stride if columns > 1 else 0
-    end = margin + columns * stride
+    first, end = margin + LANES, margin + columns * stride
     # An odd number of cache lines, so that planes do not fall on each other in the cache.
     groups = (end + margin) // LANES + 1 | 1
     down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
-    first = margin + LANES
-    return Layout(*block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups)
+    return Layout(
+        *block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups, transposed
+    )
+
+
+def better_transposed(block: tuple[int, int]) -> bool:
+    """Whether a block takes fewer vectors with its rows along the words.
+
+    >>> better_transposed((36, 66)), better_transposed((96, 48))
+    (True, False)
+    """
+    height, width = block
+    return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
 
 
 def make_state(layout: Layout, signed: bool) -> State:
@@ -748,6 +764,8 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
     made = 0
     while made < len(counts) and budget > 0:
         block = control[POSITION]
+        if layout.transposed:
+            block = block % layout.down * layout.across + block // layout.down
         if _get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
             counts[made] = 1
         else:
