@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -114,6 +114,8 @@ def _check_map(free: Any) -> NDArray[np.bool_]:
 
 
 def _check_goals(goals: Any, free: NDArray[np.bool_]) -> tuple[tuple[int, int], ...]:
+    if not isinstance(goals, Iterable):
+        raise MapError(f"goals {goals!r} are not a list of (row, column) pairs", "goals")
     rows, columns = free.shape
     cells: dict[tuple[int, int], None] = {}
     for goal in goals:

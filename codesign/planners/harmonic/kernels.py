@@ -522,7 +522,17 @@ def _add_visit(layout, state, block, signed):
             group = block * layout.groups + word // LANES
             at, have = base + word, _get(state.odometer_width, group)
             have = _add(
-                state.odometer, at, have, state.visit, word, count, none, none, everything, layout.plane, signed
+                state.odometer,
+                at,
+                have,
+                state.visit,
+                word,
+                count,
+                none,
+                none,
+                everything,
+                layout.plane,
+                signed,
             )
             width = _needed(state.odometer, at, layout.plane, have, 0, signed)
             _put(state.odometer_width, group, width)
