@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,7 @@ def result(
         path_length_ratio_worst=path,
         clearance_mean=1.5,
         clearance_least=1.0,
+        wrong_cells=0,
     )
     time_ = Times(map_loaded_ps=0, planned_ps=picoseconds, first_plan_ps=picoseconds)
     return Result(**head, feasible=True, time=time_, quality=quality, precision=7)
@@ -80,6 +82,8 @@ class Fake:
                 raise ZeroDivisionError("no way")
             case "die":
                 os._exit(9)
+            case "crash":
+                os.kill(os.getpid(), signal.SIGSEGV)
             case "interrupt":
                 raise KeyboardInterrupt
             case "nap":

@@ -138,6 +138,7 @@ def a_result(
                 path_length_ratio_worst=1.2,
                 clearance_mean=1.7,
                 clearance_least=0.5,
+                wrong_cells=3,
             ),
         }
     return Result(**(fields | changes))

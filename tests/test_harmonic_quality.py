@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError
+from codesign.maps import nearest_free
 from codesign.maps.generate import empty, maze, random_obstacles
 from codesign.planners.harmonic import Field
 from codesign.planners.harmonic.decision import Rule, local_maxima
@@ -214,3 +215,23 @@ def test_quality_of_a_single_goal_cell():
     assert found.path_length_ratio_mean is None
     assert found.clearance_least == 1.0
     assert pickle.loads(pickle.dumps(found)) == found
+
+
+def test_wrong_cells_are_those_the_published_termination_left_behind() -> None:
+    """Fact 5: ended early with wrong cells; the same run under sound termination has none."""
+    from codesign.planners.harmonic import relax
+
+    grid = maze(51, 51, corridor=3, seed=2)
+    goal = nearest_free(grid.free, (25, 25))
+    assert goal is not None
+    problem = Problem(free=grid.free, goals=(goal,), starts=())
+    fields = {
+        termination: relax(
+            grid.free, [goal], block=(17, 17), iterations=64, schedule=[32], termination=termination
+        ).field
+        for termination in ("sound", "published")
+    }
+    differing = int((fields["sound"].to_ints() != fields["published"].to_ints()).sum())
+    assert differing > 50
+    assert quality(problem, fields["published"]).wrong_cells == differing
+    assert quality(problem, fields["sound"]).wrong_cells == 0

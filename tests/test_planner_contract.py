@@ -116,6 +116,7 @@ def test_quality_is_of_this_problem(case: tuple[Planner, Any], problem: Problem)
     assert 0.0 <= quality.share_reaching_goal <= 1.0
     assert (quality.local_maxima == 0) == (quality.share_reaching_goal == 1.0)
     assert quality.starts == len(problem.starts)
+    assert 0 <= quality.wrong_cells <= quality.reachable_cells
     assert 0 <= quality.starts_arrived <= quality.starts
     if quality.starts_arrived:
         assert quality.path_length_ratio_worst >= quality.path_length_ratio_mean > 0.9

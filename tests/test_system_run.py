@@ -129,8 +129,18 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
         ("goals: [[2, 2]]", "goals: [[11, 3]]", "6:11", "on an obstacle"),
         ("goals: [[2, 2]]", "goals: [[2, 2], [90, 1]]", "6:19", "outside of the map"),
         ("starts: {count: 12, seed: 1}", "starts: [[11, 3]]", "7:12", "on an obstacle"),
-        ("block: [12, 18], iter", "block: [30, 18], iter", "9:35", "a block of 30 × 18 nodes on a map of 24 × 36"),
-        ("relax: {component: fpga,", "relax: {component: fpga, style: bit_parallel,", "9:35", "no style 'bit_parallel'"),
+        (
+            "block: [12, 18], iter",
+            "block: [30, 18], iter",
+            "9:35",
+            "a block of 30 × 18 nodes on a map of 24 × 36",
+        ),
+        (
+            "relax: {component: fpga,",
+            "relax: {component: fpga, style: bit_parallel,",
+            "9:35",
+            "no style 'bit_parallel'",
+        ),
         ("  decide: {component: fpga}", "  decide: {component: host}", "10:23", "task decide is on host"),
     ],
 )

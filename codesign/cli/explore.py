@@ -68,7 +68,15 @@ def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
-    from codesign.report import front_table, reasons_table, render_text, study_page, write_study_csv
+    from codesign.report import (
+        best_table,
+        front_table,
+        nearest_table,
+        reasons_table,
+        render_text,
+        study_page,
+        write_study_csv,
+    )
 
     if csv_file is not None:
         write_study_csv(study, csv_file)
@@ -77,7 +85,8 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
     if as_json:
         click.echo(study.to_json())
         return
-    click.echo(render_text(front_table(study)))
+    for table in (front_table(study), best_table(study)) if study.feasible else (nearest_table(study),):
+        click.echo(render_text(table))
     if study.reasons:
         click.echo(render_text(reasons_table(study)))
     for name, path in (("csv", csv_file), ("page", page)):

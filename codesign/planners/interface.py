@@ -60,6 +60,7 @@ class Quality:
       the grid.
     - ``clearance_mean``, ``clearance_least``: distance from the way to the nearest obstacle, in cells.
     - ``starts``, ``starts_arrived``: how many starts were tried, how many arrived.
+    - ``wrong_cells``: cells whose value is not the one that the planner's arithmetic settles at.
     """
 
     reachable_cells: int
@@ -71,6 +72,7 @@ class Quality:
     path_length_ratio_worst: float | None
     clearance_mean: float | None
     clearance_least: float | None
+    wrong_cells: int
 
 
 class Planner(Protocol):

@@ -181,6 +181,7 @@ def _quality_table(result: Result) -> Table:
         [
             ("reachable cells", count_cell(quality.reachable_cells)),
             ("cells with no way up (local maxima)", count_cell(quality.local_maxima)),
+            ("cells with a wrong value (a stage ended too early)", count_cell(quality.wrong_cells)),
             ("share of cells that reach the goal", share_cell(quality.share_reaching_goal)),
             (
                 "starts that arrive",

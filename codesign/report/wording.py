@@ -30,6 +30,7 @@ _WHOLE = {
     ResultFigure.BLOCK_RAMS,
     ResultFigure.MULTIPLIERS,
     ResultFigure.LOCAL_MAXIMA,
+    ResultFigure.WRONG_CELLS,
 }
 _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))

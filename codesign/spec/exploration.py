@@ -38,6 +38,7 @@ class ResultFigure(StrEnum):
     ENERGY = "energy"
     SHARE_REACHING_GOAL = "share_reaching_goal"
     LOCAL_MAXIMA = "local_maxima"
+    WRONG_CELLS = "wrong_cells"
     PATH_LENGTH_RATIO = "path_length_ratio"
     CLEARANCE = "clearance"
     PRECISION = "precision"

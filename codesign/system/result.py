@@ -157,6 +157,7 @@ class Result(_Model):
             ResultFigure.PRECISION: None if self.precision is None else float(self.precision),
             ResultFigure.SHARE_REACHING_GOAL: None if quality is None else quality.share_reaching_goal,
             ResultFigure.LOCAL_MAXIMA: None if quality is None else float(quality.local_maxima),
+            ResultFigure.WRONG_CELLS: None if quality is None else float(quality.wrong_cells),
             ResultFigure.PATH_LENGTH_RATIO: None if quality is None else quality.path_length_ratio_mean,
             ResultFigure.CLEARANCE: None if quality is None else quality.clearance_mean,
         }

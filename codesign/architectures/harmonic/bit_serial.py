@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
-from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps
+from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps, task_step
 from codesign.architectures.interface import Demand, Memory, Step
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
@@ -55,7 +55,7 @@ class BitSerial:
         rows, columns = parameters.block_shape(problem.rows, problem.columns)
         blocks = parameters.block_count(problem.rows, problem.columns)
         load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])
-        yield Step(LOAD, np.array([load], np.int64), ram_addresses=1)
+        yield task_step(LOAD, load, ram_addresses=1)
 
         def iteration_cost(
             precision: int,
@@ -74,7 +74,7 @@ class BitSerial:
 
     def decision(self, plan: Relaxation) -> Step:
         """One decision: the direction to take from one cell, once the plan stands."""
-        return Step(DECIDE, np.array([timing.decision_cycles(plan.precision)], np.int64), ram_addresses=1)
+        return task_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W.

@@ -17,7 +17,7 @@ from codesign.planners.harmonic.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.relax import Relaxation, work
 from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 from codesign.planners.interface import Problem
-from codesign.records import StageRecord, VisitsRecord
+from codesign.records import StageRecord, TaskRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
@@ -155,6 +155,15 @@ def _work(
         start=start,
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
     )
+
+
+def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
+    """One step that is a task by itself, told as a ``TaskRecord``."""
+
+    def tell(begin: int, end: int, source: str) -> TaskRecord:
+        return TaskRecord(begin, source, task, end, cycles)
+
+    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
 
 
 def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:

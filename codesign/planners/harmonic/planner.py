@@ -31,7 +31,10 @@ class Harmonic:
         height, width = parameters.block_shape(problem.rows, problem.columns)
         if height > problem.rows or width > problem.columns:
             key = "block" if parameters.block is not None else "blocks"
-            return key, f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells"
+            return (
+                key,
+                f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells",
+            )
         return None
 
     def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
@@ -60,7 +63,8 @@ class Harmonic:
     def figures(self, plan: Relaxation) -> dict[str, Any]:
         """The stages and the final precision."""
         stages = [
-            {"stage": index, "cycles": stage.cycles, **asdict(stage)} for index, stage in enumerate(plan.stages)
+            {"stage": index, "cycles": stage.cycles, **asdict(stage)}
+            for index, stage in enumerate(plan.stages)
         ]
         return {"stages": stages, "precision": plan.precision}
 

@@ -10,6 +10,8 @@ from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.trajectory import DEFAULT_STEP, Ascent, Trajectory
 from codesign.planners.interface import Problem, Quality
 
+_CONSECUTIVE_ITERATIONS = 64
+
 
 def quality(
     problem: Problem,
@@ -24,10 +26,12 @@ def quality(
     (``trajectory.Ascent``) from ``problem.starts``; a start on a goal counts as arrived and has no ratio.
     The mean clearance weighs every piece of way by its length.
 
+    ``wrong_cells`` are those that change when the field is relaxed on under sound termination: none where the
+    run was sound, some where the published termination ended a stage early.
+
     Raises:
         MapError: a goal cannot be used. InputError: a start is not in a free cell, or another argument
-        cannot
-            be used.
+            cannot be used.
     """
     from codesign.maps.reach import clearance, distance_octile, reachable
 
@@ -54,7 +58,23 @@ def quality(
         path_length_ratio_worst=max(ratios, default=None),
         clearance_mean=sum(span[0] for span in spans) / length if length > 0.0 else None,
         clearance_least=min((span[2] for span in spans), default=None),
+        wrong_cells=wrong_cells(problem, field),
     )
+
+
+def wrong_cells(problem: Problem, field: Field) -> int:
+    """Cells whose value differs from the least fixed point at the field's precision.
+
+    A run from below that ended early is still below that fixed point, so relaxing it on leads there and nowhere else
+    (monotone from below); where nothing is wrong that takes a single sweep.
+    """
+    from codesign.planners.harmonic.relax import stage_cost
+
+    whole = problem.rows, problem.columns
+    _, settled = stage_cost(
+        problem.free, problem.goals, field, field.precision, block=whole, iterations=_CONSECUTIVE_ITERATIONS
+    )
+    return int((settled.limbs != field.limbs).any(axis=2).sum())
 
 
 def _clearance(way: Trajectory, room: NDArray[np.float64]) -> tuple[float, float, float]:
