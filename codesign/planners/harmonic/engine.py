@@ -12,6 +12,7 @@ from codesign.errors import RunError
 from codesign.planners.harmonic import kernels, limbs
 from codesign.planners.harmonic.arguments import Arguments
 from codesign.planners.harmonic.fixed_point import Field, limbs_needed
+from codesign.planners.harmonic.layout import LANES, addresses, better_transposed, make_layout, make_state
 from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 
 VISITS_PER_BATCH = 1 << 14
@@ -38,7 +39,7 @@ class Engine:
         self._arguments = arguments
         self._spare, self._budget = spare_planes, budget
         shape, block = arguments.free.shape, arguments.block
-        self._transposed = kernels.better_transposed(block) if transposed is None else transposed
+        self._transposed = better_transposed(block) if transposed is None else transposed
         if self._transposed:
             shape, block = shape[::-1], block[::-1]
         self._precision = arguments.start.precision
@@ -49,8 +50,8 @@ class Engine:
         self._signed = bool(negative)
         # r has its two low planes always, and a sign in two's complement.
         count = max(bits, 2) + self._signed
-        self._layout = kernels.make_layout(shape, block, count + spare_planes, self._transposed)
-        self._state = kernels.make_state(self._layout, self._signed)
+        self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
+        self._state = make_state(self._layout, self._signed)
         limbs.fill_mask(self._layout, self._movable, self._state.mask)
         limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)
         self._state.width[:] = self._state.active[:] = count - 2
@@ -73,7 +74,7 @@ class Engine:
         while status != kernels.CONVERGED:
             status, made = kernels.advance(
                 self._layout,
-                kernels.addresses(self._state),
+                addresses(self._state),
                 control,
                 counts,
                 arguments.iterations,
@@ -103,7 +104,7 @@ class Engine:
         """Make room for more planes, in the middle of a stage."""
         old, old_planes = self._state, self._layout.planes
         self._layout = self._layout._replace(planes=old_planes + self._spare)
-        new = self._state = kernels.make_state(self._layout, self._signed)
+        new = self._state = make_state(self._layout, self._signed)
         for name, source in old._asdict().items():
             target = getattr(new, name)
             if name in ("residual", "odometer", "visit", "snapshot"):
@@ -126,17 +127,17 @@ class Engine:
         self._signed &= bool(old.active.any())
         count = int(old.active.max()) + 2
         self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
-        new = self._state = kernels.make_state(self._layout, self._signed)
+        new = self._state = make_state(self._layout, self._signed)
         new.mask[:] = old.mask
         source = self._by_plane(old.residual, old_planes)
         target = self._by_plane(new.residual, self._layout.planes)
-        words = np.repeat(old.width, kernels.LANES).reshape(-1, self._layout.plane)
+        words = np.repeat(old.width, LANES).reshape(-1, self._layout.plane)
         for plane in range(count):
             np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
         new.width[:] = old.width + shift
         if self._signed:
             new.width[old.width == 0] += 1
-        kernels.trim_all(self._layout, kernels.addresses(new), self._signed)
+        kernels.trim_all(self._layout, addresses(new), self._signed)
 
     def _settle(self, precision: int) -> None:
         """h = (h << shift) + d: the values at the end of the stage."""

@@ -1,6 +1,5 @@
 # mypy: ignore-errors
-# ruff: noqa: ARG001
-# The compiler of numba gives types to the kernels, and calls the generators with arguments some do without.
+# The compiler of numba gives types to the kernels.
 """The relaxation of one stage as bit planes: 512 nodes an instruction, and no lane to overflow.
 
 With h = (H << D) + d within a stage, keep of every node its residual r = N + E + S + W - 4h instead of h itself. An
@@ -29,270 +28,15 @@ words are not vectorised by it (a loop over planes inside, carries across), henc
 
 from __future__ import annotations
 
-import operator
-from typing import NamedTuple
-
 import numpy as np
-from llvmlite import ir
-from numba import njit, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba import njit
 
-WORD_BITS = 64
-LANES = 8
-SLOTS = 4
+from codesign.planners.harmonic.lanes import any_bit, get, load, one_lane, put, spread, store, zeros
+from codesign.planners.harmonic.layout import LANES, SLOTS, WORD_BITS
+
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
 CONTROL_SIZE = 6
-
-_WORD = ir.IntType(WORD_BITS)
-_VECTOR = ir.VectorType(_WORD, LANES)
-
-
-class Layout(NamedTuple):
-    """Where things lie.
-
-    ``block_rows``, ``block_columns``: nodes of a full block. ``down``, ``across``: number of blocks. ``planes``: how
-    many planes of a block there is room for; plane i of block b begins at word (b * planes + i) * plane.
-    Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
-    leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
-    its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
-    ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
-    ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
-    """
-
-    block_rows: int
-    block_columns: int
-    down: int
-    across: int
-    planes: int
-    columns: int
-    rows: int
-    stride: int
-    first: int
-    end: int
-    plane: int
-    groups: int
-    transposed: bool
-
-
-class State(NamedTuple):
-    """What the kernel works on: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
-
-    ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
-    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: what the
-    running visit added to d.
-    ``width``, ``ring_width``: planes of the step t of each group (r has two more), and ``active`` the most of any
-    group of a block: 0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d.
-    Planes above a width are undefined, and mean zero, or the sign; in the ring they are zero, unless r has a sign:
-    then all groups of a block have one width.
-    ``snapshot``, ``snapshot_active``: r and its widths at an earlier sweep, to notice a start that never settles.
-    """
-
-    mask: np.ndarray
-    residual: np.ndarray
-    odometer: np.ndarray
-    ring: np.ndarray
-    visit: np.ndarray
-    width: np.ndarray
-    ring_width: np.ndarray
-    active: np.ndarray
-    odometer_width: np.ndarray
-    visit_width: np.ndarray
-    deepest: np.ndarray
-    snapshot: np.ndarray
-    snapshot_active: np.ndarray
-
-
-def make_layout(
-    shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False
-) -> Layout:
-    """The layout of a map of ``shape`` in blocks of ``block``, with room for ``planes`` planes."""
-    rows = -(-block[0] // LANES) * LANES
-    columns = -(-block[1] // WORD_BITS)
-    stride = rows + LANES
-    margin = stride if columns > 1 else 0
-    first, end = margin + LANES, margin + columns * stride
-    # An odd number of cache lines, so that planes do not fall on each other in the cache.
-    groups = (end + margin) // LANES + 1 | 1
-    down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
-    return Layout(
-        *block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups, transposed
-    )
-
-
-def better_transposed(block: tuple[int, int]) -> bool:
-    """Whether a block takes fewer vectors with its rows along the words.
-
-    >>> better_transposed((36, 66)), better_transposed((96, 48))
-    (True, False)
-    """
-    height, width = block
-    return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
-
-
-def make_state(layout: Layout, signed: bool) -> State:
-    """A state of zeros. Memory of planes that no value reaches is never touched."""
-    blocks, groups = layout.down * layout.across, layout.groups
-    room = blocks * layout.planes * layout.plane
-    return State(
-        mask=_aligned(blocks * layout.plane),
-        residual=_aligned(room),
-        odometer=_aligned(room),
-        ring=_aligned((SLOTS + 2) * layout.planes * layout.plane),
-        visit=_aligned(layout.planes * layout.plane),
-        width=np.zeros(blocks * groups, np.int64),
-        ring_width=np.zeros((SLOTS + 2) * groups, np.int64),
-        active=np.zeros(blocks, np.int64),
-        odometer_width=np.zeros(blocks * groups, np.int64),
-        visit_width=np.zeros(groups, np.int64),
-        deepest=np.zeros(blocks, np.int64),
-        snapshot=_aligned(room if signed else 0),
-        snapshot_active=np.full(blocks, -1, np.int64),
-    )
-
-
-def addresses(state: State) -> State:
-    """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
-    return State(*(array.ctypes.data for array in state))
-
-
-def _aligned(words: int) -> np.ndarray:
-    # To cache lines: a vector across two of them takes two accesses.
-    room = np.zeros(words + LANES, np.uint64)
-    skip = -room.ctypes.data // 8 % LANES
-    return room[skip : skip + words]
-
-
-class _Lanes(types.Type):
-    """Eight words that move as one."""
-
-    def __init__(self) -> None:
-        super().__init__(name="Lanes")
-
-
-_lanes = _Lanes()
-
-
-@register_model(_Lanes)
-class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager, kind):
-        super().__init__(manager, kind, _VECTOR)
-
-
-def _pointer(builder, arguments, kind):
-    words = builder.inttoptr(arguments[0], _WORD.as_pointer())
-    return builder.bitcast(builder.gep(words, [arguments[1]]), kind.as_pointer())
-
-
-@intrinsic
-def _load(typing_context, address, index):
-    """Eight words from ``index`` on."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.load(_pointer(builder, arguments, _VECTOR), align=8)
-
-    return _lanes(types.int64, types.int64), generate
-
-
-@intrinsic
-def _store(typing_context, address, index, lanes):
-    """Put eight words from ``index`` on."""
-
-    def generate(context, builder, signature, arguments):
-        builder.store(arguments[2], _pointer(builder, arguments, _VECTOR), align=8)
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, _lanes), generate
-
-
-@intrinsic
-def _get(typing_context, address, index):
-    """The word at ``index``."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.load(_pointer(builder, arguments, _WORD))
-
-    return types.int64(types.int64, types.int64), generate
-
-
-@intrinsic
-def _put(typing_context, address, index, word):
-    """Put a word at ``index``."""
-
-    def generate(context, builder, signature, arguments):
-        builder.store(arguments[2], _pointer(builder, arguments, _WORD))
-        return context.get_dummy_value()
-
-    return types.void(types.int64, types.int64, types.int64), generate
-
-
-@intrinsic
-def _zeros(typing_context):
-    def generate(context, builder, signature, arguments):
-        return ir.Constant(_VECTOR, [0] * LANES)
-
-    return _lanes(), generate
-
-
-@intrinsic
-def _any(typing_context, lanes):
-    """Whether any bit is set."""
-
-    def generate(context, builder, signature, arguments):
-        set_lanes = builder.icmp_unsigned("!=", arguments[0], ir.Constant(_VECTOR, [0] * LANES))
-        packed = builder.bitcast(set_lanes, ir.IntType(LANES))
-        return builder.icmp_unsigned("!=", packed, ir.Constant(ir.IntType(LANES), 0))
-
-    return types.boolean(lanes), generate
-
-
-@intrinsic
-def _spread(typing_context, word):
-    """The same word in every lane."""
-
-    def generate(context, builder, signature, arguments):
-        single = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), arguments[0], ir.IntType(32)(0))
-        return builder.shuffle_vector(
-            single,
-            ir.Constant(_VECTOR, ir.Undefined),
-            ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES),
-        )
-
-    return _lanes(types.uint64), generate
-
-
-@intrinsic
-def _one_lane(typing_context, lane):
-    """All ones in one lane."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.insert_element(ir.Constant(_VECTOR, [0] * LANES), ir.Constant(_WORD, -1), arguments[0])
-
-    return _lanes(types.int64), generate
-
-
-def _overload_logic(instruction, *operations):
-    @intrinsic
-    def apply(typing_context, a, b):
-        def generate(context, builder, signature, arguments):
-            return getattr(builder, instruction)(*arguments)
-
-        return _lanes(_lanes, _lanes), generate
-
-    def choose(a, b):
-        if isinstance(a, _Lanes) and isinstance(b, _Lanes):
-            return lambda a, b: apply(a, b)  # noqa: PLW0108  (numba wants a plain function)
-        return None
-
-    for operation in operations:
-        overload(operation)(choose)
-
-
-_overload_logic("and_", operator.and_, operator.iand)
-_overload_logic("or_", operator.or_, operator.ior)
-_overload_logic("xor", operator.xor, operator.ixor)
-_overload_logic("shl", operator.lshift)
-_overload_logic("lshr", operator.rshift)
 
 
 @njit(cache=True)
@@ -312,23 +56,23 @@ def _add_seven(n, s, e, w, a, b, c):
 @njit(cache=True)
 def _around(layout, ring, at):
     """North, south, east and west of eight words of a plane."""
-    one, last = _spread(np.uint64(1)), _spread(np.uint64(WORD_BITS - 1))
-    centre = _load(ring, at)
+    one, last = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
+    centre = load(ring, at)
     west, east = centre << one, centre >> one
     if layout.columns > 1:
-        west |= _load(ring, at - layout.stride) >> last
-        east |= _load(ring, at + layout.stride) << last
-    return _load(ring, at - 1), _load(ring, at + 1), east, west
+        west |= load(ring, at - layout.stride) >> last
+        east |= load(ring, at + layout.stride) << last
+    return load(ring, at - 1), load(ring, at + 1), east, west
 
 
 @njit(cache=True, inline="always")
 def _needed(planes, at, step, count, least, signed):
     """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
     while count > least:
-        top = _load(planes, at + (count - 1) * step)
+        top = load(planes, at + (count - 1) * step)
         if signed and count > least + 1:
-            top ^= _load(planes, at + (count - 2) * step)
-        if _any(top):
+            top ^= load(planes, at + (count - 2) * step)
+        if any_bit(top):
             break
         count -= 1
     return count
@@ -340,25 +84,25 @@ def _iterate_group(layout, ring, free, source, target, width, signed):
     step = layout.plane
     at, out = source + 2 * step, target
     n, s, e, w = _around(layout, ring, at)
-    low, c = _load(ring, source), _load(ring, source + step)
+    low, c = load(ring, source), load(ring, source + step)
     around = n ^ s ^ e
-    _store(ring, out, (around ^ w ^ low) & free)
+    store(ring, out, (around ^ w ^ low) & free)
     a, b = _majority(n, s, e), _majority(around, w, low)
     for _ in range(1, width):
         at += step
         out += step
         n, s, e, w = _around(layout, ring, at)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        _store(ring, out, total & free)
+        store(ring, out, total & free)
     out += step
     if signed:
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        _store(ring, out, total & free)
+        store(ring, out, total & free)
         total, a, b, c = _add_seven(n, s, e, w, a, b, c)
-        _store(ring, out + step, total & free)
+        store(ring, out + step, total & free)
     else:
-        _store(ring, out, (a ^ b ^ c) & free)
-        _store(ring, out + step, _majority(a, b, c) & free)
+        store(ring, out, (a ^ b ^ c) & free)
+        store(ring, out + step, _majority(a, b, c) & free)
 
 
 @njit(cache=True)
@@ -377,34 +121,34 @@ def _iterate(layout, state, block, source, target, uniform, signed):
         for word in range(column, column + layout.rows, LANES):
             here = from_width + word // LANES
             width = (
-                uniform if signed else max(_get(widths, here - 1), _get(widths, here), _get(widths, here + 1))
+                uniform if signed else max(get(widths, here - 1), get(widths, here), get(widths, here + 1))
             )
             if layout.columns > 1 and not signed:
-                width = max(width, _get(widths, here - aside), _get(widths, here + aside))
+                width = max(width, get(widths, here - aside), get(widths, here + aside))
             needed = 0
             if width > 0:
-                free = _load(state.mask, block * step + word)
+                free = load(state.mask, block * step + word)
                 _iterate_group(layout, ring, free, source + word, target + word, width, signed)
                 needed = _needed(ring, target + word, step, width + 2, 2, signed) - 2
                 most = max(most, needed)
             else:
-                _store(ring, target + word, _load(ring, source + word))
-                _store(ring, target + step + word, _load(ring, source + step + word))
+                store(ring, target + word, load(ring, source + word))
+                store(ring, target + step + word, load(ring, source + step + word))
             there = to_width + word // LANES
             if not signed:
-                for plane in range(width, _get(widths, there)):
-                    _store(ring, target + (plane + 2) * step + word, _zeros())
-            _put(widths, there, uniform if signed else needed)
+                for plane in range(width, get(widths, there)):
+                    store(ring, target + (plane + 2) * step + word, zeros())
+            put(widths, there, uniform if signed else needed)
     return most
 
 
 @njit(cache=True, inline="always")
 def _carry_on(planes, at, step, plane, have, carry):
     """Add a carry from ``plane`` on to an unsigned number of ``have`` planes; the planes it has then."""
-    while _any(carry):
+    while any_bit(carry):
         here = at + plane * step
-        digit = _load(planes, here) if plane < have else _zeros()
-        _store(planes, here, digit ^ carry)
+        digit = load(planes, here) if plane < have else zeros()
+        store(planes, here, digit ^ carry)
         carry &= digit
         plane += 1
     return max(have, plane)
@@ -414,28 +158,28 @@ def _carry_on(planes, at, step, plane, have, carry):
 def _sum_steps(ring, steps, slots, visit, at, step, width, have):
     """Add four unsigned steps of ``width`` planes to a group of ``visit``; the planes it has then, about."""
     s0, s1, s2, s3 = slots
-    a = b = c = d = _zeros()
+    a = b = c = d = zeros()
     for plane in range(width):
-        digit = _load(visit, at + plane * step) if plane < have else _zeros()
+        digit = load(visit, at + plane * step) if plane < have else zeros()
         t0, t1, t2, t3 = (
-            _load(ring, s0 + steps),
-            _load(ring, s1 + steps),
-            _load(ring, s2 + steps),
-            _load(ring, s3 + steps),
+            load(ring, s0 + steps),
+            load(ring, s1 + steps),
+            load(ring, s2 + steps),
+            load(ring, s3 + steps),
         )
         first = t0 ^ t1 ^ t2
         second = t3 ^ digit ^ a
         third = first ^ second ^ b
-        _store(visit, at + plane * step, third ^ c ^ d)
+        store(visit, at + plane * step, third ^ c ^ d)
         d = _majority(third, c, d)
         a, b, c = _majority(t0, t1, t2), _majority(t3, digit, a), _majority(first, second, b)
         steps += step
-    digit = _load(visit, at + width * step) if width < have else _zeros()
+    digit = load(visit, at + width * step) if width < have else zeros()
     first = a ^ b ^ c
-    _store(visit, at + width * step, first ^ d ^ digit)
+    store(visit, at + width * step, first ^ d ^ digit)
     a, b = _majority(a, b, c), _majority(first, d, digit)
-    digit = _load(visit, at + (width + 1) * step) if width + 1 < have else _zeros()
-    _store(visit, at + (width + 1) * step, a ^ b ^ digit)
+    digit = load(visit, at + (width + 1) * step) if width + 1 < have else zeros()
+    store(visit, at + (width + 1) * step, a ^ b ^ digit)
     return _carry_on(visit, at, step, width + 2, max(have, width + 2), _majority(a, b, digit))
 
 
@@ -443,18 +187,18 @@ def _sum_steps(ring, steps, slots, visit, at, step, width, have):
 def _sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
     """``_sum_steps`` in two's complement."""
     total = max(have, width + 2) + 1
-    x = t0 = t1 = t2 = t3 = a = b = c = d = _zeros()
+    x = t0 = t1 = t2 = t3 = a = b = c = d = zeros()
     for plane in range(total):
         if plane < width:
-            t0, t1 = _load(ring, slots[0] + steps), _load(ring, slots[1] + steps)
-            t2, t3 = _load(ring, slots[2] + steps), _load(ring, slots[3] + steps)
+            t0, t1 = load(ring, slots[0] + steps), load(ring, slots[1] + steps)
+            t2, t3 = load(ring, slots[2] + steps), load(ring, slots[3] + steps)
             steps += step
         if plane < have:
-            x = _load(visit, at)
+            x = load(visit, at)
         first = t0 ^ t1 ^ t2
         second = t3 ^ x ^ a
         third = first ^ second ^ b
-        _store(visit, at, third ^ c ^ d)
+        store(visit, at, third ^ c ^ d)
         d = _majority(third, c, d)
         a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
         at += step
@@ -469,20 +213,20 @@ def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
     slots = s0 * slot, s1 * slot, s2 * slot, s3 * slot
     for word in range(layout.first, layout.end, LANES):
         group = word // LANES
-        have = _get(state.visit_width, group)
+        have = get(state.visit_width, group)
         if signed:
             have = _sum_signed_steps(ring, word + 2 * step, slots, visit, word, step, uniform, have)
         else:
             width = max(
-                _get(widths, s0 * groups + group),
-                _get(widths, s1 * groups + group),
-                _get(widths, s2 * groups + group),
-                _get(widths, s3 * groups + group),
+                get(widths, s0 * groups + group),
+                get(widths, s1 * groups + group),
+                get(widths, s2 * groups + group),
+                get(widths, s3 * groups + group),
             )
             if width == 0:
                 continue
             have = _sum_steps(ring, word + 2 * step, slots, visit, word, step, width, have)
-        _put(state.visit_width, group, _needed(visit, word, step, have, 0, signed))
+        put(state.visit_width, group, _needed(visit, word, step, have, 0, signed))
 
 
 @njit(cache=True, inline="always")
@@ -491,22 +235,22 @@ def _add(planes, at, have, gains, source, count, right, left, select, step, sign
 
     Both numbers are given by the word of their lowest plane and how many planes they have.
     """
-    x = y = carry = _zeros()
+    x = y = carry = zeros()
     for plane in range(count):
-        x = ((_load(gains, source + plane * step) >> right) << left) & select
+        x = ((load(gains, source + plane * step) >> right) << left) & select
         if plane < have:
-            y = _load(planes, at + plane * step)
+            y = load(planes, at + plane * step)
         elif not signed:
-            y = _zeros()
-        _store(planes, at + plane * step, x ^ y ^ carry)
+            y = zeros()
+        store(planes, at + plane * step, x ^ y ^ carry)
         carry = _majority(x, y, carry)
     if not signed:
         return _carry_on(planes, at, step, count, max(have, count), carry)
     total = max(have, count) + 1
     for plane in range(count, total):
         if plane < have:
-            y = _load(planes, at + plane * step)
-        _store(planes, at + plane * step, x ^ y ^ carry)
+            y = load(planes, at + plane * step)
+        store(planes, at + plane * step, x ^ y ^ carry)
         carry = _majority(x, y, carry)
     return total
 
@@ -514,13 +258,13 @@ def _add(planes, at, have, gains, source, count, right, left, select, step, sign
 @njit(cache=True)
 def _add_visit(layout, state, block, signed):
     """Add what the visit added to d of its block."""
-    none, everything = _spread(np.uint64(0)), _spread(~np.uint64(0))
+    none, everything = spread(np.uint64(0)), spread(~np.uint64(0))
     base = block * layout.planes * layout.plane
     for word in range(layout.first, layout.end, LANES):
-        count = _get(state.visit_width, word // LANES)
+        count = get(state.visit_width, word // LANES)
         if count > 0:
             group = block * layout.groups + word // LANES
-            at, have = base + word, _get(state.odometer_width, group)
+            at, have = base + word, get(state.odometer_width, group)
             have = _add(
                 state.odometer,
                 at,
@@ -535,8 +279,8 @@ def _add_visit(layout, state, block, signed):
                 signed,
             )
             width = _needed(state.odometer, at, layout.plane, have, 0, signed)
-            _put(state.odometer_width, group, width)
-            _put(state.deepest, block, max(_get(state.deepest, block), width))
+            put(state.odometer_width, group, width)
+            put(state.deepest, block, max(get(state.deepest, block), width))
 
 
 @njit(cache=True)
@@ -545,11 +289,11 @@ def _widen(layout, state, block, total):
     step, base = layout.plane, block * layout.planes * layout.plane
     for word in range(layout.first, layout.end, LANES):
         group = block * layout.groups + word // LANES
-        have = _get(state.width, group) + 2
-        sign = _load(state.residual, base + (have - 1) * step + word) if have > 2 else _zeros()
+        have = get(state.width, group) + 2
+        sign = load(state.residual, base + (have - 1) * step + word) if have > 2 else zeros()
         for plane in range(have, total):
-            _store(state.residual, base + plane * step + word, sign)
-        _put(state.width, group, total - 2)
+            store(state.residual, base + plane * step + word, sign)
+        put(state.width, group, total - 2)
 
 
 @njit(cache=True)
@@ -559,13 +303,13 @@ def _trim(layout, state, block, signed):
     most = 0
     for word in range(layout.first, layout.end, LANES):
         group = block * layout.groups + word // LANES
-        count = _get(state.width, group) + 2
-        _put(state.width, group, _needed(state.residual, base + word, layout.plane, count, 2, signed) - 2)
-        most = max(most, _get(state.width, group))
+        count = get(state.width, group) + 2
+        put(state.width, group, _needed(state.residual, base + word, layout.plane, count, 2, signed) - 2)
+        most = max(most, get(state.width, group))
     if signed:
         for word in range(layout.first, layout.end, LANES):
-            _put(state.width, block * layout.groups + word // LANES, most)
-    _put(state.active, block, most)
+            put(state.width, block * layout.groups + word // LANES, most)
+    put(state.active, block, most)
 
 
 @njit(cache=True)
@@ -586,17 +330,17 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
     for word in range(0, vectors * LANES, LANES):
         # Words taken from the middle of a group may come from two.
         count = max(
-            _get(state.visit_width, (source + word) // LANES),
-            _get(state.visit_width, (source + word + 7) // LANES),
+            get(state.visit_width, (source + word) // LANES),
+            get(state.visit_width, (source + word + 7) // LANES),
         )
-        selected = select & _load(state.mask, mask + target + word)
-        gained = _zeros()
+        selected = select & load(state.mask, mask + target + word)
+        gained = zeros()
         for plane in range(count):
-            gained |= _load(visit, plane * step + source + word)
-        if not _any(((gained >> right) << left) & selected):
+            gained |= load(visit, plane * step + source + word)
+        if not any_bit(((gained >> right) << left) & selected):
             continue
         group = block * layout.groups + (target + word) // LANES
-        have = _get(state.width, group) + 2
+        have = get(state.width, group) + 2
         if signed:
             have = max(have + 1, count)
             _widen(layout, state, block, have + 1)
@@ -606,16 +350,16 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
             _trim(layout, state, block, signed)
         else:
             width = _needed(residual, at, step, have, 2, signed) - 2
-            _put(state.width, group, width)
-            _put(state.active, block, max(_get(state.active, block), width))
+            put(state.width, group, width)
+            put(state.active, block, max(get(state.active, block), width))
 
 
 @njit(cache=True)
 def _push_all(layout, state, block, signed):
     """Tell the four neighbouring blocks what the border nodes gained."""
     row, column = block // layout.across, block % layout.across
-    none, one = _spread(np.uint64(0)), _spread(np.uint64(1))
-    shift = _spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
+    none, one = spread(np.uint64(0)), spread(np.uint64(1))
+    shift = spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
     first, last = layout.first, layout.end - layout.stride + LANES
     bottom = layout.block_rows - 1
     lane = bottom % LANES
@@ -627,7 +371,7 @@ def _push_all(layout, state, block, signed):
         _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
     for top in range(first, last + 1, layout.stride):
         if row > 0:
-            select = _one_lane(lane)
+            select = one_lane(lane)
             _push(
                 layout,
                 state,
@@ -641,7 +385,7 @@ def _push_all(layout, state, block, signed):
                 signed,
             )
         if row < layout.down - 1:
-            select = _one_lane(0)
+            select = one_lane(0)
             _push(layout, state, block + layout.across, top + bottom, top, 1, none, none, select, signed)
 
 
@@ -651,13 +395,13 @@ def _enter(layout, state, block, signed):
     step, base = layout.plane, block * layout.planes * layout.plane
     for word in range(layout.first, layout.end, LANES):
         group = word // LANES
-        width = _get(state.width, block * layout.groups + group)
+        width = get(state.width, block * layout.groups + group)
         for plane in range(width + 2):
-            _store(state.ring, plane * step + word, _load(state.residual, base + plane * step + word))
+            store(state.ring, plane * step + word, load(state.residual, base + plane * step + word))
         if not signed:
-            for plane in range(width + 2, _get(state.ring_width, group) + 2):
-                _store(state.ring, plane * step + word, _zeros())
-        _put(state.ring_width, group, width)
+            for plane in range(width + 2, get(state.ring_width, group) + 2):
+                store(state.ring, plane * step + word, zeros())
+        put(state.ring_width, group, width)
 
 
 @njit(cache=True)
@@ -667,18 +411,18 @@ def _leave(layout, state, block, slot, signed):
     from_slot = slot * layout.planes * step
     for word in range(layout.first, layout.end, LANES):
         group = word // LANES
-        width = _get(state.ring_width, slot * layout.groups + group)
+        width = get(state.ring_width, slot * layout.groups + group)
         for plane in range(width + 2):
-            _store(
-                state.residual, base + plane * step + word, _load(state.ring, from_slot + plane * step + word)
+            store(
+                state.residual, base + plane * step + word, load(state.ring, from_slot + plane * step + word)
             )
-        _put(state.width, block * layout.groups + group, width)
+        put(state.width, block * layout.groups + group, width)
 
 
 @njit(cache=True)
 def _visit(layout, state, control, block, iterations, budget, signed):
     """Iterate a block until it settles, ``iterations`` are done or the budget is spent; the budget left."""
-    width, done = _get(state.active, block), control[DONE_ITERATIONS]
+    width, done = get(state.active, block), control[DONE_ITERATIONS]
     _enter(layout, state, block, signed)
     current = 0
     while width > 0 and done < iterations and budget > 0:
@@ -697,7 +441,7 @@ def _visit(layout, state, control, block, iterations, budget, signed):
         _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
         budget -= made * layout.columns * layout.rows
     _leave(layout, state, block, current, signed)
-    _put(state.active, block, width)
+    put(state.active, block, width)
     if signed:
         _trim(layout, state, block, signed)
     control[DONE_ITERATIONS] = done
@@ -711,18 +455,18 @@ def _has_room(layout, state, block, iterations):
     while iterations > 0:
         bits += 1
         iterations >>= 1
-    need = max(_get(state.active, block) + bits, _get(state.deepest, block) + 2)
+    need = max(get(state.active, block) + bits, get(state.deepest, block) + 2)
     for group in range(layout.groups):
-        need = max(need, _get(state.visit_width, group) + 8)
+        need = max(need, get(state.visit_width, group) + 8)
     row, column = block // layout.across, block % layout.across
     if row > 0:
-        need = max(need, _get(state.active, block - layout.across) + 8)
+        need = max(need, get(state.active, block - layout.across) + 8)
     if row < layout.down - 1:
-        need = max(need, _get(state.active, block + layout.across) + 8)
+        need = max(need, get(state.active, block + layout.across) + 8)
     if column > 0:
-        need = max(need, _get(state.active, block - 1) + 8)
+        need = max(need, get(state.active, block - 1) + 8)
     if column < layout.across - 1:
-        need = max(need, _get(state.active, block + 1) + 8)
+        need = max(need, get(state.active, block + 1) + 8)
     return need <= layout.planes
 
 
@@ -730,12 +474,12 @@ def _has_room(layout, state, block, iterations):
 def _same(layout, state):
     """Whether r is what the snapshot holds."""
     for block in range(layout.down * layout.across):
-        if _get(state.active, block) != _get(state.snapshot_active, block):
+        if get(state.active, block) != get(state.snapshot_active, block):
             return False
     for block in range(layout.down * layout.across):
         first = block * layout.planes * layout.plane
-        for word in range(first, first + (_get(state.active, block) + 2) * layout.plane):
-            if _get(state.residual, word) != _get(state.snapshot, word):
+        for word in range(first, first + (get(state.active, block) + 2) * layout.plane):
+            if get(state.residual, word) != get(state.snapshot, word):
                 return False
     return True
 
@@ -750,10 +494,10 @@ def _repeats(layout, state, control):
         control[SINCE] = 0
         control[POWER] *= 2
         for block in range(layout.down * layout.across):
-            _put(state.snapshot_active, block, _get(state.active, block))
+            put(state.snapshot_active, block, get(state.active, block))
             first = block * layout.planes * layout.plane
-            for word in range(first, first + (_get(state.active, block) + 2) * layout.plane):
-                _put(state.snapshot, word, _get(state.residual, word))
+            for word in range(first, first + (get(state.active, block) + 2) * layout.plane):
+                put(state.snapshot, word, get(state.residual, word))
     return False
 
 
@@ -776,21 +520,21 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
         block = control[POSITION]
         if layout.transposed:
             block = block % layout.down * layout.across + block // layout.down
-        if _get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
+        if get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
             counts[made] = 1
         else:
             if not _has_room(layout, state, block, iterations):
                 return GROW, made
             budget = _visit(layout, state, control, block, iterations, budget, signed)
             finished = control[DONE_ITERATIONS] == iterations
-            if _get(state.active, block) > 0 and not finished:
+            if get(state.active, block) > 0 and not finished:
                 return RUNNING, made
             # A settled block takes one more iteration, which changes nothing.
             counts[made] = control[DONE_ITERATIONS] + (not finished)
             _add_visit(layout, state, block, signed)
             _push_all(layout, state, block, signed)
             for group in range(layout.groups):
-                _put(state.visit_width, group, 0)
+                put(state.visit_width, group, 0)
             control[DONE_ITERATIONS] = 0
             if finished or not published:
                 control[UNSETTLED] = 1

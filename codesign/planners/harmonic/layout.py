@@ -1,0 +1,126 @@
+"""Where the bit planes of the kernels lie in memory."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+WORD_BITS = 64
+LANES = 8
+# Iterations whose steps are summed at once; the ring holds as many, one more, and one that stays zero.
+SLOTS = 4
+
+
+class Layout(NamedTuple):
+    """Where things lie.
+
+    ``block_rows``, ``block_columns``: nodes of a full block. ``down``, ``across``: number of blocks. ``planes``: how
+    many planes of a block there is room for; plane i of block b begins at word (b * planes + i) * plane.
+    Within a plane: ``first`` is the word of row 0 in the first word column, ``rows`` a multiple of 8, ``stride``
+    leads to the next word column, ``end`` is behind the last; ``plane`` counts its words with all margins, ``groups``
+    its vectors. Group g is words 8g to 8g + 7, so its neighbours are g - 1, g + 1 and g -+ stride / 8.
+    ``transposed``: rows and columns of the map are exchanged, so that raster order runs down the columns.
+    """
+
+    block_rows: int
+    block_columns: int
+    down: int
+    across: int
+    planes: int
+    columns: int
+    rows: int
+    stride: int
+    first: int
+    end: int
+    plane: int
+    groups: int
+    transposed: bool
+
+
+class State(NamedTuple):
+    """What the kernel works on: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
+
+    ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
+    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: what the
+    running visit added to d.
+    ``width``, ``ring_width``: planes of the step t of each group (r has two more), and ``active`` the most of any
+    group of a block: 0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d.
+    Planes above a width are undefined, and mean zero, or the sign; in the ring they are zero, unless r has a sign:
+    then all groups of a block have one width.
+    ``snapshot``, ``snapshot_active``: r and its widths at an earlier sweep, to notice a start that never settles.
+    """
+
+    mask: np.ndarray
+    residual: np.ndarray
+    odometer: np.ndarray
+    ring: np.ndarray
+    visit: np.ndarray
+    width: np.ndarray
+    ring_width: np.ndarray
+    active: np.ndarray
+    odometer_width: np.ndarray
+    visit_width: np.ndarray
+    deepest: np.ndarray
+    snapshot: np.ndarray
+    snapshot_active: np.ndarray
+
+
+def make_layout(
+    shape: tuple[int, int], block: tuple[int, int], planes: int, transposed: bool = False
+) -> Layout:
+    """The layout of a map of ``shape`` in blocks of ``block``, with room for ``planes`` planes."""
+    rows = -(-block[0] // LANES) * LANES
+    columns = -(-block[1] // WORD_BITS)
+    stride = rows + LANES
+    margin = stride if columns > 1 else 0
+    first, end = margin + LANES, margin + columns * stride
+    # An odd number of cache lines, so that planes do not fall on each other in the cache.
+    groups = (end + margin) // LANES + 1 | 1
+    down, across = -(-shape[0] // block[0]), -(-shape[1] // block[1])
+    return Layout(
+        *block, down, across, planes, columns, rows, stride, first, end, groups * LANES, groups, transposed
+    )
+
+
+def better_transposed(block: tuple[int, int]) -> bool:
+    """Whether a block takes fewer vectors with its rows along the words.
+
+    >>> better_transposed((36, 66)), better_transposed((96, 48))
+    (True, False)
+    """
+    height, width = block
+    return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
+
+
+def make_state(layout: Layout, signed: bool) -> State:
+    """A state of zeros. Memory of planes that no value reaches is never touched."""
+    blocks, groups = layout.down * layout.across, layout.groups
+    room = blocks * layout.planes * layout.plane
+    return State(
+        mask=_aligned(blocks * layout.plane),
+        residual=_aligned(room),
+        odometer=_aligned(room),
+        ring=_aligned((SLOTS + 2) * layout.planes * layout.plane),
+        visit=_aligned(layout.planes * layout.plane),
+        width=np.zeros(blocks * groups, np.int64),
+        ring_width=np.zeros((SLOTS + 2) * groups, np.int64),
+        active=np.zeros(blocks, np.int64),
+        odometer_width=np.zeros(blocks * groups, np.int64),
+        visit_width=np.zeros(groups, np.int64),
+        deepest=np.zeros(blocks, np.int64),
+        snapshot=_aligned(room if signed else 0),
+        snapshot_active=np.full(blocks, -1, np.int64),
+    )
+
+
+def addresses(state: State) -> State:
+    """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
+    return State(*(array.ctypes.data for array in state))
+
+
+def _aligned(words: int) -> np.ndarray:
+    # To cache lines: a vector across two of them takes two accesses.
+    room = np.zeros(words + LANES, np.uint64)
+    skip = -room.ctypes.data // 8 % LANES
+    return room[skip : skip + words]
