@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint
 from codesign.spec.base import placed
+from codesign.spec.exploration import MAX_AXES, MAX_VALUES
 from codesign.spec.marks import Document, Path_
 from codesign.spec.platform import COMPONENTS, Platform
 from codesign.spec.scalars import clip
@@ -28,7 +29,7 @@ def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
     tree = document.tree if isinstance(document.tree, dict) else {}
     mapping, explore = tree.get("mapping"), tree.get("explore")
     axes = explore.get("axes") if isinstance(explore, dict) else None
-    if not isinstance(mapping, dict) or not isinstance(axes, dict):
+    if not isinstance(mapping, dict) or not isinstance(axes, dict) or len(axes) > MAX_AXES:
         return []
     planner = tree.get("planner")
     models = (context.get("tasks") or {}).get(planner, {}) if isinstance(planner, str) else {}
@@ -36,7 +37,7 @@ def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
     for axis, values in axes.items():
         task, *keys = axis.split(".")
         raw, model = mapping.get(task), models.get(task, RawParameters)
-        if not keys or not isinstance(raw, dict) or not isinstance(values, list):
+        if not keys or not isinstance(raw, dict) or not isinstance(values, list) or len(values) > MAX_VALUES:
             continue
         rival = next((other for other in axes if other != axis and _collide(other, axis, model)), None)
         if rival is not None and list(axes).index(rival) < list(axes).index(axis):

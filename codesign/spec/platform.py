@@ -19,6 +19,9 @@ from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
 from codesign.units import format_frequency
 
+MAX_NAMES = 256
+"""Components of a platform, links of a platform, and components that one link joins."""
+
 
 class FpgaComponent(SpecModel):
     """A programmable chip with one clock."""
@@ -83,7 +86,7 @@ class BusLink(SpecModel):
     """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
 
     type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
-    between: Annotated[tuple[Name, ...], Field(min_length=2, max_length=64)] = Field(
+    between: Annotated[tuple[Name, ...], Field(min_length=2, max_length=MAX_NAMES)] = Field(
         description="The components that it joins."
     )
     width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
@@ -105,10 +108,10 @@ class Platform(Spec):
     kind: Literal["platform"] = Field(description="This file is a platform.")
     name: Name = Field(description="Name of the platform.")
     description: str = Field(default="", description="What it is, for humans.")
-    components: Annotated[dict[Name, Component], Field(min_length=1, max_length=256)] = Field(
+    components: Annotated[dict[Name, Component], Field(min_length=1, max_length=MAX_NAMES)] = Field(
         description="Components by name."
     )
-    links: Annotated[dict[Name, Link], Field(max_length=256)] = Field(
+    links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."
     )
 
@@ -127,13 +130,15 @@ def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]
     components, links = tree.get("components"), tree.get("links")
     if not isinstance(components, dict) or not isinstance(links, dict):
         return []
+    if max(len(components), len(links)) > MAX_NAMES:
+        return []
     faults = []
     for name, link in links.items():
         if name in components:
             what, hint = f"{clip(name)} names a component too", "give the link a name of its own"
             faults.append(document.fault(("links", name), what, hint, at_key=True))
         ends = link.get("between") if isinstance(link, dict) else None
-        ends = ends if isinstance(ends, list) else []
+        ends = ends[:MAX_NAMES] if isinstance(ends, list) else []
         for index, end in enumerate(ends):
             path = ("links", name, "between", index)
             if not isinstance(end, str):

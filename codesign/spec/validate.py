@@ -74,7 +74,11 @@ def translate(
     """
     validated = document.tree if tree is None else tree
     lines = [_Line(line, *_locate(validated, line)) for line in error.errors(include_url=False)]
-    faults = [_fault(line, document, place) for line in _without_noise(lines)]
+    lines = _without_noise(lines)
+    # A hint takes a search for the nearest word: what nobody will read gets none made.
+    lines.sort(key=lambda line: document.value_mark(place(line.path) or ()))
+    faults = [_fault(line, document, place) for line in lines[: MAX_FAULTS + 1]]
+    faults += [document.fault(line.path, line.message) for line in lines[MAX_FAULTS + 1 :]]
     # Two branches of a union, or a model and its parent, may say the same thing of the same place.
     return list(dict.fromkeys(fault for fault in faults if fault is not None))
 
