@@ -116,14 +116,23 @@ def test_both_kinds_give_the_same_bytes() -> None:
 def test_a_worker_that_dies_is_an_error_that_names_its_points() -> None:
     batches = ProcessExecutor(1).run(groups_of({"do": ["a", "b", "c", "die"]}, limit=2), Fake())
     assert len(next(batches)) == len(next(batches)) == 1
-    with pytest.raises(RunError, match=r"one of the points 2 to 3\n") as caught:
+    with pytest.raises(RunError, match=r"died with exit code 9 .* one of the points 2 to 3\n") as caught:
         next(batches)
-    assert caught.value.hint == "memory is the usual reason: use fewer workers; finished points are kept"
+    assert "__main__" not in str(caught.value.hint)
+
+
+def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    axes = {"do": ["nap"], "slices": [*range(101, 121), *range(80)]}
+    run(ProcessExecutor(2), axes, log, limit=2)
+    lines = [line.split() for line in log.read_text().splitlines()]
+    assert len({pid for _, pid in lines[:21]}) == 1
+    assert len({pid for _, pid in lines}) == 2
 
 
 def test_a_worker_that_dies_at_once() -> None:
-    with pytest.raises(RunError, match="one of the points 0") as caught:
-        list(ProcessExecutor(2).run(groups_of({"do": ["die"]}), Fake()))
+    with pytest.raises(RunError, match=r"died by SIGSEGV .* one of the points 0") as caught:
+        list(ProcessExecutor(2).run(groups_of({"do": ["crash"]}), Fake()))
     assert "__main__" in str(caught.value.hint)
 
 

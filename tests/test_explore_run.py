@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -50,6 +51,7 @@ def test_every_point_in_the_order_of_enumeration(platform: Platform, workload: W
     assert (study.platform, study.workload, study.objectives) == ("virtex4-pci", "labyrinth", OBJECTIVES)
     assert study.feasible == tuple(range(8))
     assert study.front == (1, 3)
+    assert pickle.loads(pickle.dumps(study)) == study
 
 
 def test_the_same_bytes_at_any_worker_count_and_from_a_store(

@@ -48,8 +48,7 @@ __all__ = [
 
 
 class _CallableModule(ModuleType):
-    """Importing this package sets ``codesign.explore`` to the package, over the function of that name:
-    either works."""
+    """Importing this package sets ``codesign.explore`` to the package, over the function of that name: either works."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Study:
         return explore(*args, **kwargs)

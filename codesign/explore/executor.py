@@ -11,16 +11,18 @@ Ctrl-C, which is the parent's to handle, and end when the parent does.
 
 from __future__ import annotations
 
-import contextlib
+import json
 import os
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 from multiprocessing import get_context, parent_process
+from multiprocessing.process import BaseProcess
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Protocol
 
@@ -38,7 +40,7 @@ Group = Sequence[DesignPoint]
 
 _GROUPS_AHEAD = 2
 _SECONDS_TO_END = 5.0
-_HINT_LATER = "memory is the usual reason: use fewer workers; finished points are kept"
+_HINT_LATER = "use fewer workers if memory ran out (SIGKILL); finished points are kept"
 _HINT_AT_START = (
     f"{_HINT_LATER}; in a script, explore below `if __name__ == '__main__':`, as workers import it"
 )
@@ -69,8 +71,8 @@ class SerialExecutor:
 class ProcessExecutor:
     """Computes in worker processes, ``workers`` of them.
 
-    The first point is computed by one worker alone: it compiles the kernels into their cache on disk, where
-    the others find them instead of all compiling at the same time.
+    Until the first point that fits, and so is run, one worker computes alone: it compiles the kernels into their
+    cache on disk. Others would compile them at the same time, and the cache bears only one that writes.
     """
 
     def __init__(self, workers: int) -> None:
@@ -82,25 +84,35 @@ class ProcessExecutor:
         pool = ProcessPoolExecutor(self.workers, get_context("spawn"), _start_worker, (evaluate,))
         running: dict[Future[tuple[Entry, ...]], Group] = {}
         ahead, hint = 1, _HINT_AT_START
+        processes: list[BaseProcess] = []
         try:
             while True:
                 for group in islice(waiting, ahead - len(running)):
                     running[_submitted(pool, group)] = group
+                processes = _processes(pool)
                 if not running:
                     break
-                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                done = wait(running, return_when=FIRST_COMPLETED).done
+                # Where a worker died, what the others had finished comes in first.
+                for future in sorted(done, key=lambda future: future.exception() is not None):
                     entries = future.result()
                     del running[future]
-                    ahead, hint = _GROUPS_AHEAD * self.workers, _HINT_LATER
+                    hint = _HINT_LATER
+                    if _was_run(entries):
+                        ahead = _GROUPS_AHEAD * self.workers
                     yield entries
             pool.shutdown()
         except BrokenProcessPool as fault:
-            raise RunError(
-                f"a worker process died while it computed one of the points {_named(running.values())}",
-                hint=hint,
-            ) from fault
+            points = _named(running.values())
+            what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
+            raise RunError(what, hint=hint) from fault
         finally:
-            _end(pool)
+            pool.shutdown(wait=False, cancel_futures=True)
+            _end(processes)
+
+
+def _was_run(entries: tuple[Entry, ...]) -> bool:
+    return any(entry.state is State.DONE and json.loads(entry.text)["feasible"] for entry in entries)
 
 
 def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
@@ -124,9 +136,15 @@ def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
         return Entry(point.key, State.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        frame = traceback.extract_tb(fault.__traceback__)[-1]
-        place = f"{PurePath(frame.filename).name}:{frame.lineno}"
-        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault} ({place})")
+        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+
+
+def _place(fault: Exception) -> str:
+    """The innermost line of this package behind ``_evaluated``, or of any other where it never came back here."""
+    frames = traceback.extract_tb(fault.__traceback__)
+    ours = [frame for frame in frames[1:] if "codesign" in PurePath(frame.filename).parts]
+    frame = (ours or frames)[-1]
+    return f"{PurePath(frame.filename).name}:{frame.lineno}"
 
 
 _worker_evaluate: Evaluate | None = None
@@ -152,8 +170,7 @@ def _work(group: Group) -> tuple[Entry, ...]:
 
 
 def _submitted(pool: ProcessPoolExecutor, group: Group) -> Future[tuple[Entry, ...]]:
-    """Submit with Ctrl-C held back: a worker that is started here inherits that, and stays deaf from its
-    first moment."""
+    """Submit with Ctrl-C held back, which a worker that starts here inherits: it is deaf from its first moment."""
     if not hasattr(signal, "pthread_sigmask"):
         return pool.submit(_work, group)
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
@@ -163,15 +180,27 @@ def _submitted(pool: ProcessPoolExecutor, group: Group) -> Future[tuple[Entry, .
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _end(pool: ProcessPoolExecutor) -> None:
-    """End the workers now; there is nothing to end where the pool was shut down in order."""
-    # Public (terminate_workers) from Python 3.14 on; until then the pool's own table is the only way to its
-    # processes.
-    processes = list((getattr(pool, "_processes", None) or {}).values())
-    pool.shutdown(wait=False, cancel_futures=True)
+def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
+    # Until Python 3.14 (terminate_workers) the pool's own table is the only way to its processes.
+    return list((getattr(pool, "_processes", None) or {}).values())
+
+
+def _cause(processes: list[BaseProcess]) -> str:
+    """How the first of them died that the pool did not end itself, where that can be told."""
+    until = time.monotonic() + _SECONDS_TO_END
+    # Not join: the pool waits for them too, and whoever comes second is told of no exit code for a moment.
+    while any(process.exitcode is None for process in processes) and time.monotonic() < until:
+        time.sleep(0.01)
+    codes = [code for process in processes if (code := process.exitcode) not in (None, 0, -signal.SIGTERM)]
+    if not codes:
+        return ""
+    return f" by {signal.Signals(-codes[0]).name}" if codes[0] < 0 else f" with exit code {codes[0]}"
+
+
+def _end(processes: list[BaseProcess]) -> None:
+    """End these processes now; those of a pool that was shut down in order have ended."""
     for process in processes:
-        with contextlib.suppress(ValueError):
-            process.terminate()
+        process.terminate()
     for process in processes:
         process.join(_SECONDS_TO_END)
         if process.is_alive():

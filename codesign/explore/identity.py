@@ -51,8 +51,7 @@ def fingerprint(platform: Platform, workload: Workload) -> str:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over the sources of this package that a result depends on, and the versions of installed
-    plug-ins."""
+    """SHA-256 over the sources of this package that a result depends on, and the versions of installed plug-ins."""
     digest = hashlib.sha256()
     for name, text in _sources(files("codesign"), ""):
         digest.update(f"{name} {len(text)}\n".encode() + text)

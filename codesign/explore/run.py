@@ -134,7 +134,7 @@ def explore(
     return Study(
         platform.name,
         workload.name,
-        space.axes,
+        dict(space.axes),
         section.objectives,
         section.constraints,
         tuple(tally.outcomes),
@@ -166,7 +166,7 @@ def load_study(path: Path | str) -> Study:
     return Study(
         known["platform"]["name"],
         known["workload"]["name"],
-        tally.space.axes,
+        dict(tally.space.axes),
         objectives,
         constraints,
         tuple(tally.outcomes),
@@ -195,8 +195,7 @@ class _Tally:
         self._cached = self._computed = self._feasible = self._failed = 0
 
     def take_kept(self, store: Store, *, retry: bool = True) -> list[DesignPoint]:
-        """Take what the store has; return the points still to be computed, with ``retry`` those that failed
-        too."""
+        """Take what the store has; return the points still to be computed, with ``retry`` those that failed too."""
         pending = []
         for begin in range(0, len(self.points), _KEYS_AT_ONCE):
             some = self.points[begin : begin + _KEYS_AT_ONCE]
@@ -292,8 +291,7 @@ def _check_some_point(platform: Platform, workload: Workload, space: Space) -> N
 
 
 def _shared_axes(platform: Platform, space: Space) -> tuple[list[str], list[str]]:
-    """Axes that leave the functional work as it is (those of components), and those that share stages
-    (schedules)."""
+    """Axes that leave the functional work as it is (those of components), and those that share stages (schedules)."""
     cheap = [name for name in space.axes if name.partition(".")[0] in platform.components]
     return cheap, [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
 

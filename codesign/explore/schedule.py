@@ -90,11 +90,11 @@ def optimise_schedule(
     memo: Memo | None = None,
     cycles: Callable[[Stage], int] = lambda stage: stage.cycles,
 ) -> Schedule:
-    """The schedule of fewest cycles up to the last precision of ``parameters``, or, where they stop the run
-    at the first stage without local maxima, up to any precision that leaves none.
+    """The schedule of fewest cycles for a problem.
 
-    Every stage the search needs is simulated, bit for bit. Which precision the run ends at may depend on the
-    schedule; the field at a precision never does.
+    It ends at the last precision of ``parameters``, or, where they stop the run at the first stage without local
+    maxima, at any precision that leaves none. Every stage the search needs is simulated, bit for bit. Which
+    precision the run ends at may depend on the schedule; the field at a precision never does.
 
     Args:
         problem: map and goals.

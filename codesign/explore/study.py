@@ -114,8 +114,7 @@ class Study:
         return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
 
     def nearest(self, count: int = 3) -> tuple[int, ...]:
-        """Indices of the infeasible points that pass their limits by least: by the largest relative gap of
-        each."""
+        """Indices of the infeasible points that pass their limits by least: by the largest relative gap of each."""
         short = [point for point in self.points if point.result is not None and not point.feasible]
         short.sort(
             key=lambda point: (max(map(_relative_gap, _reasons(point)), default=math.inf), point.index)
@@ -123,8 +122,7 @@ class Study:
         return tuple(point.index for point in short[:count])
 
     def to_dict(self) -> dict[str, Any]:
-        """The study as JSON has it: the same at any worker count, and whether computed now or found in a
-        store."""
+        """The study as JSON has it: the same at any worker count, and whether computed now or found in a store."""
         front = set(self.front)
         return {
             "schema_version": SCHEMA_VERSION,
