@@ -255,6 +255,10 @@ def test_a_part_of_ones_own_lies_beside_the_platform(tmp_path: Path) -> None:
     (tmp_path / "parts" / "MYPART.yaml").write_text(own)
     with pytest.raises(SpecError, match="'XC3S500E' in file MYPART"):
         load_platform(tmp_path / "p.yaml")
+    renamed = own.replace("name: XC3S500E", "name: MYPART").replace('"-4":', '"4":')
+    (tmp_path / "parts" / "MYPART.yaml").write_text(renamed)
+    with pytest.raises(SpecError, match=r"speed_grades\.4: '4' is not a name\n  hint: a dash and letters"):
+        load_platform(tmp_path / "p.yaml")
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from pydantic import BaseModel, PrivateAttr
 from codesign.errors import Fault
 from codesign.figures import Figure
 from codesign.spec.fields import DECLARED
-from codesign.spec.marks import Document, Path_
+from codesign.spec.marks import Document, KeyPath
 from codesign.spec.model import SpecModel
 
 _NO_DOCUMENT = Document("", Path(), {})
@@ -36,7 +36,7 @@ class Spec(SpecModel):
     def with_document(self, document: Document) -> Self:
         """The spec with its file; figures in short form get the file's name and their line as source."""
 
-        def source(path: Path_) -> str:
+        def source(path: KeyPath) -> str:
             return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
 
         made = placed(self, source)
@@ -57,10 +57,10 @@ class Spec(SpecModel):
         return self.model_dump(mode="json")
 
 
-def fault(spec: Spec, path: Path_, what: str, hint: str | None = None) -> Fault:
+def fault(spec: Spec, path: KeyPath, what: str, hint: str | None = None) -> Fault:
     """A fault at a key of a loaded spec, or at what is around the key where it is not written out.
 
-    >>> # fault(workload, ("problem", "goals", 0), "[4, 7] is an obstacle", "move the goal")
+    ``path`` is the way to the key: ``("problem", "goals", 0)``.
     """
     return spec.document.fault(path, what, hint)
 
@@ -76,12 +76,12 @@ def _without(content: Any, keys: frozenset[str]) -> Any:
 V = TypeVar("V")
 
 
-def placed(value: V, source: Callable[[Path_], str], path: Path_ = ()) -> V:
+def placed(value: V, source: Callable[[KeyPath], str], path: KeyPath = ()) -> V:
     """The value with ``source(path)`` as the source of each figure in short form inside it."""
     return cast("V", _placed(value, source, path))
 
 
-def _placed(value: Any, source: Callable[[Path_], str], path: Path_) -> Any:
+def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath) -> Any:
     if isinstance(value, Figure):
         return dataclasses.replace(value, source=source(path)) if value.source == DECLARED else value
     if isinstance(value, BaseModel):
@@ -93,6 +93,6 @@ def _placed(value: Any, source: Callable[[Path_], str], path: Path_) -> Any:
     return value
 
 
-def _changes(fields: dict[str, Any], source: Callable[[Path_], str], path: Path_) -> dict[str, Any]:
+def _changes(fields: dict[str, Any], source: Callable[[KeyPath], str], path: KeyPath) -> dict[str, Any]:
     made = {name: _placed(field, source, (*path, name)) for name, field in fields.items()}
     return {name: field for name, field in made.items() if field is not fields[name]}

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from codesign.errors import Fault, SpecError, choose_hint
 from codesign.spec.base import placed
 from codesign.spec.exploration import MAX_AXES, MAX_VALUES
-from codesign.spec.marks import Document, Path_
+from codesign.spec.marks import Document, KeyPath
 from codesign.spec.platform import COMPONENTS, Platform
 from codesign.spec.scalars import clip
 from codesign.spec.validate import translate
@@ -99,11 +99,11 @@ def _sound(raw: Any, model: type[BaseModel], document: Document) -> bool:
 
 
 def _placed_faults(
-    error: ValidationError, document: Document, tree: Any, keys: Path_, place: Path_, with_clashes: bool
+    error: ValidationError, document: Document, tree: Any, keys: KeyPath, place: KeyPath, with_clashes: bool
 ) -> list[Fault]:
     """Faults of a substituted value, at the value; those of other keys only ``with_clashes``."""
 
-    def to_document(path: Path_) -> Path_ | None:
+    def to_document(path: KeyPath) -> KeyPath | None:
         if path[: len(keys)] == keys:
             return (*place, *path[len(keys) :])
         return place if with_clashes else None
@@ -112,7 +112,7 @@ def _placed_faults(
 
 
 def substitute(
-    raw: Mapping[str, Any], values: Mapping[Path_, Any], model: type[BaseModel] | None = None
+    raw: Mapping[str, Any], values: Mapping[KeyPath, Any], model: type[BaseModel] | None = None
 ) -> dict[str, Any] | None:
     """A copy of a raw mapping with values put at paths of keys; None where a path leads through no mapping.
 
@@ -209,7 +209,7 @@ def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) 
         SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
     """
     faults: list[Fault] = []
-    by_target: dict[str, dict[Path_, Any]] = {}
+    by_target: dict[str, dict[KeyPath, Any]] = {}
     for axis, value in values.items():
         target, *keys = axis.split(".")
         if not keys or (target not in workload.mapping and target not in platform.components):
@@ -253,7 +253,7 @@ def _raw(spec: Platform | Workload, key: str) -> dict[str, Any]:
 
 
 def _substituted(
-    raw: Mapping[str, Any], values: Mapping[Path_, Any], model: type[BaseModel] | None = None
+    raw: Mapping[str, Any], values: Mapping[KeyPath, Any], model: type[BaseModel] | None = None
 ) -> dict[str, Any]:
     made = substitute(raw, values, model)
     if made is None:
@@ -268,13 +268,13 @@ def _changed(spec: Any, field: str, value: Any, raw: dict[str, Any]) -> Any:
 
 
 def _point_faults(
-    error: ValidationError, workload: Workload, target: str, given: Iterable[Path_], tree: Any
+    error: ValidationError, workload: Workload, target: str, given: Iterable[KeyPath], tree: Any
 ) -> list[Fault]:
     """Faults of a design point, each under the axis that brought the value in, where one did."""
     document = Document(workload.document.file, workload.document.folder, tree)
     axes = {keys: ".".join((target, *map(str, keys))) for keys in given}
 
-    def to_axis(path: Path_) -> Path_:
+    def to_axis(path: KeyPath) -> KeyPath:
         for keys, axis in axes.items():
             if path[: len(keys)] == keys:
                 return (axis, *path[len(keys) :])

@@ -10,7 +10,7 @@ from pydantic import Field, PlainSerializer, StringConstraints, ValidationInfo, 
 
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
-from codesign.spec.model import RefusalError, SpecModel, refused
+from codesign.spec.model import NAME_PATTERN, RefusalError, SpecModel, refused
 from codesign.spec.scalars import show
 from codesign.units import SCALES, Dimension, parse_quantity
 
@@ -19,7 +19,7 @@ MAX_COUNT = 10**15
 DECLARED = "declared"
 """Source of a figure in short form, until its file and line are put in."""
 
-Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_-]*$", max_length=64)]
+Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN, max_length=64)]
 """A name: letters, digits, ``_`` and ``-``, not beginning with a digit."""
 
 Cell = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]

@@ -27,7 +27,7 @@ MAX_NODES = 100_000
 MAX_FAULTS = 100
 """Faults reported of one file; the rest is counted."""
 
-Path_ = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 """The way to a node: mapping keys and list indices from the root."""
 
 Mark = tuple[int, int]
@@ -50,27 +50,27 @@ class Document:
     file: str
     folder: Path
     tree: Any
-    keys: dict[Path_, Mark] = field(default_factory=dict)
-    values: dict[Path_, Mark] = field(default_factory=dict)
+    keys: dict[KeyPath, Mark] = field(default_factory=dict)
+    values: dict[KeyPath, Mark] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
 
-    def value_mark(self, path: Path_) -> Mark:
+    def value_mark(self, path: KeyPath) -> Mark:
         """The place of the value at ``path``, or of what is around it; (0, 0) where nothing has a place."""
         while path and path not in self.values:
             path = path[:-1]
         return self.values.get(path, (0, 0))
 
-    def key_mark(self, path: Path_) -> Mark:
+    def key_mark(self, path: KeyPath) -> Mark:
         """The place of the key at ``path``; where it has none, that of its value."""
         return self.keys.get(path) or self.value_mark(path)
 
-    def fault(self, path: Path_, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
+    def fault(self, path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
         """A fault at a value (or, ``at_key``, at its key)."""
         line, column = self.key_mark(path) if at_key else self.value_mark(path)
         return Fault(self.file, line, column, dotted(path), what, hint)
 
 
-def dotted(path: Path_) -> str:
+def dotted(path: KeyPath) -> str:
     """The path of a key as users write it.
 
     >>> dotted(("problem", "goals", 0))
@@ -168,14 +168,14 @@ class _Reader:
 
     def __init__(self, file: str) -> None:
         self.file = file
-        self.keys: dict[Path_, Mark] = {}
-        self.values: dict[Path_, Mark] = {}
+        self.keys: dict[KeyPath, Mark] = {}
+        self.values: dict[KeyPath, Mark] = {}
         self.faults: list[Fault] = []
         self.last_line = 1
         self._nodes = 0
         self._root: Any = None
         # Open containers: (path, container), and of a mapping the key that waits for its value.
-        self._open: list[tuple[Path_, dict[str, Any] | list[Any]]] = []
+        self._open: list[tuple[KeyPath, dict[str, Any] | list[Any]]] = []
         self._key: list[str | None] = []
 
     def read(self, events: Iterator[Any]) -> Any:
@@ -247,7 +247,7 @@ class _Reader:
         self.keys[inner] = _mark(event)
         self._key[-1] = key
 
-    def _next_path(self) -> Path_:
+    def _next_path(self) -> KeyPath:
         if not self._open:
             return ()
         path, container = self._open[-1]
@@ -255,7 +255,7 @@ class _Reader:
         assert step is not None
         return (*path, step)
 
-    def _place_value(self, path: Path_, value: Any) -> None:
+    def _place_value(self, path: KeyPath, value: Any) -> None:
         if not self._open:
             self._root = value
             return
@@ -266,7 +266,7 @@ class _Reader:
             container[str(path[-1])] = value
             self._key[-1] = None
 
-    def _scalar(self, event: Any, path: Path_) -> Any:
+    def _scalar(self, event: Any, path: KeyPath) -> Any:
         text, plain = event.value, event.style is None
         wrong = refusal(text) if plain else None
         if _CONTROL.search(text):
@@ -276,7 +276,7 @@ class _Reader:
             return text
         return resolve(text) if plain else text
 
-    def _fault(self, event: Any, path: Path_, what: str, hint: str | None) -> None:
+    def _fault(self, event: Any, path: KeyPath, what: str, hint: str | None) -> None:
         self.faults.append(Fault(self.file, *_mark(event), dotted(path), what, hint))
         if len(self.faults) >= MAX_FAULTS:
             raise SpecError(self.faults)

@@ -30,6 +30,9 @@ from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError
 from codesign.errors import InputError, choose_hint
 from codesign.spec.scalars import clip, show
 
+NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_-]*$"
+SPEED_GRADE_PATTERN = r"^-[0-9A-Za-z]+$"
+
 Location = tuple[str | int, ...]
 """The way to a key inside a model: field names and list indices."""
 

@@ -15,7 +15,7 @@ from codesign.spec.base import Spec
 from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.spec.locate import data_folder, shown
 from codesign.spec.marks import Document, read_document
-from codesign.spec.model import SpecModel
+from codesign.spec.model import SPEED_GRADE_PATTERN, SpecModel
 from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
 
@@ -78,7 +78,7 @@ class SpeedGrade(SpecModel):
     block_ram_clock: FrequencyFigure
 
 
-SpeedGradeName = Annotated[str, Field(pattern=r"^-[0-9A-Za-z]+$", max_length=8)]
+SpeedGradeName = Annotated[str, Field(pattern=SPEED_GRADE_PATTERN, max_length=8)]
 
 
 class PartFile(Spec):

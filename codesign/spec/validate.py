@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint
-from codesign.spec.marks import MAX_FAULTS, Document, Path_
-from codesign.spec.model import RefusalError
+from codesign.spec.marks import MAX_FAULTS, Document, KeyPath
+from codesign.spec.model import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 from codesign.spec.scalars import clip, show
 
 M = TypeVar("M", bound=BaseModel)
@@ -62,7 +62,7 @@ def translate(
     error: ValidationError,
     document: Document,
     tree: Any = None,
-    place: Callable[[Path_], Path_ | None] = lambda path: path,
+    place: Callable[[KeyPath], KeyPath | None] = lambda path: path,
 ) -> list[Fault]:
     """The faults that a validation error stands for.
 
@@ -74,19 +74,19 @@ def translate(
     """
     validated = document.tree if tree is None else tree
     lines = [_Line(line, *_locate(validated, line)) for line in error.errors(include_url=False)]
-    lines = _without_noise(lines)
+    placed = [(path, line) for line in _without_noise(lines) if (path := place(line.path)) is not None]
+    placed.sort(key=lambda pair: document.value_mark(pair[0]))
     # A hint takes a search for the nearest word: what nobody will read gets none made.
-    lines.sort(key=lambda line: document.value_mark(place(line.path) or ()))
-    faults = [_fault(line, document, place) for line in lines[: MAX_FAULTS + 1]]
-    faults += [document.fault(line.path, line.message) for line in lines[MAX_FAULTS + 1 :]]
+    faults = [_fault(line, path, document, place) for path, line in placed[: MAX_FAULTS + 1]]
+    faults += [document.fault(path, line.message) for path, line in placed[MAX_FAULTS + 1 :]]
     # Two branches of a union, or a model and its parent, may say the same thing of the same place.
-    return list(dict.fromkeys(fault for fault in faults if fault is not None))
+    return list(dict.fromkeys(faults))
 
 
 class _Line:
     """One line of a validation error, with the path it means and the branches of unions it went through."""
 
-    def __init__(self, line: Any, path: Path_, branch: tuple[Path_, str] | None) -> None:
+    def __init__(self, line: Any, path: KeyPath, branch: tuple[KeyPath, str] | None) -> None:
         self.type: str = line["type"]
         self.value: Any = line["input"]
         self.context: dict[str, Any] = line.get("ctx", {})
@@ -96,7 +96,7 @@ class _Line:
         self.branch = branch
 
 
-def _locate(tree: Any, line: Any) -> tuple[Path_, tuple[Path_, str] | None]:
+def _locate(tree: Any, line: Any) -> tuple[KeyPath, tuple[KeyPath, str] | None]:
     """The path that the location of an error means, and its first union branch: (path of the union, branch).
 
     Pydantic puts the names of union branches and ``[key]`` between the steps; neither stands in the tree. Of what
@@ -120,7 +120,7 @@ def _locate(tree: Any, line: Any) -> tuple[Path_, tuple[Path_, str] | None]:
 
 def _without_noise(lines: list[_Line]) -> list[_Line]:
     """Keep of each union the branch that was meant: of the right kind, with the fewest complaints."""
-    unions: dict[Path_, dict[str, list[_Line]]] = {}
+    unions: dict[KeyPath, dict[str, list[_Line]]] = {}
     for line in lines:
         if line.branch:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
@@ -137,7 +137,7 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
     return kept
 
 
-def _wrong_kind(line: _Line, union: Path_) -> bool:
+def _wrong_kind(line: _Line, union: KeyPath) -> bool:
     return line.path == union and line.type.endswith("_type")
 
 
@@ -146,20 +146,18 @@ def _miscounted(line: _Line) -> bool:
     return line.type == "too_short" and len(line.value) >= line.context["min_length"]
 
 
-def _fault(line: _Line, document: Document, place: Callable[[Path_], Path_ | None]) -> Fault | None:
-    path = place(line.path)
-    if path is None:
-        return None
+def _fault(
+    line: _Line, path: KeyPath, document: Document, place: Callable[[KeyPath], KeyPath | None]
+) -> Fault:
     refusal = line.context.get("error")
     if isinstance(refusal, RefusalError):
         inner = place((*line.path, *refusal.at)) or path
         return document.fault(inner, refusal.what, refusal.hint, at_key=refusal.of_key)
     if line.type in {"unknown_key", "extra_forbidden"}:
         word = clip(str(path[-1]), 60) if path else ""
-        accepted = line.context.get("accepted", ())
-        return document.fault(
-            path, "unknown key", choose_hint(word, accepted) if accepted else None, at_key=True
-        )
+        accepted = line.context.get("accepted")
+        hint = choose_hint(word, accepted) if accepted is not None else None
+        return document.fault(path, "unknown key", hint, at_key=True)
     if line.type == "missing" and isinstance(line.last_step, int):
         what = f"{show(line.value)} of {line.last_step} entries is too short"
         return document.fault(path, what, f"{line.last_step + 1} needed")
@@ -227,6 +225,10 @@ def _choose(line: _Line, shown: str) -> tuple[str, str | None]:
     return f"{shown} is not accepted", choose_hint(clip(str(line.value), 60), words)
 
 
+_PATTERNS = {
+    NAME_PATTERN: "letters, digits, _ and -, a letter first",
+    SPEED_GRADE_PATTERN: 'a dash and letters or digits, such as "-12"',
+}
 _EXPLAINED: dict[str, Callable[[_Line, str], tuple[str, str | None]]] = {
     "too_short": _too_short,
     "too_long": _too_long,
@@ -235,10 +237,7 @@ _EXPLAINED: dict[str, Callable[[_Line, str], tuple[str, str | None]]] = {
         f"{shown} is too long",
         f"at most {line.context['max_length']} characters",
     ),
-    "string_pattern": lambda _line, shown: (
-        f"{shown} is not a name",
-        "letters, digits, _ and -, a letter first",
-    ),
+    "string_pattern": lambda line, shown: (f"{shown} is not a name", _PATTERNS.get(line.context["pattern"])),
     "enum": _choose,
     "literal": _choose,
 }
