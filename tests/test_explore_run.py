@@ -319,5 +319,6 @@ def test_points_that_share_their_functional_work_do_it_once(
     names = ("relax.block", "relax.schedule", "relax.termination")
     functional = {canonical([point.axes[name] for name in names]) for point in study.points}
     assert len(made) == 1
-    assert made[0].misses <= 3 * len(functional)
+    assert study.failed == ()
+    assert made[0].misses < 2 * len(study.points)
     assert made[0].hits >= len(study.feasible) - len(functional)
