@@ -69,7 +69,6 @@ def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool)
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
     from codesign.report import (
-        best_table,
         front_table,
         nearest_table,
         reasons_table,
@@ -85,8 +84,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
     if as_json:
         click.echo(study.to_json())
         return
-    for table in (front_table(study), best_table(study)) if study.feasible else (nearest_table(study),):
-        click.echo(render_text(table))
+    click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
     if study.reasons:
         click.echo(render_text(reasons_table(study)))
     for name, path in (("csv", csv_file), ("page", page)):
