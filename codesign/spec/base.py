@@ -35,11 +35,7 @@ class Spec(SpecModel):
 
     def with_document(self, document: Document) -> Self:
         """The spec with its file; figures in short form get the file's name and their line as source."""
-
-        def source(path: KeyPath) -> str:
-            return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
-
-        made = placed(self, source)
+        made = placed(self, lambda path: declared_in(document, path))
         made._document = document
         return made
 
@@ -71,6 +67,11 @@ def _without(content: Any, keys: frozenset[str]) -> Any:
     if isinstance(content, list):
         return [_without(value, keys) for value in content]
     return content
+
+
+def declared_in(document: Document, path: KeyPath) -> str:
+    """The source of a figure in short form: its file, without folders, and its line."""
+    return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
 
 
 V = TypeVar("V")

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint
-from codesign.spec.base import placed
+from codesign.spec.base import Spec, declared_in, placed
 from codesign.spec.exploration import MAX_AXES, MAX_VALUES
-from codesign.spec.marks import Document, KeyPath
+from codesign.spec.marks import Document, KeyPath, dotted
 from codesign.spec.platform import COMPONENTS, Platform
 from codesign.spec.scalars import clip
 from codesign.spec.validate import translate
 from codesign.spec.workload import RawParameters, TaskMapping, Workload, map_task
+
+S = TypeVar("S", bound=Spec)
 
 _MAPPING_KEYS = ("component", "style")
 _CHOSEN = "chosen for this design point"
@@ -199,7 +201,7 @@ def _component_axis_faults(platform: Platform, document: Document, axis: str, al
 def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) -> tuple[Platform, Workload]:
     """One design point: platform and workload with a raw value put in the place of each axis.
 
-    Nothing is read again but a part that was not read before.
+    The workload of a point has no ``explore``. Nothing is read again but a part that was not read before.
 
     Args:
         platform: and ``workload``: loaded specs.
@@ -209,70 +211,83 @@ def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) 
         SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
     """
     faults: list[Fault] = []
-    by_target: dict[str, dict[KeyPath, Any]] = {}
-    for axis, value in values.items():
-        target, *keys = axis.split(".")
-        if not keys or (target not in workload.mapping and target not in platform.components):
+    tasks: dict[str, tuple[dict[str, Any], TaskMapping]] = {}
+    components: dict[str, tuple[dict[str, Any], BaseModel]] = {}
+    for target, given in _by_target(values).items():
+        is_task = target in workload.mapping
+        if not (is_task or target in platform.components) or () in given:
+            axis = dotted((target, *next(iter(given))))
             hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components))
             what = "no axis: write TASK.PARAMETER or COMPONENT.FIELD"
-            faults.append(Fault(workload.document.file, 0, 0, clip(axis), what, hint))
-        else:
-            by_target.setdefault(target, {})[tuple(keys)] = value
-    tasks: dict[str, TaskMapping] = {}
-    components: dict[str, BaseModel] = {}
-    raw_tasks, raw_components = _raw(workload, "mapping"), _raw(platform, "components")
-    for target, given in by_target.items():
+            faults.append(Fault(workload.document.file, 0, 0, axis, what, hint))
+            continue
+        model = (workload.task_models or {}).get(target, RawParameters)
+        declared = _raw(workload, "mapping") if is_task else _raw(platform, "components")
+        raw = substitute(declared[target], given, model if is_task else None)
+        if raw is None:
+            inside = dotted((target, *max(given, key=len)[:-1]))
+            what, hint = "is not a mapping", "set the whole of it"
+            faults.append(Fault(workload.document.file, 0, 0, inside, what, hint))
+            continue
         try:
-            if target in workload.mapping:
-                model = (workload.task_models or {}).get(target, RawParameters)
-                raw_tasks[target] = _substituted(raw_tasks[target], given, model)
-                tasks[target] = map_task(raw_tasks[target], model, workload.document)
+            if is_task:
+                tasks[target] = raw, map_task(raw, model, workload.document)
             else:
-                kind = COMPONENTS[platform.components[target].type]
-                raw_components[target] = _substituted(raw_components[target], given)
-                made = kind.model_validate(raw_components[target], context={"document": platform.document})
-                components[target] = placed(made, lambda _path: _CHOSEN)
+                components[target] = raw, _moved_component(platform, target, raw, given)
         except ValidationError as error:
-            tree = (raw_tasks if target in workload.mapping else raw_components)[target]
-            faults += _point_faults(error, workload, target, given, tree)
-        except KeyError as missing:
-            what = f"{missing.args[0]} is not a mapping"
-            faults.append(Fault(workload.document.file, 0, 0, target, what, "set the whole of it"))
+            faults += _point_faults(error, workload.document, target, given, raw)
     if faults:
         raise SpecError(faults)
-    return (
-        _changed(platform, "components", platform.components | components, raw_components)
-        if components
-        else platform,
-        _changed(workload, "mapping", workload.mapping | tasks, raw_tasks) if tasks else workload,
-    )
+    point = workload.model_copy(update={"explore": None})
+    return _with(platform, "components", components), _with(point, "mapping", tasks)
 
 
-def _raw(spec: Platform | Workload, key: str) -> dict[str, Any]:
-    return dict(spec.document.tree[key])
-
-
-def _substituted(
-    raw: Mapping[str, Any], values: Mapping[KeyPath, Any], model: type[BaseModel] | None = None
-) -> dict[str, Any]:
-    made = substitute(raw, values, model)
-    if made is None:
-        raise KeyError(", ".join(".".join(map(str, keys[:-1])) for keys in values if len(keys) > 1))
+def _by_target(values: Mapping[str, Any]) -> dict[str, dict[KeyPath, Any]]:
+    """Values by task or component, then by the path of the key inside it."""
+    made: dict[str, dict[KeyPath, Any]] = {}
+    for axis, value in values.items():
+        target, *keys = axis.split(".")
+        made.setdefault(target, {})[tuple(keys)] = value
     return made
 
 
-def _changed(spec: Any, field: str, value: Any, raw: dict[str, Any]) -> Any:
-    made = spec.model_copy(update={field: value})
-    made._document = dataclasses.replace(spec.document, tree={**spec.document.tree, field: raw})
-    return made
+def _raw(spec: Spec, section: str) -> dict[str, Any]:
+    raw: dict[str, Any] = spec.document.tree[section]
+    return raw
+
+
+def _moved_component(
+    platform: Platform, name: str, raw: dict[str, Any], given: Iterable[KeyPath]
+) -> BaseModel:
+    """A component from its raw mapping, ``given`` the keys in it that the design point brought."""
+    document, moved = platform.document, set(given)
+
+    def source(path: KeyPath) -> str:
+        if any(path[: len(keys)] == keys for keys in moved):
+            return _CHOSEN
+        return declared_in(document, ("components", name, *path))
+
+    model = COMPONENTS[platform.components[name].type]
+    return placed(model.model_validate(raw, context={"document": document}), source)
+
+
+def _with(spec: S, field: str, moved: Mapping[str, tuple[dict[str, Any], Any]]) -> S:
+    """The spec with some entries of a field replaced, in its raw tree too."""
+    if not moved:
+        return spec
+    tree = spec.document.tree
+    raw = {**tree[field], **{name: entry for name, (entry, _made) in moved.items()}}
+    made = {**getattr(spec, field), **{name: entry for name, (_raw, entry) in moved.items()}}
+    changed = spec.model_copy(update={field: made})
+    changed._document = dataclasses.replace(spec.document, tree={**tree, field: raw})
+    return changed
 
 
 def _point_faults(
-    error: ValidationError, workload: Workload, target: str, given: Iterable[KeyPath], tree: Any
+    error: ValidationError, document: Document, target: str, given: Iterable[KeyPath], raw: Any
 ) -> list[Fault]:
     """Faults of a design point, each under the axis that brought the value in, where one did."""
-    document = Document(workload.document.file, workload.document.folder, tree)
-    axes = {keys: ".".join((target, *map(str, keys))) for keys in given}
+    axes = {keys: dotted((target, *keys)) for keys in given}
 
     def to_axis(path: KeyPath) -> KeyPath:
         for keys, axis in axes.items():
@@ -280,4 +295,4 @@ def _point_faults(
                 return (axis, *path[len(keys) :])
         return (target, *path)
 
-    return translate(error, document, tree, to_axis)
+    return translate(error, Document(document.file, document.folder, raw), raw, to_axis)
