@@ -374,3 +374,12 @@ def test_scalars_are_strict_however_a_field_is_annotated(tmp_path: Path) -> None
     ):
         with pytest.raises(SpecError):
             load(lax)
+
+
+def test_data_lie_beside_the_package_in_a_checkout_and_inside_it_in_a_wheel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("codesign.spec.locate.__file__", str(tmp_path / "codesign" / "spec" / "locate.py"))
+    assert data_folder("platforms") == tmp_path / "codesign" / "platforms"
+    (tmp_path / "pyproject.toml").touch()
+    assert data_folder("platforms") == tmp_path / "platforms"
