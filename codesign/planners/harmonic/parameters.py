@@ -6,9 +6,9 @@ from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from codesign.spec import RefusalError
+from codesign.spec import RefusalError, SpecModel
 
 MAX_PRECISION = 1023
 
@@ -27,10 +27,8 @@ class Stop(StrEnum):
     SCHEDULE_END = "schedule_end"
 
 
-class PrecisionRange(BaseModel):
+class PrecisionRange(SpecModel):
     """An arithmetic series of precisions: ``first``, ``first + step``, ... and ``last`` itself, always."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     first: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="fractional bits of the first stage")]
     step: Annotated[int, Field(ge=1, le=MAX_PRECISION, description="bits added from stage to stage")]
@@ -57,13 +55,12 @@ Side = Annotated[int, Field(ge=1, le=4096)]
 Precision = Annotated[int, Field(ge=1, le=MAX_PRECISION)]
 
 
-class RelaxParameters(BaseModel):
+class RelaxParameters(SpecModel):
     """How the field is relaxed: the partition, the iterations of a visit, the precisions.
 
     Exactly one of ``block`` (rows and columns of a block) and ``blocks`` (how many blocks, down and across) is given.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
 
     block: Annotated[
@@ -135,13 +132,10 @@ class RelaxParameters(BaseModel):
         return -(-rows // height) * -(-columns // width)
 
 
-class DecideParameters(BaseModel):
+class DecideParameters(SpecModel):
     """The decision task has nothing to choose."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
-
-class LoadParameters(BaseModel):
+class LoadParameters(SpecModel):
     """The task that brings the map to the planner has nothing to choose."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
