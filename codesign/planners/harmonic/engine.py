@@ -146,7 +146,6 @@ class Engine:
             self._layout,
             self._limbs,
             precision - self._precision,
-            self._movable,
             self._state.odometer,
             self._state.odometer_width,
             self._signed,

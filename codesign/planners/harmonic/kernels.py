@@ -334,10 +334,7 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
             get(state.visit_width, (source + word + 7) // LANES),
         )
         selected = select & load(state.mask, mask + target + word)
-        gained = zeros()
-        for plane in range(count):
-            gained |= load(visit, plane * step + source + word)
-        if not any_bit(((gained >> right) << left) & selected):
+        if count == 0 or not any_bit(selected):
             continue
         group = block * layout.groups + (target + word) // LANES
         have = get(state.width, group) + 2
@@ -405,7 +402,7 @@ def _enter(layout, state, block, signed):
 
 
 @njit(cache=True)
-def _leave(layout, state, block, slot, signed):
+def _leave(layout, state, block, slot):
     """Copy r of a block back from a slot of the ring."""
     step, base = layout.plane, block * layout.planes * layout.plane
     from_slot = slot * layout.planes * step
@@ -440,7 +437,7 @@ def _visit(layout, state, control, block, iterations, budget, signed):
         s3 = (before + 3) % (SLOTS + 1) if made > 3 else nothing
         _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
         budget -= made * layout.columns * layout.rows
-    _leave(layout, state, block, current, signed)
+    _leave(layout, state, block, current)
     put(state.active, block, width)
     if signed:
         _trim(layout, state, block, signed)

@@ -37,7 +37,7 @@ lanes_type = Lanes()
 
 
 @register_model(Lanes)
-class LanesModel(models.PrimitiveModel):
+class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager, kind):
         super().__init__(manager, kind, _VECTOR)
 

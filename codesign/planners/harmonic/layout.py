@@ -116,7 +116,7 @@ def make_state(layout: Layout, signed: bool) -> State:
 
 def addresses(state: State) -> State:
     """The addresses of the arrays: arrays inside the kernel would have their references counted at every use."""
-    return State(*(array.ctypes.data for array in state))
+    return State(*(array.ctypes.data for array in state))  # type: ignore[arg-type]
 
 
 def _aligned(words: int) -> np.ndarray:

@@ -98,7 +98,9 @@ def fill_residual(layout, limbs, movable, planes, count):
         for column in range(limbs.shape[1]):
             if not movable[row, column]:
                 continue
-            _, negative = _residual(limbs, row, column, residual)
+            bits, negative = _residual(limbs, row, column, residual)
+            if bits == 0 and not negative:
+                continue
             block, word, bit = _place(layout, row, column)
             word += block * layout.planes * layout.plane
             for plane in range(count):
@@ -111,41 +113,49 @@ def fill_residual(layout, limbs, movable, planes, count):
 
 
 @njit(cache=True)
-def raise_field(layout, limbs, shift, movable, planes, widths, signed, raised):
-    """Put (limbs << shift) + d into ``raised``, d taken from its planes, ``widths`` of each group."""
+def _gather(planes, word, step, first, width, signed, digits):
+    """Bits ``first`` to ``first`` + 63 of the 64 numbers of ``width`` planes that share a word."""
+    last = min(first + 64, width)
+    sign = planes[word + (width - 1) * step] if signed and width > 0 else np.uint64(0)
+    for column in range(64):
+        negative = (sign >> np.uint64(column)) & np.uint64(1)
+        above = ~np.uint64(0) if last <= first else ~np.uint64(0) << np.uint64(last - first)
+        digits[column] = above * negative if last - first < 64 else np.uint64(0)
+    for plane in range(first, last):
+        bits, weight = planes[word + plane * step], np.uint64(plane - first)
+        for column in range(64):
+            digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
+
+
+@njit(cache=True)
+def raise_field(layout, limbs, shift, planes, widths, signed, raised):
+    """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each group."""
     words, bits = shift // 64, np.uint64(shift % 64)
-    rows, columns, count = raised.shape
-    for row in range(rows):
-        for column in range(columns):
-            block, word, bit = _place(layout, row, column)
-            width = widths[block * layout.groups + word // 8] if movable[row, column] else 0
+    digits, carries = np.empty(64, np.uint64), np.empty(64, np.uint64)
+    for row in range(raised.shape[0]):
+        column = 0
+        while column < raised.shape[1]:
+            block, word, _ = _place(layout, row, column)
+            width = widths[block * layout.groups + word // 8]
             word += block * layout.planes * layout.plane
-            sign = np.uint64(0)
-            if signed and width > 0 and (planes[(width - 1) * layout.plane + word] >> bit) & np.uint64(1):
-                sign = ~sign
-            carry = np.uint64(0)
-            for limb in range(count):
-                value = np.uint64(0)
+            # As many columns as share the word.
+            inner = column % layout.block_columns
+            together = min(64, layout.block_columns - inner, raised.shape[1] - column)
+            carries[:] = 0
+            for limb in range(raised.shape[2]):
+                _gather(planes, word, layout.plane, limb * 64, width, signed, digits)
                 source = limb - words
-                if 0 <= source < limbs.shape[2]:
-                    value = limbs[row, column, source] << bits
-                if bits and 0 <= source - 1 < limbs.shape[2]:
-                    value |= limbs[row, column, source - 1] >> (np.uint64(64) - bits)
-                first, last = limb * 64, min(limb * 64 + 64, width)
-                added = sign
-                if first < last:
-                    if last - first < 64:
-                        added <<= np.uint64(last - first)
-                    else:
-                        added = np.uint64(0)
-                    for plane in range(first, last):
-                        one = (planes[plane * layout.plane + word] >> bit) & np.uint64(1)
-                        added |= one << np.uint64(plane - first)
-                total = value + added
-                overflow = np.uint64(total < value)
-                value = total + carry
-                carry = overflow | np.uint64(value < total)
-                raised[row, column, limb] = value
+                for index in range(together):
+                    value = np.uint64(0)
+                    if 0 <= source < limbs.shape[2]:
+                        value = limbs[row, column + index, source] << bits
+                    if bits and 0 <= source - 1 < limbs.shape[2]:
+                        value |= limbs[row, column + index, source - 1] >> (np.uint64(64) - bits)
+                    partial = value + digits[index]
+                    total = partial + carries[index]
+                    carries[index] = np.uint64(partial < value) | np.uint64(total < partial)
+                    raised[row, column + index, limb] = total
+            column += together
 
 
 @njit(cache=True)
