@@ -17,6 +17,8 @@ from codesign.planners.harmonic.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.parameters import MAX_PRECISION, Termination
 
 MAX_CELLS = 1 << 24
+# Every block takes some kilobytes beside its cells.
+MAX_BLOCKS = 1 << 18
 MAX_ITERATIONS = (1 << 31) - 1
 
 
@@ -150,6 +152,13 @@ def _check_block(block: Any, free: NDArray[np.bool_]) -> tuple[int, int]:
             f"block of {height} × {width} nodes is larger than the map of {rows} × {columns} cells",
             "block",
             f"at most {rows} × {columns}",
+        )
+    blocks = -(-rows // height) * -(-columns // width)
+    if blocks > MAX_BLOCKS:
+        raise InputError(
+            f"{blocks} blocks of {height} × {width} nodes are more than {MAX_BLOCKS}",
+            "block",
+            "use larger blocks",
         )
     return height, width
 

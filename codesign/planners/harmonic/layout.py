@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from codesign.errors import RunError
+
 WORD_BITS = 64
 LANES = 8
 # Iterations whose steps are summed at once; the ring holds as many, one more, and one that stays zero.
@@ -94,9 +96,23 @@ def better_transposed(block: tuple[int, int]) -> bool:
 
 
 def make_state(layout: Layout, signed: bool) -> State:
-    """A state of zeros. Memory of planes that no value reaches is never touched."""
+    """A state of zeros. Memory of planes that no value reaches is never touched.
+
+    Raises RunError where the machine has not even the addresses.
+    """
     blocks, groups = layout.down * layout.across, layout.groups
     room = blocks * layout.planes * layout.plane
+    try:
+        return _zero_state(layout, blocks, groups, room, signed)
+    except MemoryError as error:
+        raise RunError(
+            f"{blocks} blocks in {layout.planes} planes take {room * 16 >> 30} GiB, more than there is",
+            "block",
+            "use larger blocks, a smaller map, or smaller steps of precision",
+        ) from error
+
+
+def _zero_state(layout: Layout, blocks: int, groups: int, room: int, signed: bool) -> State:
     return State(
         mask=_aligned(blocks * layout.plane),
         residual=_aligned(room),

@@ -31,8 +31,23 @@ def _half(limbs, row, column, half):
 
 
 @njit(cache=True)
+def _all_zero(limbs, row, column):
+    """Whether a cell and its neighbours are 0, as most are at the start."""
+    last_row, last_column = limbs.shape[0] - 1, limbs.shape[1] - 1
+    some = np.uint64(0)
+    for limb in range(limbs.shape[2]):
+        some |= limbs[row, column, limb]
+        some |= limbs[max(row - 1, 0), column, limb] | limbs[min(row + 1, last_row), column, limb]
+        some |= limbs[row, max(column - 1, 0), limb] | limbs[row, min(column + 1, last_column), limb]
+    return some == 0
+
+
+@njit(cache=True)
 def _residual(limbs, row, column, residual):
     """N + E + S + W - 4h of a cell, in two's complement halves; the bits it takes, and whether it is negative."""
+    if _all_zero(limbs, row, column):
+        residual[:] = 0
+        return 0, False
     carry = np.int64(0)
     for half in range(len(residual)):
         carry += (
