@@ -18,7 +18,7 @@ from codesign.planners.harmonic.parameters import MAX_PRECISION, Termination
 
 MAX_CELLS = 1 << 24
 # Every block takes some kilobytes beside its cells.
-MAX_BLOCKS = 1 << 18
+MAX_BLOCKS = 1 << 16
 MAX_ITERATIONS = (1 << 31) - 1
 
 
