@@ -52,7 +52,8 @@ def real_time(
         3, lambda: relax(free, [GOAL], block=block, iterations=iterations, schedule=schedule)
     )
     blocks = -(-free.shape[0] // block[0]) * -(-free.shape[1] // block[1])
-    case = f"{name}: {blocks} blocks of {block[0]}×{block[1]}, p to {schedule[-1]}, I = {iterations}"
+    bits = "..".join(str(p) for p in dict.fromkeys((schedule[0], schedule[-1])))
+    case = f"{name}: {blocks} blocks of {block[0]}×{block[1]}, p = {bits}, I = {iterations}"
     nodes = block[0] * block[1]
     return row(case, seconds, result.total_iterations, nodes, result.total_cycles / CLOCK)
 
