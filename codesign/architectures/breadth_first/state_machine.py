@@ -1,0 +1,127 @@
+"""Style ``state_machine``: Standby, Init, BF, Path on an FPGA (Vacariu et al. 2008, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.architectures.breadth_first import published, resources, timing
+from codesign.architectures.breadth_first.steps import (
+    INIT,
+    PATH,
+    SEARCH,
+    expansions,
+    pushes_of_each_pop,
+    searched,
+    step,
+    steps,
+)
+from codesign.architectures.interface import Demand, Memory, Step
+from codesign.figures import Figure, Status, weakest
+from codesign.memo import Memo
+from codesign.planners.breadth_first.parameters import Display, MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.search import Search
+from codesign.planners.interface import Problem
+from codesign.spec.part import Part
+
+SLICES_A_BLOCK_RAM = 16
+"""Slices that a block RAM in use counts as in the dynamic power; 4 to 64 bound it. Assumed: the part's figure for a
+slice is of designs whose power is mostly logic and wires, this one is mostly memory."""
+SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
+
+
+class StateMachine:
+    """The paper's circuit. Its laws are in ``timing`` and ``resources``."""
+
+    planner = "breadth_first"
+    style = "state_machine"
+    component_type = "fpga"
+    kernel = ""
+
+    def demand(self, problem: Problem, parameters: SearchParameters, part: Part) -> Demand:
+        """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen."""
+        depth = searched(problem, None).queue_depth if parameters.queue_words is not None else None
+        return Demand(
+            items=resources.items(problem, parameters, part),
+            bounds=resources.bounds(problem, parameters, depth),
+            levers=resources.levers(problem, parameters, part),
+        )
+
+    def clock_limit(self, problem: Problem, parameters: SearchParameters, part: Part) -> Figure:  # noqa: ARG002
+        """The paper's 185 MHz, or the limit of the block RAM where that is lower, Hz.
+
+        Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
+        assumed to reach it too. At the low end stands the fastest clock that was shown to work.
+        """
+        ram = part.block_ram_clock
+        if ram.value < published.CLOCK_LIMIT:
+            return ram
+        known = part.full_name == "XC2VP30-6"
+        return Figure(
+            value=published.CLOCK_LIMIT,
+            unit="Hz",
+            status=Status.PUBLISHED if known else Status.ASSUMED,
+            source=f"{published.PAPER}, section 3.2: synthesis for the XC2VP30-6",
+            low=published.SHOWN_CLOCK,
+            high=published.CLOCK_LIMIT,
+        )
+
+    def memory(self, problem: Problem, parameters: SearchParameters) -> Memory | None:
+        """One bit of the cells in each of their block RAMs; None where the cells are external."""
+        if parameters.memory is MemoryPlace.EXTERNAL:
+            return None
+        words = 1 << resources.address_bits(problem.rows, problem.columns)
+        return Memory(1, {"cells": min(words, 16_384)})
+
+    def work(
+        self, problem: Problem, parameters: SearchParameters, *, memo: Memo | None = None, detail: bool = True
+    ) -> Generator[Step, None, Search]:
+        """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell."""
+        addresses = self._addresses(parameters, 1)
+        yield step(INIT, timing.init_cycles(problem.free.size), addresses)
+        plan = searched(problem, memo)
+        units = self.expansion_cycles(plan, parameters)
+        searching = self._addresses(parameters, timing.SEARCH_ADDRESSES[parameters.micro_architecture])
+        if detail:
+            yield from steps(SEARCH, units, searching)
+        else:
+            yield step(SEARCH, int(units.sum()), searching)
+        if plan.reached:
+            cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
+            yield step(PATH, cycles, addresses)
+        return plan
+
+    def expansion_cycles(self, plan: Search, parameters: SearchParameters) -> NDArray[np.int64]:
+        """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them."""
+        place, latency = parameters.memory, parameters.external_cycles
+        each = timing.EXPANSION_CYCLES[parameters.micro_architecture]
+        cycles = np.full(expansions(plan) + 1, each, np.int64)
+        if place is not MemoryPlace.BLOCK_RAM:
+            pushes = pushes_of_each_pop(plan)[: expansions(plan)]
+            cycles[:-1] += latency * (timing.ACCESSES_A_POP[place] + timing.ACCESSES_A_PUSH[place] * pushes)
+        cycles[-1] = timing.ending_cycles(place, latency)
+        return cycles
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static power of the part, and (slices + 16 a block RAM) × clock × the part's power a slice and Hz, W."""
+        rate = part.dynamic_power
+        low, high = rate.interval
+        slices, rams = demand.total("slices"), demand.total("block_rams")
+        dynamic = Figure(
+            value=rate.value * clock * (slices + SLICES_A_BLOCK_RAM * rams),
+            unit="W",
+            status=weakest(Status.ASSUMED, rate.status),
+            source=f"(slices + {SLICES_A_BLOCK_RAM} a block RAM) × clock × {rate.value * 1e12:.3g} µW a slice and MHz"
+            f" ({rate.source}); {SLICES_A_BLOCK_RAM_LOW} to {SLICES_A_BLOCK_RAM_HIGH} a block RAM bound it",
+            low=low * clock * (slices + SLICES_A_BLOCK_RAM_LOW * rams),
+            high=high * clock * (slices + SLICES_A_BLOCK_RAM_HIGH * rams),
+        )
+        return part.static_power, dynamic
+
+    def _addresses(self, parameters: SearchParameters, of_search: int) -> int:
+        """Addresses a cycle of the cells' memory, those of the display included."""
+        if parameters.memory is MemoryPlace.EXTERNAL:
+            return 0
+        return of_search + (parameters.display is Display.SHARED)

@@ -1,0 +1,77 @@
+"""The search compiled (imported on first use): the twin of ``reference``.
+
+The map is flattened with a ring of obstacles around it, so that no neighbour needs a bounds check.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+BLOCKED, FREE, GOAL, WAITING_GOAL = 0, 1, 2, 3
+"""What a cell of the padded map holds. Discovered, a free cell turns into BLOCKED, a goal into WAITING_GOAL."""
+
+
+@njit(cache=True)
+def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
+    """Search from ``start`` until a goal is popped or the queue is empty.
+
+    Args:
+        cells: uint8, padded and flattened: BLOCKED, FREE or GOAL. Overwritten.
+        start: index into it. stride: length of a padded row.
+
+    Returns:
+        queue (int32 indices of every pushed cell), pushed, popped, the greatest depth of the queue, directions (int8,
+        -1 where nothing discovered the cell), the index of the goal or -1.
+    """
+    queue = np.empty(cells.size, np.int32)
+    directions = np.full(cells.size, -1, np.int8)
+    offsets = (-stride, stride, -1, 1)
+    cells[start] = WAITING_GOAL if cells[start] == GOAL else BLOCKED
+    queue[0] = start
+    popped, pushed, depth = 0, 1, 1
+    while popped < pushed:
+        cell = queue[popped]
+        popped += 1
+        if cells[cell] == WAITING_GOAL:
+            return queue, pushed, popped, depth, directions, cell
+        for side in range(4):
+            neighbour = cell + offsets[side]
+            if cells[neighbour] == FREE or cells[neighbour] == GOAL:
+                cells[neighbour] = BLOCKED if cells[neighbour] == FREE else WAITING_GOAL
+                directions[neighbour] = side ^ 1
+                queue[pushed] = neighbour
+                pushed += 1
+        depth = max(depth, pushed - popped)
+    return queue, pushed, popped, depth, directions, -1
+
+
+@njit(cache=True)
+def mark_path(directions: NDArray[np.int8], goal: int, stride: int) -> Any:
+    """Int32 indices of the cells from the start to ``goal``, along the directions that ``trail`` left."""
+    offsets = (-stride, stride, -1, 1)
+    steps = 0
+    cell = goal
+    while directions[cell] >= 0:
+        cell += offsets[directions[cell]]
+        steps += 1
+    path = np.empty(steps + 1, np.int32)
+    cell = goal
+    for index in range(steps, -1, -1):
+        path[index] = cell
+        if directions[cell] >= 0:
+            cell += offsets[directions[cell]]
+    return path
+
+
+@njit(cache=True)
+def without_ring(indices: NDArray[np.int32], stride: int) -> Any:
+    """Int32: the same cells, counted in the map without its ring of obstacles."""
+    found = np.empty(indices.size, np.int32)
+    for index in range(indices.size):
+        row, column = divmod(indices[index], stride)
+        found[index] = (row - 1) * (stride - 2) + column - 1
+    return found

@@ -1,0 +1,118 @@
+"""Breadth-first search as a plug-in: what ``codesign.planners.interface.Planner`` asks for.
+
+The plan is one search, from the first start of the problem to the nearest goal: that is what an architecture style is
+timed on. A robot elsewhere plans anew, so quality and trajectories are those of one search a start.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from codesign.errors import InputError
+from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters
+from codesign.planners.breadth_first.reference import Cell
+from codesign.planners.breadth_first.search import Search, search_nearest
+from codesign.planners.interface import Problem, Quality
+
+NO_START = "no start is given"
+
+
+def plan_search(problem: Problem) -> Search:
+    """The search that a problem asks for: from its first start.
+
+    Raises:
+        InputError: the problem has no start.
+    """
+    if not problem.starts:
+        raise InputError(NO_START, "starts", "name the cell where the robot stands")
+    return search_nearest(problem.free, problem.starts[0], problem.goals)
+
+
+class BreadthFirst:
+    """Breadth-first search: tasks ``load`` and ``search``."""
+
+    name = "breadth_first"
+    planning_task = "search"
+
+    @property
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks of a mapping, with their parameter models."""
+        return {"load": LoadParameters, "search": SearchParameters}
+
+    def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
+        """A search begins at a start: there has to be one."""
+        return None if problem.starts else ("component", NO_START)
+
+    def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
+        """Search without a clock. Raises InputError where the problem has no start."""
+        return plan_search(problem)
+
+    def quality(self, problem: Problem, plan: Search) -> Quality:  # noqa: ARG002
+        """What a search from each start of the problem is worth.
+
+        Every reachable cell has its way, as the search is complete; ``local_maxima`` and ``wrong_cells`` are 0.
+        """
+        from codesign.maps.reach import clearance, distance_octile, reachable
+
+        ways = [search_nearest(problem.free, start, problem.goals) for start in problem.starts]
+        arrived = [way for way in ways if way.reached]
+        shortest, room = distance_octile(problem.free, problem.goals), clearance(problem.free)
+        ratios = [
+            (len(way.path) - 1) / float(shortest[way.start]) for way in arrived if shortest[way.start] > 0.0
+        ]
+        spans = [_clearance(way.path, room) for way in arrived]
+        steps = sum(len(way.path) - 1 for way in arrived)
+        cells = reachable(problem.free, problem.goals)
+        return Quality(
+            reachable_cells=int(cells.sum()) - len(set(problem.goals)),
+            local_maxima=0,
+            share_reaching_goal=1.0,
+            starts=len(ways),
+            starts_arrived=len(arrived),
+            path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
+            path_length_ratio_worst=max(ratios, default=None),
+            clearance_mean=sum(along for along, _ in spans) / steps if steps else None,
+            clearance_least=min((least for _, least in spans), default=None),
+            wrong_cells=0,
+        )
+
+    def identity(self, plan: Search) -> str:
+        """The digest of where the search came, how it came there, and the path."""
+        digest = hashlib.sha256(f"{plan.directions.shape}{plan.start}{plan.goal}".encode())
+        for array in (plan.directions, plan.pushed, plan.path):
+            digest.update(np.ascontiguousarray(array).tobytes())
+        return digest.hexdigest()
+
+    def figures(self, plan: Search) -> dict[str, Any]:
+        """What a reader wants to know of the search."""
+        return {
+            "details": {
+                "answer": "path" if plan.reached else "no solution",
+                "popped_cells": plan.popped_cells,
+                "pushed_cells": plan.pushed_cells,
+                "spreading_cells": plan.spreading,
+                "path_steps": "no way" if plan.path_steps is None else plan.path_steps,
+                "queue_depth_cells": plan.queue_depth,
+            }
+        }
+
+    def trajectory(self, problem: Problem, plan: Search, start: Cell) -> tuple[NDArray[np.float64], bool]:
+        """The way from ``start``, cell by cell: that of the plan, or of a search from there."""
+        way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
+        points = way.path if way.reached else np.array([start])
+        return points.astype(np.float64), way.reached
+
+
+def _clearance(path: NDArray[np.int32], room: NDArray[np.float64]) -> tuple[float, float]:
+    """Clearance summed along a path of unit steps, and the least, in cells."""
+    at_cells = room[path[:, 0], path[:, 1]]
+    return float((at_cells[:-1] + at_cells[1:]).sum() / 2.0), float(at_cells.min())
+
+
+PLANNER = BreadthFirst()
