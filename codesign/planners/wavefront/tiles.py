@@ -28,10 +28,12 @@ class Visits:
     """What the tiles took, one entry a visit, in order.
 
     ``tile``: int32, raster number. ``span``: int64, cycles from the first emission to the last emission or arrival.
+    ``largest``: the largest potential that any visit met, which may be above those that are left in the end.
     """
 
     tile: NDArray[np.int32]
     span: NDArray[np.int64]
+    largest: int
 
 
 @dataclass
@@ -69,6 +71,7 @@ def run_tiles(
     stop_cells = tuple(stops.T + 1)
     visited: list[int] = []
     spans: list[int] = []
+    largest = 0
     while waiting:
         since, index = heapq.heappop(waiting)
         if pending.get(index) != since:
@@ -79,9 +82,10 @@ def run_tiles(
         del pending[index]
         corner = index // across * tile[0], index % across * tile[1]
         size = min(tile[0], rows - corner[0]), min(tile[1], columns - corner[1])
-        span, changes = _visit(wave_map, state, corner, size)
+        begin, end, changes = _visit(wave_map, state, corner, size)
         visited.append(index)
-        spans.append(span)
+        spans.append(end - begin)
+        largest = max(largest, end)
         for (down, right), time in changes.items():
             if not (0 <= index // across + down < down_count and 0 <= index % across + right < across):
                 continue
@@ -93,13 +97,13 @@ def run_tiles(
     answer = np.where(answer < 0, np.int32(UNREACHED), answer)
     if len(stops):
         answer[answer > answer[tuple(stops.T)].max()] = UNREACHED
-    return answer, Visits(np.array(visited, np.int32), np.array(spans, np.int64))
+    return answer, Visits(np.array(visited, np.int32), np.array(spans, np.int64), largest)
 
 
 def _visit(
     wave_map: WaveMap, state: _State, corner: tuple[int, int], size: tuple[int, int]
-) -> tuple[int, dict[tuple[int, int], int]]:
-    """Run one tile; returns the span, and the earliest change towards each tile beside it."""
+) -> tuple[int, int, dict[tuple[int, int], int]]:
+    """Run one tile; returns its first and last time, and the earliest change towards each tile beside it."""
     from codesign.planners.wavefront.kernels import CLOSED, OPEN, spread
 
     window = slice(corner[0], corner[0] + size[0] + 2), slice(corner[1], corner[1] + size[1] + 2)
@@ -141,7 +145,7 @@ def _visit(
     known[inner] = after
     last = max(int(at.max()), int(after.max(initial=0)))
     changed = np.where((after >= 0) & (after != before), after, NEVER)
-    return last - int(at.min()), _towards(changed)
+    return int(at.min()), last, _towards(changed)
 
 
 def _towards(changed: NDArray[np.int32]) -> dict[tuple[int, int], int]:

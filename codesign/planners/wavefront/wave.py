@@ -155,13 +155,18 @@ def obstacle_potentials(free: NDArray[np.bool_], *, delays: Sequence[int] | None
     Raises:
         MapError: a map that cannot be used.
     """
-    wave_map = check_map(free, delays)
-    obstacles = np.argwhere(~wave_map.free)
-    longest = longest_distance(wave_map.free.shape, delays)
+    wave_map, obstacles = obstacle_map(free, delays)
     if not len(obstacles):
-        return np.full(wave_map.free.shape, longest + 1, np.int32)
-    everywhere = WaveMap(np.ones_like(wave_map.free), wave_map.neighbours, None)
-    return run_wave(everywhere, obstacles, np.zeros((0, free.ndim), np.int64))[0]
+        return np.full(wave_map.free.shape, longest_distance(wave_map.free.shape, delays) + 1, np.int32)
+    return run_wave(wave_map, obstacles, np.zeros((0, free.ndim), np.int64))[0]
+
+
+def obstacle_map(
+    free: NDArray[np.bool_], delays: Sequence[int] | None = None
+) -> tuple[WaveMap, NDArray[np.int64]]:
+    """What the wave from all obstacles runs on: all nodes free, and the obstacles as sources, n × axes."""
+    wave_map = check_map(free, delays)
+    return WaveMap(np.ones_like(wave_map.free), wave_map.neighbours, None), np.argwhere(~wave_map.free)
 
 
 def near_obstacles(free: NDArray[np.bool_], distance: int, delay: int) -> NDArray[np.uint8]:

@@ -1,0 +1,16 @@
+"""The wavefront planner: the circuit of Möller and Paschke (1998), what it is compared with, and software.
+
+- ``delay_line`` on an FPGA: the paper's node, three flip-flops and a register; one for each node of the map.
+- ``adder_comparator`` on an FPGA: the node of Hassoun and Sanghvi (1990), eight adders and eight comparators.
+- ``tiled`` on an FPGA: an array of delay-line nodes smaller than the map, which visits its tiles.
+- ``software`` on a processor: the improved Dijkstra algorithm.
+"""
+
+from codesign.architectures.wavefront.adder_comparator import AdderComparator
+from codesign.architectures.wavefront.delay_line import DelayLine
+from codesign.architectures.wavefront.software import Software
+from codesign.architectures.wavefront.tiled import Tiled
+
+ARCHITECTURES = (DelayLine(), AdderComparator(), Tiled(), Software())
+
+__all__ = ["ARCHITECTURES", "AdderComparator", "DelayLine", "Software", "Tiled"]

@@ -1,0 +1,37 @@
+"""What Möller and Paschke (1998) publish of their circuit, as printed, and what our own RTL of it takes.
+
+All figures of the paper are of one map of 256 × 256 nodes. The map itself is a picture, not data.
+"""
+
+from __future__ import annotations
+
+PAPER = "Möller and Paschke 1998"
+
+SIDE = 256
+"""Nodes a side of the map of every example."""
+
+CLOCK = 20_000_000
+"""Hz: "with only 20 MHz assumed as the basic clock"."""
+
+STOP_POTENTIAL = 1355
+STOP_CYCLE = 1356
+PLAN_SECONDS = 68e-6
+SOFTWARE_SECONDS = 63e-3
+"""s: "approx. 63 ms", improved Dijkstra algorithm in C on a 133 MHz Pentium PC."""
+SOFTWARE_CLOCK = 133_000_000
+SPEED_UP = 1000
+
+OBSTACLE_CYCLES = 768
+OBSTACLE_SECONDS = 38e-6
+"""The wave from all obstacles: "the maximal distance in an empty map (length of the diagonal line)"."""
+
+DELAY_ELEMENTS = 3
+ADDERS, COMPARATORS = 8, 8
+"""Of a node of Hassoun and Sanghvi (1990), the paper's reference [4]."""
+
+RTL = "own RTL, counted by Yosys synth_xilinx -nowidelut"
+NODE_LUT4 = 5
+"""4-input LUT of a delay-line node without read-out (own RTL); flip-flops are the line, F, and the register."""
+ADDER_LUT4_A_BIT = 23
+ADDER_FLIP_FLOPS = 2
+"""An adder/comparator node: about 23 R LUT, R + 2 flip-flops (own RTL)."""

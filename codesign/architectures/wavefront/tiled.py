@@ -1,0 +1,130 @@
+"""Style ``tiled``: an array of one tile of delay-line nodes, which visits the tiles of a larger map.
+
+The answer is exact (``codesign.planners.wavefront.tiles``); what it costs is the exchange of tiles with the memories of
+the columns (phase ``exchange``) and the visits that have to be repeated when a way winds in and out of a tile.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from codesign.architectures.interface import Item, Memory, Step
+from codesign.architectures.wavefront import resources, timing
+from codesign.architectures.wavefront.array import ArrayStyle
+from codesign.architectures.wavefront.resources import Layout
+from codesign.architectures.wavefront.steps import EXCHANGE, OBSTACLES, PROPAGATE, planned, task_step
+from codesign.memo import Memo
+from codesign.planners.interface import Problem
+from codesign.planners.wavefront.grid import check_cells
+from codesign.planners.wavefront.parameters import Paths, PropagateParameters
+from codesign.planners.wavefront.plan import known_plan, plan_key, problem_map, stop_cells
+from codesign.planners.wavefront.tiles import Visits, run_tiles
+from codesign.planners.wavefront.wave import longest_distance, obstacle_map
+from codesign.spec.part import Part
+
+Shape = tuple[int, int]
+
+_kept = Memo(max_bytes=32 * 2**20)
+
+
+def tile_count(map_shape: Shape, tile: Shape) -> int:
+    """Tiles that cover a map, partial ones counted."""
+    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
+
+
+def tiled_items(layout: Layout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
+    """The demand of a tile's array with its memories, at the widths of ``layout``.
+
+    p^d of safe paths goes to the memories too and needs no second register.
+    """
+    tiles = tile_count(map_shape, tile)
+    shown = Layout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
+    words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
+    return (
+        *resources.array_items(resources.delay_line_node(shown), shown),
+        *resources.tile_items(shown, tiles, words, part),
+    )
+
+
+class Tiled(ArrayStyle):
+    """Visits of tiles, the one with the earliest change first."""
+
+    style = "tiled"
+
+    def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
+        """The largest that a register meets on the way: potentials of the plan, and of p^d."""
+        largest = known_plan(problem, parameters).largest_potential
+        visits = self._visits(problem, parameters, _kept)
+        if parameters.paths is Paths.SAFE:
+            largest = max(largest, longest_distance((problem.rows, problem.columns), parameters.delays))
+        return max(largest, visits.largest)
+
+    def array_shape(self, problem: Problem, parameters: PropagateParameters) -> tuple[int, int]:
+        """Rows and columns of a tile."""
+        return parameters.tile_shape(problem.rows, problem.columns)
+
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:
+        """A tile's nodes and cells around, the memories of its columns, a scheduler."""
+        return tiled_items(layout, (problem.rows, problem.columns), layout.shape, part)
+
+    def memory(self, problem: Problem, parameters: PropagateParameters) -> Memory:
+        """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several."""
+        width = self.bits(problem, parameters) + resources.RAM_FLAG_BITS
+        rows, _ = self.array_shape(problem, parameters)
+        words = parameters.tile_count(problem.rows, problem.columns) * rows
+        # Virtex and Spartan-3 parts have the same shapes: 18 kbit, 1,024 words at 18 bits.
+        depth = 512 if width > 18 else 1024 if width > 9 else 2048
+        contents = ["potentials"] + ["obstacle potentials"] * (parameters.paths is Paths.SAFE)
+        each = -(-words * len(contents) // depth)
+        return Memory(width, {name: -(-words // each) for name in contents})
+
+    def wave_steps(
+        self, problem: Problem, parameters: PropagateParameters, memo: Memo, detail: bool
+    ) -> Iterator[Step]:
+        """A visit is an exchange and a wave; p^d first where ways are to be safe."""
+        plan = planned(problem, parameters, memo)
+        if plan.obstacle_potentials is not None:
+            key = ("wavefront obstacle tiles", problem.digest, parameters.delays, parameters.tile)
+            visits = memo.get(key, lambda: obstacle_visits(problem, parameters))
+            yield from self._visit_steps(problem, parameters, OBSTACLES, visits, detail)
+        visits = self._visits(problem, parameters, memo)
+        yield from self._visit_steps(problem, parameters, PROPAGATE, visits, detail)
+
+    def _visits(self, problem: Problem, parameters: PropagateParameters, memo: Memo) -> Visits:
+        key = ("tiles", *plan_key(problem, parameters), parameters.tile)
+
+        def compute() -> Visits:
+            sources = check_cells(problem.goals, problem.free, "goals")
+            stops = stop_cells(problem, parameters)
+            tile = parameters.tile_shape(problem.rows, problem.columns)
+            return run_tiles(problem_map(problem, parameters), sources, stops, tile)[1]
+
+        return memo.get(key, lambda: _kept.get(key, compute))
+
+    def _visit_steps(
+        self, problem: Problem, parameters: PropagateParameters, phase: str, visits: Visits, detail: bool
+    ) -> Iterator[Step]:
+        rows, _ = self.array_shape(problem, parameters)
+        exchange = timing.exchange_cycles(rows, parameters.tile_count(problem.rows, problem.columns))
+        longest = parameters.delays[-1] + (0 if parameters.penalty is None else parameters.penalty.delay)
+        waves = timing.visit_cycles(visits.span, longest)
+        if not len(waves):
+            return
+        if not detail:
+            yield Step(EXCHANGE, np.array([exchange * len(waves)], np.int64), ram_addresses=1)
+            yield Step(phase, np.array([int(waves.sum())], np.int64))
+            return
+        for wave in waves.tolist():
+            yield task_step(EXCHANGE, exchange, ram_addresses=1)
+            yield task_step(phase, wave)
+
+
+def obstacle_visits(problem: Problem, parameters: PropagateParameters) -> Visits:
+    """The visits of the wave from all obstacles; a map without any takes none."""
+    wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
+    if not len(obstacles):
+        return Visits(np.zeros(0, np.int32), np.zeros(0, np.int64), 0)
+    tile = parameters.tile_shape(problem.rows, problem.columns)
+    return run_tiles(wave_map, obstacles, np.zeros((0, 2), np.int64), tile)[1]
