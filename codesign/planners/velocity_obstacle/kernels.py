@@ -1,0 +1,259 @@
+"""The closed loop in fixed point, compiled: bit for bit what ``reference`` does with ``arithmetic.fixed``.
+
+Three things differ from the plain text, none of them in an answer. The step of the other robots is computed
+once an update, not once a trial. Equation 4 is taken by Lagrange's identity, |r|²|V|² - (r·V)² = (r × V)².
+And both of its sides, up to 110 bits at a width of 24, are compared as two words of 64 bits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+(
+    STEP,
+    HALF_SQUARE,
+    INVERSE_STEP,
+    CHANGE_SQUARED,
+    BRAKE,
+    ACCELERATION,
+    SPEED,
+    RADIUS_SQUARED,
+    TOLERANCE_SQUARED,
+    PROPORTIONAL,
+    INTEGRAL,
+    DERIVATIVE,
+    LIMIT,
+) = range(13)
+"""Places in the array of constants; ``LIMIT``: 2^(width - 1)."""
+
+VELOCITY_STEP, ACCELERATION_STEP, ACCELERATION_HALF_SQUARE, CHANGE_INVERSE_STEP, GAIN = range(5)
+"""Places in the array of shifts."""
+
+SELECT_BRAKE, SELECT_STAY = -1, -2
+
+POSITION_OVERFLOW, VELOCITY_OVERFLOW = 1, 2
+
+_HALF = np.uint64(32)
+_LOW = np.uint64(0xFFFFFFFF)
+
+
+@njit(cache=True, nogil=True)
+def _rescale(product: Any, shift: Any) -> Any:
+    return (product + (np.int64(1) << shift >> np.int64(1))) >> shift
+
+
+@njit(cache=True, nogil=True)
+def _wide_product(a: Any, b: Any) -> Any:
+    """The high and the low word of a · b, all uint64."""
+    a_low, a_high, b_low, b_high = a & _LOW, a >> _HALF, b & _LOW, b >> _HALF
+    low = a_low * b_low
+    middle = a_high * b_low + (low >> _HALF)
+    other = a_low * b_high + (middle & _LOW)
+    high = a_high * b_high + (middle >> _HALF) + (other >> _HALF)
+    return high, (other << _HALF) | (low & _LOW)
+
+
+@njit(cache=True, nogil=True)
+def on_course(x: Any, y: Any, vx: Any, vy: Any, radius_squared: Any, approaching: Any) -> Any:
+    """Whether a relative position and velocity are on a collision course (equation 4)."""
+    if approaching and x * vx + y * vy >= 0:
+        return False
+    cross = np.uint64(abs(x * vy - y * vx))
+    high, low = _wide_product(cross, cross)
+    most_high, most_low = _wide_product(np.uint64(radius_squared), np.uint64(vx * vx + vy * vy))
+    return high < most_high or (high == most_high and low < most_low)
+
+
+@njit(cache=True, nogil=True)
+def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
+    along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
+    direction = 0
+    for k in range(len(bounds)):
+        if across * bounds[k, 0] > along * bounds[k, 1]:
+            direction += 1
+    if abs(y) > abs(x):
+        direction = directions // 4 - direction
+    if x < 0:
+        direction = directions // 2 - direction
+    if y < 0:
+        direction = -direction
+    return direction % directions
+
+
+@njit(cache=True, nogil=True)
+def _choose(
+    robot: Any,
+    position: Any,
+    velocity: Any,
+    stepped: Any,
+    target: Any,
+    array: Any,
+    bounds: Any,
+    constants: Any,
+    shifts: Any,
+    approaching: Any,
+    half: Any,
+) -> Any:
+    """Candidate, checks, trials, and the velocity that the candidate leads to."""
+    speeds, directions = array.shape[0], array.shape[1]
+    checks, trials = 0, 0
+    px, py = position[robot]
+    vx, vy = velocity[robot]
+    heading = _to_goal(target[robot, 0] - px, target[robot, 1] - py, bounds, directions)
+    straight_x = _rescale(vx * constants[STEP], shifts[VELOCITY_STEP])
+    straight_y = _rescale(vy * constants[STEP], shifts[VELOCITY_STEP])
+    for speed in range(speeds):
+        for turn in range(directions):
+            rotation = (turn + 1) // 2 if turn % 2 else -(turn // 2)
+            direction = (heading + rotation) % directions
+            checks += 1
+            cx, cy = array[speed, direction, 0] - vx, array[speed, direction, 1] - vy
+            if cx * cx + cy * cy > constants[CHANGE_SQUARED]:
+                continue
+            trials += 1
+            ax = _rescale(cx * constants[INVERSE_STEP], shifts[CHANGE_INVERSE_STEP])
+            ay = _rescale(cy * constants[INVERSE_STEP], shifts[CHANGE_INVERSE_STEP])
+            new_x = vx + _rescale(ax * constants[STEP], shifts[ACCELERATION_STEP])
+            new_y = vy + _rescale(ay * constants[STEP], shifts[ACCELERATION_STEP])
+            there_x = (
+                px + straight_x + _rescale(ax * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
+            )
+            there_y = (
+                py + straight_y + _rescale(ay * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
+            )
+            own_x = 2 * new_x - vx if half else new_x
+            own_y = 2 * new_y - vy if half else new_y
+            safe = True
+            for other in range(len(position)):
+                if other != robot and on_course(
+                    there_x - stepped[other, 0],
+                    there_y - stepped[other, 1],
+                    own_x - velocity[other, 0],
+                    own_y - velocity[other, 1],
+                    constants[RADIUS_SQUARED],
+                    approaching,
+                ):
+                    safe = False
+                    break
+            if safe:
+                return speed * directions + direction, checks, trials, new_x, new_y
+    return SELECT_BRAKE, checks, trials, vx, vy
+
+
+@njit(cache=True, nogil=True)
+def _drive(
+    axis: Any, robot: Any, wanted: Any, velocity: Any, sums: Any, errors: Any, constants: Any, shift: Any
+) -> Any:
+    """The acceleration of one axis that the PID gives; updates the sum of errors and the last error."""
+    error = wanted - velocity[robot, axis]
+    total = max(-constants[SPEED], min(constants[SPEED], sums[robot, axis] + error))
+    drive = (
+        _rescale(constants[PROPORTIONAL] * error, shift)
+        + _rescale(constants[INTEGRAL] * total, shift)
+        + _rescale(constants[DERIVATIVE] * (error - errors[robot, axis]), shift)
+    )
+    sums[robot, axis] = total
+    errors[robot, axis] = error
+    return max(-constants[ACCELERATION], min(constants[ACCELERATION], drive))
+
+
+@njit(cache=True, nogil=True)
+def _move(
+    robot: Any, wanted: Any, position: Any, velocity: Any, sums: Any, errors: Any, constants: Any, shifts: Any
+) -> Any:
+    """One robot's PID control and update (equations 2a and 2b); what left its word, 0 where nothing did."""
+    outside = 0
+    limit = constants[LIMIT]
+    for axis in range(2):
+        a = _drive(axis, robot, wanted[robot, axis], velocity, sums, errors, constants, shifts[GAIN])
+        v = velocity[robot, axis]
+        r = position[robot, axis] + (
+            _rescale(v * constants[STEP], shifts[VELOCITY_STEP])
+            + _rescale(a * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
+        )
+        v += _rescale(a * constants[STEP], shifts[ACCELERATION_STEP])
+        position[robot, axis], velocity[robot, axis] = r, v
+        if not -limit <= r < limit:
+            outside = POSITION_OVERFLOW
+        else:
+            greatest = max(abs(v), abs(errors[robot, axis]), abs(wanted[robot, axis]))
+            if greatest >= limit and outside == 0:
+                outside = VELOCITY_OVERFLOW
+    return outside
+
+
+@njit(cache=True, nogil=True)
+def run(
+    start: NDArray[np.int64],
+    targets: NDArray[np.int64],
+    array: NDArray[np.int64],
+    bounds: NDArray[np.int64],
+    constants: NDArray[np.int64],
+    shifts: NDArray[np.int64],
+    updates: int,
+    approaching: bool,
+    half: bool,
+) -> Any:
+    """The closed loop of n robots for at most ``updates`` updates.
+
+    ``start``, ``targets``: int64 n × 2. ``array``: int64 speeds × directions × 2. ``bounds``: int64 k × 2.
+    Returns the number of updates done; positions and velocities after each, int64 (updates + 1) × n × 2, the start
+    first; candidate, checks and trials, int32 updates × n; what overflowed (0: nothing) and
+    for which robot.
+    """
+    count = len(start)
+    positions = np.zeros((updates + 1, count, 2), np.int64)
+    velocities = np.zeros((updates + 1, count, 2), np.int64)
+    candidates = np.zeros((updates, count), np.int32)
+    checks = np.zeros((updates, count), np.int32)
+    trials = np.zeros((updates, count), np.int32)
+    position, velocity = start.copy(), np.zeros((count, 2), np.int64)
+    sums, errors = np.zeros((count, 2), np.int64), np.zeros((count, 2), np.int64)
+    stepped, wanted = np.zeros((count, 2), np.int64), np.zeros((count, 2), np.int64)
+    arrived = np.zeros(count, np.bool_)
+    positions[0] = position
+    done, overflow, overflown = 0, 0, 0
+    for number in range(updates):
+        for robot in range(count):
+            x, y = targets[robot, 0] - position[robot, 0], targets[robot, 1] - position[robot, 1]
+            arrived[robot] |= x * x + y * y <= constants[TOLERANCE_SQUARED]
+            for axis in range(2):
+                moved = _rescale(velocity[robot, axis] * constants[STEP], shifts[VELOCITY_STEP])
+                stepped[robot, axis] = position[robot, axis] + moved
+        for robot in range(count):
+            candidate = SELECT_STAY
+            if not arrived[robot]:
+                candidate, checks[number, robot], trials[number, robot], x, y = _choose(
+                    robot,
+                    position,
+                    velocity,
+                    stepped,
+                    targets,
+                    array,
+                    bounds,
+                    constants,
+                    shifts,
+                    approaching,
+                    half,
+                )
+                wanted[robot, 0], wanted[robot, 1] = x, y
+            if candidate < 0:
+                for axis in range(2):
+                    v = velocity[robot, axis]
+                    wanted[robot, axis] = v - max(-constants[BRAKE], min(constants[BRAKE], v))
+            candidates[number, robot] = candidate
+        overflow, still = 0, True
+        for robot in range(count):
+            outside = _move(robot, wanted, position, velocity, sums, errors, constants, shifts)
+            if outside != 0 and overflow == 0:
+                overflow, overflown = outside, robot
+            still &= arrived[robot] and velocity[robot, 0] == 0 and velocity[robot, 1] == 0
+        positions[number + 1], velocities[number + 1] = position, velocity
+        done = number + 1
+        if overflow != 0 or still:
+            break
+    return done, positions, velocities, candidates, checks, trials, overflow, overflown

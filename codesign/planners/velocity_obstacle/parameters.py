@@ -1,0 +1,206 @@
+"""The parameters of the planner, and the robots of a workload, as YAML gives them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from codesign.errors import InputError
+from codesign.planners.velocity_obstacle.problem import (
+    FEWEST_ROBOTS,
+    LARGEST_ARENA,
+    MOST_ROBOTS,
+    RobotsProblem,
+    generate,
+)
+from codesign.spec import RefusalError, SpecModel
+from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
+
+LEAST_WIDTH, MOST_WIDTH = 8, 24
+
+
+class Detection(StrEnum):
+    """When two robots count as being on a collision course."""
+
+    PUBLISHED = "published"
+    APPROACHING = "approaching"
+
+
+class Responsibility(StrEnum):
+    """How much of an avoidance one robot takes on itself."""
+
+    FULL = "full"
+    HALF = "half"
+
+
+class Detector(StrEnum):
+    """Which products the collision detector forms; the answer is the same."""
+
+    PUBLISHED = "published"
+    CROSS_PRODUCT = "cross_product"
+
+
+class Unit(StrEnum):
+    """How many products a unit forms at once."""
+
+    SERIAL = "serial"
+    PARALLEL = "parallel"
+
+
+class Gains(SpecModel):
+    """Gains of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update."""
+
+    proportional: Annotated[float, Field(ge=0.0, le=2.0)] = Field(default=1.0, description="Of the error.")
+    integral: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=0.0, description="Of the sum of errors."
+    )
+    derivative: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
+        default=0.0, description="Of the error's change."
+    )
+
+
+UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
+
+
+class AvoidParameters(SpecModel):
+    """How a robot chooses its velocity, and with how many units the circuit does it."""
+
+    width: Annotated[int, Field(ge=LEAST_WIDTH, le=MOST_WIDTH)] = Field(
+        default=16,
+        description="Bits of a position, a velocity, an acceleration and a constant, sign included.",
+    )
+    time_step: Annotated[str, Field(max_length=40)] = Field(
+        default="100 ms", description="Time between two updates, such as 100 ms."
+    )
+    updates: Annotated[int, Field(ge=1, le=100_000)] = Field(
+        default=1500,
+        description="Most updates of a run; it ends before, once all robots stand at their targets.",
+    )
+    directions: Annotated[int, Field(ge=16, le=512, multiple_of=8)] = Field(
+        default=64, description="Directions of the array of velocities."
+    )
+    speeds: Annotated[int, Field(ge=1, le=64)] = Field(
+        default=10, description="Speeds of each direction, evenly spaced up to the greatest."
+    )
+    detection: Detection = Field(
+        default=Detection.APPROACHING,
+        description="published: equation 4 alone; approaching: and only where the robots come closer.",
+    )
+    responsibility: Responsibility = Field(
+        default=Responsibility.HALF,
+        description="full: the others are passive, as published; half: each takes half (reciprocal obstacles).",
+    )
+    margin: Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)] = Field(
+        default=1.0, description="Cells added to the combined radius."
+    )
+    tolerance: Annotated[float, Field(gt=0.0, le=LARGEST_ARENA)] = Field(
+        default=3.0, description="Distance from the target at which a robot has arrived, cells."
+    )
+    gains: Gains = Field(default=Gains(), description="Gains of the PID control.")
+    detector: Detector = Field(
+        default=Detector.PUBLISHED,
+        description="published: the nine products of figure 6; cross_product: six, by Lagrange's identity.",
+    )
+    unit: Unit = Field(
+        default=Unit.SERIAL, description="serial: one multiplier a unit; parallel: all at once."
+    )
+    update_units: UnitCount | None = Field(
+        default=None, description="Units that update; by default what the style has."
+    )
+    detect_units: UnitCount | None = Field(
+        default=None, description="Units that detect; by default what the style has."
+    )
+
+    @field_validator("time_step", mode="after")
+    @classmethod
+    def _is_a_time(cls, value: str) -> str:
+        try:
+            picoseconds = parse_quantity(value, Dimension.TIME)
+        except InputError as wrong:
+            raise RefusalError(wrong.what, wrong.hint) from None
+        if not 10**6 <= picoseconds <= 100 * PICOSECONDS_PER_SECOND:
+            raise RefusalError(f"a time step of {value}", "from 1 us to 100 s")
+        return value
+
+    @property
+    def step(self) -> float:
+        """Time between two updates, s."""
+        return float(parse_quantity(self.time_step, Dimension.TIME) / PICOSECONDS_PER_SECOND)
+
+
+Place = tuple[
+    Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)], Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)]
+]
+Places = Annotated[tuple[Place, ...], Field(min_length=FEWEST_ROBOTS, max_length=MOST_ROBOTS)]
+Size = Annotated[float, Field(gt=0.0, le=LARGEST_ARENA)]
+
+
+class ArrangementName(StrEnum):
+    """Generators of starts and targets."""
+
+    CIRCLE = "circle"
+    CROSSING = "crossing"
+    RANDOM = "random"
+
+
+class RobotsSpec(SpecModel):
+    """The robots of a workload: ``count`` of them in an ``arrangement``, or ``positions`` and ``targets``."""
+
+    count: Annotated[int, Field(ge=FEWEST_ROBOTS, le=MOST_ROBOTS)] | None = Field(
+        default=None, description="How many robots."
+    )
+    arrangement: ArrangementName | None = Field(
+        default=None,
+        description="circle: to the opposite point; crossing: two groups at right angles; random: anywhere.",
+    )
+    seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = Field(
+        default=0, description="Chooses one of the possible arrangements."
+    )
+    positions: Places | None = Field(default=None, description="Where the robots start: [x, y] in cells.")
+    targets: Places | None = Field(default=None, description="Where they go: [x, y] in cells.")
+    radius: Size = Field(default=5.0, description="Radius of a robot, cells.")
+    speed: Size = Field(default=6.0, description="Greatest speed, cells/s.")
+    acceleration: Size = Field(default=24.0, description="Greatest acceleration, cells/s^2.")
+    arena: tuple[Size, Size] = Field(default=(300.0, 300.0), description="Width and height, cells.")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> Self:
+        drawn = self.count is not None and self.arrangement is not None
+        named = self.positions is not None and self.targets is not None
+        some = (self.count, self.arrangement), (self.positions, self.targets)
+        if drawn == named or any(value is not None for value in some[drawn]):
+            raise RefusalError(
+                "the robots are given neither in one form nor in the other",
+                "give count: and arrangement:, or positions: and targets:",
+            )
+        try:
+            self.problem()
+        except InputError as wrong:
+            place = (wrong.where,) if wrong.where in type(self).model_fields else ()
+            raise RefusalError(wrong.what, wrong.hint, place) from None
+        return self
+
+    def problem(self) -> RobotsProblem:
+        """The planning problem.
+
+        Raises:
+            InputError: robots that start in collision, outside, or find no place.
+        """
+        import numpy as np
+
+        if self.positions is not None and self.targets is not None:
+            places = np.array(self.positions), np.array(self.targets)
+            return RobotsProblem(*places, self.radius, self.speed, self.acceleration, self.arena)
+        assert self.count is not None
+        assert self.arrangement is not None
+        return generate(
+            self.arrangement.value,
+            self.count,
+            radius=self.radius,
+            speed=self.speed,
+            acceleration=self.acceleration,
+            arena=self.arena,
+            seed=self.seed,
+        )
