@@ -43,10 +43,9 @@ def load_workload(source: str | Path) -> Workload:
     Raises:
         SpecError: all faults of the file at once.
     """
-    from codesign import spec
     from codesign.system import catalog
 
-    return spec.load_workload(source, catalog.task_models())
+    return catalog.load_workload(source)
 
 
 def simulate(

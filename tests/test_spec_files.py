@@ -164,7 +164,11 @@ def test_constraints_are_held_in_base_units(tmp_path: Path) -> None:
 def test_result_figures_have_unit_and_direction() -> None:
     assert (ResultFigure.TIME.unit, ResultFigure.TIME.direction) == ("s", "minimise")
     assert (ResultFigure.SLICES.unit, ResultFigure.SLICES.maximise) == ("1", False)
-    assert {figure for figure in ResultFigure if figure.maximise} == {"share_reaching_goal", "clearance"}
+    assert {figure for figure in ResultFigure if figure.maximise} == {
+        "share_reaching_goal",
+        "clearance",
+        "closest_approach",
+    }
 
 
 def test_without_models_parameters_stay_as_they_are(tmp_path: Path) -> None:

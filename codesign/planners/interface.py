@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from codesign.spec import SpecModel
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:
@@ -52,6 +54,8 @@ class Problem:
 class Quality:
     """What a plan is worth.
 
+    A figure that does not apply to the planner is None.
+
     - ``reachable_cells``: free cells from which some way leads to a goal (4-connected), goals left out.
     - ``local_maxima``: reachable cells with no strictly greater neighbour: no way up.
     - ``share_reaching_goal``: share of the reachable cells from which following the plan arrives.
@@ -64,15 +68,49 @@ class Quality:
     """
 
     reachable_cells: int
-    local_maxima: int
-    share_reaching_goal: float
+    local_maxima: int | None
+    share_reaching_goal: float | None
     starts: int
     starts_arrived: int
     path_length_ratio_mean: float | None
     path_length_ratio_worst: float | None
     clearance_mean: float | None
     clearance_least: float | None
-    wrong_cells: int
+    wrong_cells: int | None
+
+
+@dataclass(frozen=True)
+class RobotsQuality:
+    """What the ways of several robots are worth.
+
+    - ``robots``, ``robots_arrived``: how many there are, how many reached their targets.
+    - ``updates``: of the velocities, until all arrived or the run was given up.
+    - ``collisions``: pairs of robots that touched at some update. ``closest_approach``: least distance between two
+      robots less their radii, cells; negative in a collision.
+    - ``time_to_targets_s``: simulated driving time of the last robot that arrived, s; None where none did.
+    - ``velocity_changes``: updates at which a robot left the velocity it had.
+    - ``path_length_ratio_mean``, ``path_length_ratio_worst``: way driven over the straight line, of those that arrived.
+    """
+
+    robots: int
+    robots_arrived: int
+    updates: int
+    collisions: int
+    closest_approach: float
+    time_to_targets_s: float | None
+    velocity_changes: int
+    path_length_ratio_mean: float | None
+    path_length_ratio_worst: float | None
+
+
+@dataclass(frozen=True)
+class Messages:
+    """What is sent to the planner before it plans, and what it answers: names, and sizes in bits."""
+
+    problem: str
+    problem_bits: int
+    answer: str
+    answer_bits: int
 
 
 class Planner(Protocol):
@@ -87,6 +125,10 @@ class Planner(Protocol):
         """The tasks a workload may map, each with the model that its parameters are checked against."""
 
     @property
+    def problem_model(self) -> type[SpecModel] | None:
+        """The model of a workload's problem, with a method ``problem()``; None: a map with goals and starts."""
+
+    @property
     def planning_task(self) -> str:
         """The task that every mapping must place: the one that computes the plan."""
 
@@ -96,14 +138,17 @@ class Planner(Protocol):
     def plan(self, problem: Problem, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
 
-    def quality(self, problem: Problem, plan: Any) -> Quality:
+    def messages(self, problem: Any) -> Messages:
+        """What crosses the links for one plan."""
+
+    def quality(self, problem: Problem, plan: Any) -> Quality | RobotsQuality:
         """What that answer is worth."""
 
     def identity(self, plan: Any) -> str:
         """A text that is equal for equal answers: their quality is then computed once."""
 
     def figures(self, plan: Any) -> dict[str, Any]:
-        """The fields of a result that only this plan can fill: ``stages``, ``precision``."""
+        """The fields of a result that only this plan can fill: ``stages``, ``precision``, ``details``."""
 
     def trajectory(
         self, problem: Problem, plan: Any, start: tuple[int, int]

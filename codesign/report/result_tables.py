@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.table import Cell, Column, Table, left, pairs, right, words
 from codesign.report.wording import (
     ABSENT,
@@ -134,6 +135,8 @@ def _run_tables(result: Result) -> list[Table]:
         )
     if result.quality is not None:
         tables.append(_quality_table(result))
+    if result.details:
+        tables.append(details_table(result.details))
     return tables
 
 
@@ -176,23 +179,46 @@ def _stages_table(result: Result) -> Table:
 def _quality_table(result: Result) -> Table:
     quality = result.quality
     assert quality is not None
-    return pairs(
-        "Plan quality",
-        [
-            ("reachable cells", count_cell(quality.reachable_cells)),
-            ("cells with no way up (local maxima)", count_cell(quality.local_maxima)),
-            ("cells with a wrong value (a stage ended too early)", count_cell(quality.wrong_cells)),
-            ("share of cells that reach the goal", share_cell(quality.share_reaching_goal)),
-            (
-                "starts that arrive",
-                Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived),
-            ),
-            ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
-            ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
-            ("clearance in cells, mean", number_cell(quality.clearance_mean)),
-            ("clearance in cells, least", number_cell(quality.clearance_least)),
-        ],
-    )
+    rows = _robots_rows(quality) if isinstance(quality, RobotsQuality) else _grid_rows(quality)
+    ratios = [
+        ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
+        ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
+    ]
+    return pairs("Plan quality", [*rows, *ratios])
+
+
+def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
+    arrived = Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived)
+    rows = [("reachable cells", count_cell(quality.reachable_cells)), ("starts that arrive", arrived)]
+    if quality.local_maxima is not None:
+        rows.append(("cells with no way up (local maxima)", count_cell(quality.local_maxima)))
+    if quality.wrong_cells is not None:
+        rows.append(("cells with a wrong value", count_cell(quality.wrong_cells)))
+    if quality.share_reaching_goal is not None:
+        rows.append(("share of cells that reach the goal", share_cell(quality.share_reaching_goal)))
+    return [
+        *rows,
+        ("clearance in cells, mean", number_cell(quality.clearance_mean)),
+        ("clearance in cells, least", number_cell(quality.clearance_least)),
+    ]
+
+
+def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
+    arrived = Cell(f"{quality.robots_arrived} of {quality.robots}", quality.robots_arrived)
+    return [
+        ("robots that arrive", arrived),
+        ("updates of the velocities", count_cell(quality.updates)),
+        ("pairs of robots that collided", count_cell(quality.collisions)),
+        ("closest approach in cells", number_cell(quality.closest_approach)),
+        ("seconds until the last arrived", number_cell(quality.time_to_targets_s)),
+        ("changes of velocity", count_cell(quality.velocity_changes)),
+    ]
+
+
+def details_table(details: Mapping[str, float | str]) -> Table:
+    """The figures that only one planner has, by the names that the planner gives them."""
+    cells = ((name, Cell(value) if isinstance(value, str) else number_cell(value)) for name, value in details.items())
+    return pairs("More of this planner", [(label(name), cell) for name, cell in cells])
 
 
 def resource_table(result: Result) -> Table:

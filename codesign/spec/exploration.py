@@ -41,6 +41,9 @@ class ResultFigure(StrEnum):
     WRONG_CELLS = "wrong_cells"
     PATH_LENGTH_RATIO = "path_length_ratio"
     CLEARANCE = "clearance"
+    COLLISIONS = "collisions"
+    CLOSEST_APPROACH = "closest_approach"
+    TIME_TO_TARGETS = "time_to_targets"
     PRECISION = "precision"
 
     @property
@@ -51,7 +54,11 @@ class ResultFigure(StrEnum):
     @property
     def maximise(self) -> bool:
         """Whether more of it is better."""
-        return self in {ResultFigure.SHARE_REACHING_GOAL, ResultFigure.CLEARANCE}
+        return self in {
+            ResultFigure.SHARE_REACHING_GOAL,
+            ResultFigure.CLEARANCE,
+            ResultFigure.CLOSEST_APPROACH,
+        }
 
     @property
     def direction(self) -> str:
@@ -64,6 +71,8 @@ _UNITS = {
     ResultFigure.POWER: "W",
     ResultFigure.ENERGY: "J",
     ResultFigure.CLEARANCE: "cells",
+    ResultFigure.CLOSEST_APPROACH: "cells",
+    ResultFigure.TIME_TO_TARGETS: "s",
     ResultFigure.PRECISION: "bits",
 }
 _DIMENSIONS = {

@@ -9,19 +9,22 @@ from pydantic import BaseModel
 from codesign.errors import InputError, choose_hint
 from codesign.spec.part import PartFile
 from codesign.spec.platform import Platform
-from codesign.spec.workload import TaskModels, Workload
+from codesign.spec.workload import ProblemModels, TaskModels, Workload
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 _MODELS: dict[str, type[BaseModel]] = {"platform": Platform, "workload": Workload, "part": PartFile}
 
 
-def json_schema(kind: str, tasks: TaskModels | None = None) -> dict[str, Any]:
+def json_schema(
+    kind: str, tasks: TaskModels | None = None, problems: ProblemModels | None = None
+) -> dict[str, Any]:
     """JSON Schema, draft 2020-12, of a kind of file.
 
     Args:
         kind: ``platform``, ``workload`` or ``part``.
         tasks: parameter models by planner and task, for ``workload``; without, parameters are left open.
+        problems: models of problems other than a map with goals and starts, by planner.
 
     Raises:
         InputError: no such kind.
@@ -31,11 +34,16 @@ def json_schema(kind: str, tasks: TaskModels | None = None) -> dict[str, Any]:
     schema = _MODELS[kind].model_json_schema()
     if kind == "workload":
         schema["properties"]["mapping"] = _open_mapping()
-        schema["$defs"].pop("TaskMapping", None)
-        schema["$defs"].pop("BaseModel", None)
+        for open_model in ("TaskMapping", "BaseModel", "SpecModel"):
+            schema["$defs"].pop(open_model, None)
+        # What it holds depends on the planner: see below.
+        schema["properties"]["problem"] = {"type": "object", "description": "What is to be planned."}
         if tasks is not None:
             schema["properties"]["planner"]["enum"] = sorted(tasks)
-            schema["allOf"] = [_of_planner(schema["$defs"], name, tasks[name]) for name in sorted(tasks)]
+            schema["allOf"] = [
+                _of_planner(schema["$defs"], name, tasks[name], (problems or {}).get(name))
+                for name in sorted(tasks)
+            ]
     return {"$schema": DIALECT, **schema}
 
 
@@ -56,18 +64,26 @@ def _placement() -> dict[str, Any]:
     }
 
 
-def _of_planner(definitions: dict[str, Any], planner: str, models: Any) -> dict[str, Any]:
-    """What the mapping of a workload of ``planner`` holds; the models' own definitions go to ``definitions``."""
+def _of_planner(
+    definitions: dict[str, Any], planner: str, models: Any, problem: type[BaseModel] | None
+) -> dict[str, Any]:
+    """What problem and mapping of a workload of ``planner`` hold; their own definitions go to ``definitions``."""
+
+    def schema_of(model: type[BaseModel], prefix: str) -> dict[str, Any]:
+        schema = model.model_json_schema(ref_template=f"#/$defs/{prefix}.{{model}}")
+        for name, definition in schema.pop("$defs", {}).items():
+            definitions[f"{prefix}.{name}"] = definition
+        return schema
+
     tasks = {}
     for task, model in models.items():
-        schema = model.model_json_schema(ref_template=f"#/$defs/{planner}.{task}.{{model}}")
-        for name, definition in schema.pop("$defs", {}).items():
-            definitions[f"{planner}.{task}.{name}"] = definition
+        schema = schema_of(model, f"{planner}.{task}")
         schema["properties"] = {**_placement(), **schema.get("properties", {})}
         schema["required"] = ["component", *schema.get("required", [])]
         tasks[task] = schema
     mapping = {"type": "object", "properties": tasks, "additionalProperties": False}
+    own = {"$ref": "#/$defs/ProblemSpec"} if problem is None else schema_of(problem, f"{planner}.problem")
     return {
         "if": {"properties": {"planner": {"const": planner}}, "required": ["planner"]},
-        "then": {"properties": {"mapping": mapping}},
+        "then": {"properties": {"mapping": mapping, "problem": own}},
     }

@@ -34,6 +34,9 @@ from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
 from codesign.spec.validate import validate
 
+ProblemModels = Mapping[str, type[SpecModel]]
+"""Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
+
 TaskModels = Mapping[str, Mapping[str, type[BaseModel]]]
 """Planner name → task name → model of the task's parameters.
 
@@ -99,7 +102,7 @@ class Workload(Spec):
     name: Name = Field(description="Name of the workload.")
     description: str = Field(default="", description="What it is, for humans.")
     planner: Name = Field(description="The planner, such as harmonic.")
-    problem: ProblemSpec = Field(description="What is to be planned.")
+    problem: SerializeAsAny[ProblemSpec | SpecModel] = Field(description="What is to be planned.")
     scenario: PlanOnce = Field(default=PlanOnce(), description="How the plan is used.")
     mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
     explore: Exploration | None = Field(
@@ -111,7 +114,8 @@ class Workload(Spec):
     @property
     def map_file(self) -> Path | None:
         """The file of the map, or None where the map is generated."""
-        return self.problem.map.path if isinstance(self.problem.map, FileMap) else None
+        wanted = self.problem.map if isinstance(self.problem, ProblemSpec) else None
+        return wanted.path if isinstance(wanted, FileMap) else None
 
     @property
     def task_models(self) -> Mapping[str, type[BaseModel]] | None:
@@ -125,6 +129,15 @@ class Workload(Spec):
         if tasks is not None and value not in tasks:
             raise RefusalError(f"there is no planner {value!r}", choose_hint(value, tasks))
         return value
+
+    @field_validator("problem", mode="wrap")
+    @classmethod
+    def _of_the_planner(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:  # noqa: ARG003
+        if isinstance(value, SpecModel):
+            return value
+        problems = (info.context or {}).get("problems") or {}
+        model = problems.get(info.data.get("planner"), ProblemSpec)
+        return model.model_validate(value, context=info.context)
 
     @field_validator("mapping", mode="wrap")
     @classmethod
@@ -156,12 +169,15 @@ class Workload(Spec):
         return self
 
 
-def load_workload(source: str | Path, tasks: TaskModels | None = None) -> Workload:
+def load_workload(
+    source: str | Path, tasks: TaskModels | None = None, problems: ProblemModels | None = None
+) -> Workload:
     """The workload with a shipped name (``labyrinth``), or in a file (with a separator or ``.yaml``).
 
     Args:
         source: name or path.
         tasks: the models that parameters are checked against. Without, they are taken as they stand.
+        problems: the models of problems other than a map with goals and starts.
 
     Raises:
         InputError: no shipped workload of that name.
@@ -171,7 +187,9 @@ def load_workload(source: str | Path, tasks: TaskModels | None = None) -> Worklo
 
     path, shown = find_spec(source, "workloads")
     document = read_document(path, shown)
-    workload = validate(Workload, document, {"tasks": tasks}, axis_faults).with_document(document)
+    workload = validate(
+        Workload, document, {"tasks": tasks, "problems": problems}, axis_faults
+    ).with_document(document)
     return workload.with_models(tasks[workload.planner] if tasks is not None else None)
 
 

@@ -21,10 +21,8 @@ from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
 from codesign.spec import Part, Platform, Workload, cross_check, fault
 from codesign.spec.platform import FpgaComponent
-from codesign.spec.problem import FileMap
+from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.system import catalog
-
-DEFAULT_STYLES = {"fpga": "bit_serial", "processor": "software"}
 
 _grids = Memo(max_bytes=256 * 2**20)
 
@@ -110,7 +108,7 @@ def _architecture(
         for name, style in catalog.styles_of(planner.name).items()
         if style.component_type == component.type
     }
-    wanted = task.style or DEFAULT_STYLES.get(component.type, "")
+    wanted = task.style or next(iter(styles), "")
     if wanted in styles:
         return styles[wanted], []
     text = f"{planner.name} has no style {wanted!r} on a component of type {component.type}"
@@ -118,7 +116,9 @@ def _architecture(
 
 
 def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
-    """The map with its goals and starts, or every fault in them."""
+    """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
+    if not isinstance(workload.problem, ProblemSpec):
+        return workload.problem.problem(), []  # type: ignore[attr-defined]
     try:
         grid = load_grid(workload)
     except MapError as wrong:
@@ -149,6 +149,7 @@ def load_grid(workload: Workload) -> OccupancyGrid:
     Raises:
         MapError: the map cannot be read or made.
     """
+    assert isinstance(workload.problem, ProblemSpec), "the problem is a map with goals and starts"
     wanted = workload.problem.map
     if isinstance(wanted, FileMap):
         file = wanted.path

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import entry_points
+from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 
+from codesign import spec
 from codesign.architectures.interface import Architecture
 from codesign.errors import InputError, choose_hint
 from codesign.planners.interface import Planner
+from codesign.spec import SpecModel, Workload
 
 
 @cache
@@ -32,6 +35,21 @@ def architectures() -> Mapping[tuple[str, str], Architecture]:
 def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
     """The parameter model of each task of each planner: what ``spec.load_workload`` checks mappings against."""
     return {name: planner.tasks for name, planner in planners().items()}
+
+
+def problem_models() -> dict[str, type[SpecModel]]:
+    """The models of problems other than a map with goals and starts, by planner."""
+    found = {name: planner.problem_model for name, planner in planners().items()}
+    return {name: model for name, model in found.items() if model is not None}
+
+
+def load_workload(source: str | Path) -> Workload:
+    """The workload of that shipped name or file, checked against the installed planners.
+
+    Raises:
+        InputError: no shipped workload of that name. SpecError: all the faults of the file.
+    """
+    return spec.load_workload(source, task_models(), problem_models())
 
 
 def planner(name: str) -> Planner:

@@ -73,14 +73,13 @@ def schema_of(kind: str) -> dict[str, Any]:
             f"there is no schema of {kind!r}",
             hint=choose_hint(kind, ["platform", "workload", "part", "result"]),
         )
-    return spec.json_schema(kind, catalog.task_models())
+    return spec.json_schema(kind, catalog.task_models(), catalog.problem_models())
 
 
 def at_hand() -> dict[str, dict[str, str]]:
     """Names and one-line descriptions of what ships or is installed, by kind."""
-    tasks = catalog.task_models()
     platforms = {name: spec.load_platform(name).description for name in spec.list_platforms()}
-    workloads = {name: spec.load_workload(name, tasks).description for name in spec.list_workloads()}
+    workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: _first_line(planner) for name, planner in catalog.planners().items()}
     styles = {
@@ -103,7 +102,7 @@ def _load(source: str | Path) -> Spec | Part:
         if source in spec.list_platforms():
             return spec.load_platform(source)
         if source in spec.list_workloads():
-            return spec.load_workload(source, catalog.task_models())
+            return catalog.load_workload(source)
         if source in spec.list_parts():
             return spec.load_part(str(source))
         raise InputError(f"there is no shipped spec {source!r}", hint=choose_hint(str(source), known))
@@ -113,7 +112,7 @@ def _load(source: str | Path) -> Spec | Part:
         return spec.load_platform(source)
     if kind == "part":
         return load_part_file(Path(source))
-    return spec.load_workload(source, catalog.task_models())
+    return catalog.load_workload(source)
 
 
 def _budgets(part: Part) -> str:

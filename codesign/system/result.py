@@ -12,7 +12,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from codesign.figures import Status
-from codesign.planners.interface import Quality
+from codesign.planners.interface import Quality, RobotsQuality
 from codesign.spec.exploration import ResultFigure
 
 
@@ -139,14 +139,16 @@ class Result(_Model):
     utilisation: dict[str, float] | None = Field(
         default=None, description="busy share of each component and link"
     )
-    quality: Quality | None = None
+    quality: Quality | RobotsQuality | None = None
+    details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
     def figure(self, name: ResultFigure) -> float | None:
         """One figure by the name that objectives and constraints use, in the unit of ``ResultFigure``; None: no run."""
         resources = {use.resource: float(use.demand) for use in self.resources}
         if name.value in resources:
             return resources[name.value]
-        quality = self.quality
+        grid = self.quality if isinstance(self.quality, Quality) else None
+        robots = self.quality if isinstance(self.quality, RobotsQuality) else None
         figures: dict[ResultFigure, float | None] = {
             ResultFigure.TIME: None if self.time is None else self.time.first_plan_ps / 1e12,
             ResultFigure.CYCLES: None if self.cycles is None else float(sum(self.cycles.values())),
@@ -155,10 +157,22 @@ class Result(_Model):
             else self.power.static.value + self.power.dynamic.value,
             ResultFigure.ENERGY: None if self.energy is None else self.energy.total_j,
             ResultFigure.PRECISION: None if self.precision is None else float(self.precision),
-            ResultFigure.SHARE_REACHING_GOAL: None if quality is None else quality.share_reaching_goal,
-            ResultFigure.LOCAL_MAXIMA: None if quality is None else float(quality.local_maxima),
-            ResultFigure.WRONG_CELLS: None if quality is None else float(quality.wrong_cells),
-            ResultFigure.PATH_LENGTH_RATIO: None if quality is None else quality.path_length_ratio_mean,
-            ResultFigure.CLEARANCE: None if quality is None else quality.clearance_mean,
+            ResultFigure.PATH_LENGTH_RATIO: None
+            if self.quality is None
+            else self.quality.path_length_ratio_mean,
         }
-        return figures.get(name)
+        if grid is not None:
+            figures |= {
+                ResultFigure.SHARE_REACHING_GOAL: grid.share_reaching_goal,
+                ResultFigure.LOCAL_MAXIMA: grid.local_maxima,
+                ResultFigure.WRONG_CELLS: grid.wrong_cells,
+                ResultFigure.CLEARANCE: grid.clearance_mean,
+            }
+        if robots is not None:
+            figures |= {
+                ResultFigure.COLLISIONS: robots.collisions,
+                ResultFigure.CLOSEST_APPROACH: robots.closest_approach,
+                ResultFigure.TIME_TO_TARGETS: robots.time_to_targets_s,
+            }
+        value = figures.get(name)
+        return None if value is None else float(value)

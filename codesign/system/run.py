@@ -20,12 +20,6 @@ from codesign.system.result import Energy, Power, Result, Times
 if TYPE_CHECKING:
     from codesign.components import Granularity
 
-CELL_BITS = 2
-"""A cell of the map on its way to the planner: free, obstacle or goal."""
-
-ANSWER_BITS = 64
-"""The decision on its way back: two components of a direction, 32 bits each."""
-
 TRACED_TRAJECTORIES = 16
 
 
@@ -89,15 +83,16 @@ def _plan_once(system: System, machine: Machine, granularity: Granularity, memo:
     if machine.listening:
         goals = np.array(problem.goals, np.int32).reshape(-1, 2)
         machine.tell(MapRecord(0, "map", problem.free, goals, problem.resolution))
+    messages = system.planner.messages(problem)
     done: list[Any] = []
 
     def mission() -> Generator[Any, Any, None]:
-        yield from machine.carry_to_planner("map", CELL_BITS * problem.free.size)
+        yield from machine.carry_to_planner(messages.problem, messages.problem_bits)
         machine.map_loaded = machine.now
         steps = system.architecture.work(problem, system.planning, memo=memo, detail=machine.listening)
         plan = yield from machine.execute(steps, granularity)
         machine.planned = machine.now
-        yield from machine.carry_back("decision", ANSWER_BITS)
+        yield from machine.carry_back(messages.answer, messages.answer_bits)
         machine.answered = machine.now
         done.append(plan)
 

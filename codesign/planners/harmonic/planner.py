@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 from codesign.planners.harmonic.parameters import DecideParameters, LoadParameters, RelaxParameters, Stop
 from codesign.planners.harmonic.relax import Relaxation, relax
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Messages, Problem, Quality
 
 
 class Harmonic:
@@ -20,6 +20,7 @@ class Harmonic:
 
     name = "harmonic"
     planning_task = "relax"
+    problem_model = None
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
@@ -49,6 +50,10 @@ class Harmonic:
             stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
             record_visits=False,
         )
+
+    def messages(self, problem: Problem) -> Messages:
+        """The map, two bits a cell (free, obstacle or goal), and a direction, two components of 32 bits."""
+        return Messages("map", 2 * problem.free.size, "decision", 64)
 
     def quality(self, problem: Problem, plan: Relaxation) -> Quality:
         """What following the field is worth."""
