@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterator
+from dataclasses import replace
 
 from codesign.architectures.interface import Bound, Demand, Item, Memory, Step
 from codesign.architectures.wavefront import levers, timing
@@ -78,12 +79,15 @@ class ArrayStyle(ABC):
         items = self.items(layout, problem, part)
         bounds: tuple[Bound, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
+        whole = replace(layout, shape=(problem.rows, problem.columns))
+        delay_line = resources.array_items(resources.delay_line_node(whole), whole)
         map_shape = problem.rows, problem.columns
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Item, ...]:
             return tiled_items(layout, map_shape, tile, part)
 
-        return Demand(items, bounds, levers.resource_levers(items, part, in_tiles, map_shape, spare))
+        other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)
+        return Demand(items, bounds, levers.resource_levers(items, part, other))
 
     def clock_limit(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""

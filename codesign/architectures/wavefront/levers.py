@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 from codesign.architectures.interface import Bound, Item, Lever
 from codesign.architectures.wavefront.resources import totals
@@ -37,30 +38,37 @@ def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | Non
     return None
 
 
-def resource_levers(
-    items: tuple[Item, ...],
-    part: Part,
-    tiled_items: ItemsOf,
-    map_shape: Shape,
-    spare_bits: tuple[int, int] | None,
-) -> dict[str, tuple[Lever, ...]]:
-    """For each resource that the part lacks: a tiled array that fits it, a narrower register, another part.
+@dataclass(frozen=True)
+class Alternatives:
+    """Other designs for the same problem: whole-map arrays by style, tiled arrays by tile, a narrower register.
 
     ``spare_bits``: bits of the register and the fewer that are enough, or None.
     """
+
+    whole: Mapping[str, tuple[Item, ...]]
+    tiled: ItemsOf
+    map_shape: Shape
+    spare_bits: tuple[int, int] | None
+
+
+def resource_levers(items: tuple[Item, ...], part: Part, other: Alternatives) -> dict[str, tuple[Lever, ...]]:
+    """For each resource that the part lacks: a style or a tile that fits it, a narrower register, another part."""
     short = short_resources(items, part)
     if not short:
         return {}
-    tile = largest_tile(tiled_items, map_shape, part)
     shared = [
-        Lever("propagate.style", f"no tile of style tiled fits {part.name} either")
-        if tile is None
-        else Lever("propagate.style", f"tiled, with tile [{tile[0]}, {tile[1]}] or smaller, fits {part.name}")
+        Lever("propagate.style", f"{style} fits {part.name}")
+        for style, found in other.whole.items()
+        if not short_resources(found, part)
     ]
-    if spare_bits is not None:
-        shared.append(
-            Lever("propagate.register_bits", f"{spare_bits[1]} are enough, {spare_bits[0]} are asked for")
-        )
+    tile = largest_tile(other.tiled, other.map_shape, part)
+    if tile is not None:
+        shared.append(Lever("propagate.tile", f"style tiled with [{tile[0]}, {tile[1]}] fits {part.name}"))
+    if not shared:
+        shared.append(Lever("propagate.style", f"no style and no tile fits {part.name}"))
+    if other.spare_bits is not None:
+        asked, enough = other.spare_bits
+        shared.append(Lever("propagate.register_bits", f"{enough} are enough, {asked} are asked for"))
     return {
         kind: (*shared, Lever("part", f"take one with at least {need:,} {kind.replace('_', ' ')}"))
         for kind, need in short.items()

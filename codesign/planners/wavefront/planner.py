@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.errors import MapError
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Messages, Problem, Quality
 from codesign.planners.wavefront.parameters import LoadParameters, PropagateParameters, TrackParameters
 from codesign.planners.wavefront.plan import WavefrontPlan, compute_plan, known_plan
 from codesign.planners.wavefront.wave import register_bits
@@ -21,6 +21,7 @@ class Wavefront:
 
     name = "wavefront"
     planning_task = "propagate"
+    problem_model = None
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
@@ -46,6 +47,10 @@ class Wavefront:
         """Run the wave without a clock."""
         return compute_plan(problem, parameters)
 
+    def messages(self, problem: Problem) -> Messages:
+        """The map, F and Z of every cell, and the next cell of the way, row and column of 32 bits."""
+        return Messages("map", 2 * problem.free.size, "next cell", 64)
+
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
         """What the ways are worth."""
         from codesign.planners.wavefront.quality import quality
@@ -59,11 +64,12 @@ class Wavefront:
     def figures(self, plan: WavefrontPlan) -> dict[str, Any]:
         """How far the wave came, and how wide a register has to be for it."""
         details: dict[str, Any] = {
-            "stop_potential": plan.stop_potential,
             "largest_potential": plan.largest_potential,
             "reached_cells": plan.reached_cells,
             "register_bits_needed": register_bits(plan.largest_potential),
         }
+        if plan.stop_potential is not None:
+            details["stop_potential"] = plan.stop_potential
         return {"details": details}
 
     def trajectory(
