@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterator
 from dataclasses import replace
 
 from codesign.architectures.interface import Bound, Demand, Item, Memory, Step
-from codesign.architectures.wavefront import levers, timing
+from codesign.architectures.wavefront import levers, resources, timing
 from codesign.architectures.wavefront.resources import Layout
 from codesign.architectures.wavefront.steps import LOAD, TRACK, planned, task_step, tracked_steps
 from codesign.figures import Figure, Status, weakest
