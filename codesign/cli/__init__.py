@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from importlib import import_module
+from typing import Any
 
 import click
 
@@ -57,6 +60,20 @@ class LazyGroup(click.Group):
         """List the commands without importing any of them."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
+
+    def main(self, *args: Any, **kwargs: Any) -> Any:
+        """Run, and leave at once when interrupted.
+
+        The threads of a pool whose workers were just killed may wait for ever to be joined at exit.
+        """
+        try:
+            return super().main(*args, **kwargs)
+        except SystemExit as leaving:
+            if leaving.code == EXIT_INTERRUPTED and threading.active_count() > 1:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(EXIT_INTERRUPTED)
+            raise
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; a user's mistake ends in its message and exit code, never in a traceback."""
