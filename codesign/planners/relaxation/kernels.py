@@ -1,0 +1,342 @@
+"""Compiled sweeps over the layout of ``layout``: bit for bit the plain loops of ``reference``, many nodes at a time.
+
+Limits, a node and sweep. A raster-order loop cannot be faster than the chain through its western neighbour, a
+multiplication and an addition: 6 to 8 cycles, about 2 ns. Nodes of a diagonal have no such chain. What is left is the
+traffic between registers and the nearest cache: five loads (itself and four neighbours, hardly ever aligned), a mask
+and a store, about ten 64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation``
+measures that as one pass of the same stencil without any order, and holds the sweeps against it.
+
+The largest change is kept as the bits of a double that is not negative, which order as integers do: a maximum of
+integers is done in vectors, one of doubles is not. No multiplication is fused with an addition, so that every machine
+gives the same bits.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+RUNNING, CONVERGED, STAGNATED = 0, 1, 2
+
+Doubles = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@njit(cache=True, error_model="numpy")
+def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
+    """Whether the run is over. ``watch``: the least change so far, and the sweeps since it was seen."""
+    if change < tolerance:
+        return CONVERGED
+    if change < watch[0]:
+        watch[0] = change
+        watch[1] = 0.0
+        return RUNNING
+    watch[1] += 1.0
+    return STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
+
+
+@njit(cache=True, error_model="numpy")
+def _in_place(
+    here: Doubles,
+    movable: Mask,
+    north: Doubles,
+    west: Doubles,
+    east: Doubles,
+    south: Doubles,
+    quarter: float,
+    keep: float,
+) -> Any:
+    """One diagonal of a sweep in place; the largest change as bits."""
+    top = np.int64(0)
+    for k in range(here.size):
+        old = here[k]
+        new = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
+        new = new if movable[k] else old
+        here[k] = new
+        change = np.float64(abs(new - old)).view(np.int64)
+        top = max(top, change)
+    return top
+
+
+@njit(cache=True, error_model="numpy")
+def _apart(
+    target: Doubles,
+    here: Doubles,
+    movable: Mask,
+    north: Doubles,
+    west: Doubles,
+    east: Doubles,
+    south: Doubles,
+    quarter: float,
+    keep: float,
+) -> Any:
+    """As ``_in_place``, the new values going to ``target``."""
+    top = np.int64(0)
+    for k in range(target.size):
+        old = here[k]
+        new = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
+        new = new if movable[k] else old
+        target[k] = new
+        change = np.float64(abs(new - old)).view(np.int64)
+        top = max(top, change)
+    return top
+
+
+@njit(cache=True, error_model="numpy")
+def _mean(
+    here: Doubles,
+    first: Doubles,
+    second: Doubles,
+    movable: Mask,
+    north: Doubles,
+    west: Doubles,
+    east: Doubles,
+    south: Doubles,
+    quarter: float,
+    keep: float,
+) -> Any:
+    """Levels 2 and 3 on one diagonal: ``second`` computed, ``here`` made the mean of ``first`` and ``second``."""
+    top = np.int64(0)
+    for k in range(here.size):
+        old = here[k]
+        other = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
+        other = other if movable[k] else old
+        second[k] = other
+        new = 0.5 * (first[k] + other)
+        here[k] = new
+        change = np.float64(abs(new - old)).view(np.int64)
+        top = max(top, change)
+    return top
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def in_place_sweeps(
+    values: Doubles,
+    movable: Mask,
+    base: NDArray[np.int64],
+    shape: tuple[int, int],
+    colours: int,
+    omega: float,
+    sweeps: int,
+    ending: tuple[float, int, float],
+    watch: Doubles,
+) -> Any:
+    """Sweeps in raster order (``colours`` 1), or over the red nodes and then the black ones (2).
+
+    Args:
+        values: float64, packed; changed in place.
+        movable: bool, packed; the nodes that are computed.
+        base, shape: the layout.
+        omega: over-relaxation.
+        sweeps: at most so many.
+        ending: tolerance, patience, floor of ``_verdict``. watch: its state.
+
+    Returns:
+        Sweeps done, the change of the last, and how it stands (RUNNING, CONVERGED, STAGNATED).
+    """
+    rows, columns = shape
+    quarter, keep = omega / 4.0, 1.0 - omega
+    change, state, done = 0.0, RUNNING, 0
+    while done < sweeps and state == RUNNING:
+        top = np.int64(0)
+        for colour in range(colours):
+            for d in range(2 + colour, rows + columns - 3, colours):
+                low = max(1, d - columns + 2)
+                n = min(rows - 2, d - 1) - low + 1
+                o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+                bits = _in_place(
+                    values[o : o + n],
+                    movable[o : o + n],
+                    values[p : p + n],
+                    values[p + 1 : p + 1 + n],
+                    values[q : q + n],
+                    values[q + 1 : q + 1 + n],
+                    quarter,
+                    keep,
+                )
+                top = max(top, bits)
+        done += 1
+        change = np.int64(top).view(np.float64)
+        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+    return done, change, state
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def jacobi_sweeps(
+    values: Doubles,
+    spare: Doubles,
+    movable: Mask,
+    base: NDArray[np.int64],
+    shape: tuple[int, int],
+    sweeps: int,
+    ending: tuple[float, int, float],
+    watch: Doubles,
+) -> Any:
+    """All nodes at once from the old values; as ``in_place_sweeps``. ``spare`` equals ``values`` on fixed nodes."""
+    rows, columns = shape
+    change, state, done = 0.0, RUNNING, 0
+    source, target = values, spare
+    while done < sweeps and state == RUNNING:
+        top = np.int64(0)
+        for d in range(2, rows + columns - 3):
+            low = max(1, d - columns + 2)
+            n = min(rows - 2, d - 1) - low + 1
+            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            bits = _apart(
+                target[o : o + n],
+                source[o : o + n],
+                movable[o : o + n],
+                source[p : p + n],
+                source[p + 1 : p + 1 + n],
+                source[q : q + n],
+                source[q + 1 : q + 1 + n],
+                0.25,
+                0.0,
+            )
+            top = max(top, bits)
+        source, target = target, source
+        done += 1
+        change = np.int64(top).view(np.float64)
+        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+    if done % 2:
+        values[:] = spare
+    return done, change, state
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def mean_sweeps(
+    values: Doubles,
+    first: Doubles,
+    movable: Mask,
+    base: NDArray[np.int64],
+    shape: tuple[int, int],
+    wall: float,
+    acceleration: tuple[float, float],
+    sweeps: int,
+    ending: tuple[float, int, float],
+    watch: Doubles,
+) -> Any:
+    """The two-level arithmetic mean, equation 13; as ``in_place_sweeps``.
+
+    Level 2 goes backwards over the diagonals, and its values are needed by the next diagonal alone; the old value of a
+    node is needed no more once its own diagonal is done. So level 3 is done in the same pass.
+
+    Args:
+        first: float64, packed; the values of level 1, equal to ``values`` on fixed nodes.
+        wall: the value of the ring. acceleration: ω and r. The rest as in ``in_place_sweeps``.
+    """
+    rows, columns = shape
+    omega, r = acceleration
+    following, second = np.full(rows, wall), np.full(rows, wall)
+    change, state, done = 0.0, RUNNING, 0
+    while done < sweeps and state == RUNNING:
+        for d in range(2, rows + columns - 3):
+            low = max(1, d - columns + 2)
+            n = min(rows - 2, d - 1) - low + 1
+            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            _apart(
+                first[o : o + n],
+                values[o : o + n],
+                movable[o : o + n],
+                first[p : p + n],
+                first[p + 1 : p + 1 + n],
+                values[q : q + n],
+                values[q + 1 : q + 1 + n],
+                omega / 4.0,
+                1.0 - omega,
+            )
+        top = np.int64(0)
+        following[:] = wall
+        for d in range(rows + columns - 4, 1, -1):
+            low = max(1, d - columns + 2)
+            n = min(rows - 2, d - 1) - low + 1
+            o, p = base[d] + low, base[d - 1] + low - 1
+            bits = _mean(
+                values[o : o + n],
+                first[o : o + n],
+                second[low : low + n],
+                movable[o : o + n],
+                values[p : p + n],
+                values[p + 1 : p + 1 + n],
+                following[low : low + n],
+                following[low + 1 : low + 1 + n],
+                r / 4.0,
+                1.0 - r,
+            )
+            top = max(top, bits)
+            second[low - 1] = wall
+            second[low + n] = wall
+            second, following = following, second
+        done += 1
+        change = np.int64(top).view(np.float64)
+        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+    return done, change, state
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def half_sweeps(
+    values: Doubles,
+    first: Doubles,
+    movable: Mask,
+    columns: int,
+    odd: int,
+    wall: float,
+    acceleration: tuple[float, float],
+    sweeps: int,
+    ending: tuple[float, int, float],
+    watch: Doubles,
+) -> Any:
+    """The arithmetic mean over half of the nodes, each with its four diagonal neighbours; as ``mean_sweeps``.
+
+    Args:
+        values, first, movable: rows × half of the columns: node (i, 2k + offset) at [i, k], the offset of row i being
+            (``odd`` + i) mod 2. columns: of the padded grid.
+    """
+    rows = values.shape[0]
+    omega, r = acceleration
+    following, second = np.full(values.shape[1], wall), np.full(values.shape[1], wall)
+    change, state, done = 0.0, RUNNING, 0
+    while done < sweeps and state == RUNNING:
+        for i in range(1, rows - 1):
+            offset = (odd + i) % 2
+            k, end = 1 - offset, (columns - 2 - offset) // 2 + 1
+            left, right = slice(k + offset - 1, end + offset - 1), slice(k + offset, end + offset)
+            _apart(
+                first[i, k:end],
+                values[i, k:end],
+                movable[i, k:end],
+                first[i - 1, left],
+                first[i - 1, right],
+                values[i + 1, left],
+                values[i + 1, right],
+                omega / 4.0,
+                1.0 - omega,
+            )
+        top = np.int64(0)
+        following[:] = wall
+        second[:] = wall
+        for i in range(rows - 2, 0, -1):
+            offset = (odd + i) % 2
+            k, end = 1 - offset, (columns - 2 - offset) // 2 + 1
+            left, right = slice(k + offset - 1, end + offset - 1), slice(k + offset, end + offset)
+            bits = _mean(
+                values[i, k:end],
+                first[i, k:end],
+                second[k:end],
+                movable[i, k:end],
+                values[i - 1, left],
+                values[i - 1, right],
+                following[left],
+                following[right],
+                r / 4.0,
+                1.0 - r,
+            )
+            top = max(top, bits)
+            second, following = following, second
+        done += 1
+        change = np.int64(top).view(np.float64)
+        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+    return done, change, state
