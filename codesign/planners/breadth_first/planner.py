@@ -18,7 +18,7 @@ from codesign.errors import InputError
 from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters
 from codesign.planners.breadth_first.reference import Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Messages, Problem, Quality
 
 NO_START = "no start is given"
 
@@ -39,6 +39,7 @@ class BreadthFirst:
 
     name = "breadth_first"
     planning_task = "search"
+    problem_model = None
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
@@ -52,6 +53,15 @@ class BreadthFirst:
     def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
         """Search without a clock. Raises InputError where the problem has no start."""
         return plan_search(problem)
+
+    def messages(self, problem: Problem) -> Messages:
+        """The map, two bits a cell (free, obstacle, start or goal), and the path, two bits a step.
+
+        Raises:
+            InputError: the problem has no start.
+        """
+        steps = plan_search(problem).path_steps or 0
+        return Messages("map", 2 * problem.free.size, "path", max(2, 2 * steps))
 
     def quality(self, problem: Problem, plan: Search) -> Quality:  # noqa: ARG002
         """What a search from each start of the problem is worth.
