@@ -5,6 +5,7 @@ Resources are a vector: each kind is held against its own budget, and nothing is
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from codesign.architectures.interface import RESOURCES, Demand, Lever
@@ -25,7 +26,8 @@ class Fit:
 def fit(demand: Demand, part: Part, clock: int, clock_limit: Figure) -> Fit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
 
-    A clock above the law's value but within its interval is let pass: a fitted law cannot refuse it.
+    A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
+    otherwise always end at the upper end of the interval, where nobody has shown a design to run.
     """
     uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
     reasons = [
@@ -55,16 +57,19 @@ def fit(demand: Demand, part: Part, clock: int, clock_limit: Figure) -> Fit:
         if bound.demand > bound.limit
     ]
     limit = source(clock_limit)
-    if clock > limit.high:
+    if clock > limit.value:
         reasons.append(
             Reason(
                 kind="clock",
                 name="clock",
                 demand=clock,
-                limit=limit.high,
-                gap=clock - limit.high,
+                limit=math.floor(limit.value),
+                gap=clock - math.floor(limit.value),
                 unit="Hz",
-                levers=(f"lower the clock to {limit.value / 1e6:.0f} MHz", "make the block smaller"),
+                levers=(
+                    f"clock: at most {math.floor(limit.value / 1e6)} MHz, the estimate for a design of this size",
+                    "make the design smaller",
+                ),
             )
         )
     return Fit(uses, Clock(hz=clock, limit=limit), tuple(reasons))
