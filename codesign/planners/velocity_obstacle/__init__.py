@@ -15,16 +15,16 @@ Where the paper is silent, and what was taken here:
 """
 
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid
-from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsSpec
+from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsSpec, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem, generate
-from codesign.planners.velocity_obstacle.quality import RobotsQuality, quality
+from codesign.planners.velocity_obstacle.quality import quality
 
 __all__ = [
     "AvoidParameters",
     "Avoidance",
     "RobotsProblem",
-    "RobotsQuality",
     "RobotsSpec",
+    "RobotsWorkload",
     "avoid",
     "generate",
     "quality",

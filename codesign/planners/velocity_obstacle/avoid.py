@@ -28,6 +28,7 @@ class Avoidance:
     - ``candidates``: int32 u × n, speed level × directions + direction, or BRAKE (-1) or STAY (-2).
     - ``checks``: int32 u × n, candidates held against the acceleration; ``trials``: those of them that were then
       held against all other robots.
+    - ``step``: time between two updates, s.
     """
 
     formats: Formats
@@ -36,6 +37,7 @@ class Avoidance:
     candidates: NDArray[np.int32]
     checks: NDArray[np.int32]
     trials: NDArray[np.int32]
+    step: float
 
     @property
     def updates(self) -> int:
@@ -96,6 +98,7 @@ def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         candidates[:done],
         checks[:done],
         trials[:done],
+        parameters.step,
     )
 
 

@@ -107,11 +107,10 @@ class AvoidParameters(SpecModel):
         default=Unit.SERIAL, description="serial: one multiplier a unit; parallel: all at once."
     )
     update_units: UnitCount | None = Field(
-        default=None, description="Units that update; by default what the style has."
+        default=None,
+        description="Units that update; by default what the style has. The sequential one has one datapath anyway.",
     )
-    detect_units: UnitCount | None = Field(
-        default=None, description="Units that detect; by default what the style has."
-    )
+    detect_units: UnitCount | None = Field(default=None, description="Units that detect; as above.")
 
     @field_validator("time_step", mode="after")
     @classmethod
@@ -204,3 +203,13 @@ class RobotsSpec(SpecModel):
             arena=self.arena,
             seed=self.seed,
         )
+
+
+class RobotsWorkload(SpecModel):
+    """The problem of a workload: robots that share an arena without obstacles."""
+
+    robots: RobotsSpec = Field(description="The robots: how many, where, and what they can do.")
+
+    def problem(self) -> RobotsProblem:
+        """The planning problem."""
+        return self.robots.problem()

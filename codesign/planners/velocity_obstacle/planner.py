@@ -9,10 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from codesign.planners.interface import Messages, RobotsQuality
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, fault_of
-from codesign.planners.velocity_obstacle.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.quality import RobotsQuality, quality
+from codesign.planners.velocity_obstacle.reference import BRAKE
+
+COORDINATE_BITS = 16
+"""A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
 
 
 class VelocityObstacle:
@@ -20,6 +24,7 @@ class VelocityObstacle:
 
     name = "velocity_obstacle"
     planning_task = "avoid"
+    problem_model = RobotsWorkload
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
@@ -34,8 +39,15 @@ class VelocityObstacle:
         """Run all robots in the closed loop, without a clock."""
         return avoid(problem, parameters)
 
+    def messages(self, problem: RobotsProblem) -> Messages:
+        """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
+        coordinates = 2 * COORDINATE_BITS * problem.count
+        return Messages("robots", 2 * coordinates, "coordinates", coordinates)
+
     def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
         """Collisions, arrivals and detours of the run."""
+        from codesign.planners.velocity_obstacle.quality import quality
+
         return quality(problem, plan)
 
     def identity(self, plan: Avoidance) -> str:
@@ -43,9 +55,8 @@ class VelocityObstacle:
         return plan.digest
 
     def figures(self, plan: Avoidance) -> dict[str, Any]:
-        """Updates of the run, and how many candidates and trials they took."""
-        decided = plan.checks > 0
-        decisions = int(decided.sum())
+        """How many decisions the run took, of how many candidates, and how fine its words are."""
+        decisions = int((plan.checks > 0).sum())
         return {
             "details": {
                 "updates": plan.updates,
@@ -54,6 +65,7 @@ class VelocityObstacle:
                 "trials_a_decision_mean": float(plan.trials.sum() / decisions) if decisions else 0.0,
                 "trials_a_decision_most": int(plan.trials.max(initial=0)),
                 "acceleration_checks": int(plan.checks.sum()),
+                "decisions_without_safe_velocity": int((plan.candidates == BRAKE).sum()),
                 "position_resolution_cells": 2.0**-plan.formats.position,
                 "velocity_resolution_cells_a_second": 2.0**-plan.formats.velocity,
             }
@@ -62,7 +74,7 @@ class VelocityObstacle:
     def trajectory(
         self, problem: RobotsProblem, plan: Avoidance, start: int
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrived.
+        """The way of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
 
         Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).
         """

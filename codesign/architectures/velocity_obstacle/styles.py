@@ -1,0 +1,119 @@
+"""The three styles of section III on an FPGA; each robot carries one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from codesign.architectures.interface import Demand, Memory, Step
+from codesign.architectures.velocity_obstacle import levers, power, resources, timing
+from codesign.architectures.velocity_obstacle.published import Style
+from codesign.figures import Figure
+from codesign.memo import Memo
+from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid
+from codesign.planners.velocity_obstacle.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.problem import RobotsProblem
+from codesign.records import TaskRecord
+from codesign.spec.part import Part
+
+
+@dataclass(frozen=True)
+class CircuitDemand(Demand):
+    """A demand that also says what its power depends on: the style whose rest it has, and the robots."""
+
+    style: Style = Style.SEQUENTIAL
+    robots: int = 2
+
+
+class Circuit:
+    """One of the three styles: units, scheduled by ``schedule``; laws in ``resources``, ``power``, ``timing``.
+
+    The memory of an exploration keeps whole runs: units and styles change cycles, never a choice.
+    """
+
+    planner = "velocity_obstacle"
+    component_type = "fpga"
+    kernel = ""
+
+    def __init__(self, style: Style) -> None:
+        self.style = style.value
+        self._style = style
+
+    def demand(self, problem: RobotsProblem, parameters: AvoidParameters, part: Part) -> CircuitDemand:
+        """Resources by unit, and the words of the array of velocities."""
+        robots = problem.count
+        units = resources.units_of(self._style, robots, parameters)
+        return CircuitDemand(
+            items=resources.items(self._style, robots, parameters, part),
+            bounds=(levers.array_bound(parameters, part),),
+            levers=levers.resource_levers(self._style, robots, parameters, part),
+            style=resources.rest_style(self._style, units),
+            robots=robots,
+        )
+
+    def clock_limit(self, problem: RobotsProblem, parameters: AvoidParameters, part: Part) -> Figure:  # noqa: ARG002
+        """The fastest clock that was shown, Hz."""
+        return timing.clock_limit(part)
+
+    def memory(self, problem: RobotsProblem, parameters: AvoidParameters) -> Memory:  # noqa: ARG002
+        """One component of each velocity of the array, in each of two block RAMs."""
+        return Memory(parameters.width, {"velocities": parameters.speeds * parameters.directions})
+
+    def work(
+        self,
+        problem: RobotsProblem,
+        parameters: AvoidParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+    ) -> Generator[Step, None, Avoidance]:
+        """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
+
+        An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
+        """
+        plan = avoid(problem, parameters) if detail or memo is None else _kept(problem, parameters, memo)
+        cycles = timing.run_cycles(self._style, plan, parameters)
+        if detail:
+            for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
+                yield from _steps(cycles.costs, checks, trials)
+            return plan
+        sums = dict.fromkeys(timing.PHASES, 0)
+        for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
+            for phase, amount in cycles.costs.phases(checks, trials).items():
+                sums[phase] += amount
+        for phase, amount in sums.items():
+            if amount:
+                yield Step(phase, np.array([amount], np.int64))
+        return plan
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
+        assert isinstance(demand, CircuitDemand), "power follows from a demand of this style"
+        return power.power(demand.style, demand.robots, clock, part)
+
+
+def _kept(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
+    """The run, which units do not change, from the memory of an exploration."""
+    units = {"detector", "unit", "update_units", "detect_units"}
+    key = ("velocity_obstacle", problem.digest, parameters.model_dump_json(exclude=units))
+    return memo.get(key, lambda: avoid(problem, parameters))
+
+
+def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Step, None, None]:
+    """The phases of one update as steps."""
+    for phase, amount in costs.phases(checks, trials).items():
+        if not amount:
+            continue
+        cycles = (
+            np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
+        )
+        yield Step(phase, cycles, _story(phase, amount), int(phase == timing.SELECT))
+
+
+def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
+    def tell(begin: int, end: int, source: str) -> TaskRecord:
+        return TaskRecord(begin, source, phase, end, cycles)
+
+    return tell
