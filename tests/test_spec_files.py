@@ -9,7 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import jsonschema
 import pytest
+from jsonschema import Draft202012Validator
 from test_spec_faults import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
@@ -333,17 +335,19 @@ def test_the_schema_of_a_workload_knows_the_planners_parameters() -> None:
 
 
 def test_schemas_accept_the_shipped_files() -> None:
-    jsonschema = pytest.importorskip("jsonschema")
     for kind, documents in (
         ("platform", [load_platform(name).document for name in list_platforms()]),
-        ("workload", [load_workload(name).document for name in list_workloads()]),
+        ("workload", [catalog.load_workload(name).document for name in list_workloads()]),
         (
             "part",
             [load_part_file(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")],
         ),
     ):
+        schema = json_schema(kind, SHIPPED_TASKS, catalog.problem_models())
+        Draft202012Validator.check_schema(schema)
+        assert documents
         for document in documents:
-            jsonschema.validate(document.tree, json_schema(kind, SHIPPED_TASKS))
+            jsonschema.validate(document.tree, schema)
 
 
 def test_scalars_are_strict_however_a_field_is_annotated(tmp_path: Path) -> None:
