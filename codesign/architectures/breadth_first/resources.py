@@ -167,7 +167,7 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
     ``queue_depth``: what the search of this problem needs, where the queue is shorter than the map.
     """
     found = []
-    if parameters.memory is not MemoryPlace.EXTERNAL:
+    if parameters.memory is not MemoryPlace.EXTERNAL or parameters.display is Display.SHARED:
         found.append(_ports(parameters))
     if parameters.queue_words is not None and queue_depth is not None:
         enough = 1 << max(0, queue_depth - 1).bit_length()
@@ -198,16 +198,22 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
 
 
 def _ports(parameters: SearchParameters) -> Bound:
-    shared = parameters.display is Display.SHARED
+    on_chip = parameters.memory is not MemoryPlace.EXTERNAL
+    search = timing.SEARCH_ADDRESSES[parameters.micro_architecture] if on_chip else 0
+    levers = [Lever("search.display", "copy: the display reads a copy of its own; none: it is left out")]
+    if not on_chip:
+        levers.append(Lever("search.memory", "process_external: the cells stay on the chip"))
+    elif search == PORTS:
+        levers.append(
+            Lever("search.micro_architecture", "two_cycles or three_cycles: the search takes one port")
+        )
     return Bound(
         name="ports of the cells' block RAM",
-        demand=timing.SEARCH_ADDRESSES[parameters.micro_architecture] + shared,
-        limit=PORTS,
+        demand=search + (parameters.display is Display.SHARED),
+        limit=PORTS if on_chip else 0,
         unit="addresses a cycle",
         status=Status.MEASURED,
-        source="dual-port block RAM: pipelined, the search reads one neighbour while it marks another",
-        levers=(
-            Lever("search.display", "copy: the display reads a copy of its own; none: it is left out"),
-            Lever("search.micro_architecture", "two_cycles or three_cycles: the search takes one port"),
-        ),
+        source="dual-port block RAM: pipelined, the search reads one neighbour while it marks another; external cells"
+        " leave none to the display",
+        levers=tuple(levers),
     )

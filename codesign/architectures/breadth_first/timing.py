@@ -73,7 +73,7 @@ def total_cycles(
     """The law for a search that reaches its goal, all memories on the chip.
 
     >>> total_cycles(100 * 100, 4075, 300)
-    67640
+    67644
     """
     expansions = EXPANSION_CYCLES[micro_architecture] * (popped - 1)
     return INIT_CYCLES * cells + expansions + PATH_CYCLES * (path_steps + 1) + CONSTANT

@@ -8,9 +8,9 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from codesign.spec import RefusalError, SpecModel
+from codesign.spec import SpecModel
 
 MAX_QUEUE_WORDS = 2**24
 
@@ -73,16 +73,6 @@ class SearchParameters(SpecModel):
             " clock takes more of them",
         ),
     ] = 15
-
-    @model_validator(mode="after")
-    def _display_reads_block_ram(self) -> SearchParameters:
-        if self.display is Display.SHARED and self.memory is MemoryPlace.EXTERNAL:
-            raise RefusalError(
-                "the display shares the memory of the cells, which is external",
-                "give it a copy on the chip (copy), or leave it out (none)",
-                ("display",),
-            )
-        return self
 
 
 class LoadParameters(SpecModel):
