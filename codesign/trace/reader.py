@@ -147,9 +147,12 @@ def open_trace(path: str | Path) -> Trace:
                 attached += _attach(trace, item)
             if attached > MAX_ATTACHED_BYTES or len(trace.attachments) + len(trace.metadata) > MAX_NAMED:
                 raise DamagedError("more attachments and metadata than a trace has")
-        trace.size = trace.path.stat().st_size
     except DamagedError as fault:
         trace.fault = str(fault)
+    try:
+        trace.size = trace.path.stat().st_size
+    except OSError as fault:
+        raise TraceError(f"cannot be read: {fault.strerror or fault}", str(path)) from fault
     trace.channels = list(channels.by_id.values())
     if trace.fault and not (trace.channels or trace.metadata or trace.attachments):
         raise TraceError(
