@@ -174,18 +174,18 @@ def check_cells(cells: Any, free: NDArray[np.bool_], name: str) -> NDArray[np.in
         MapError: none, no tuples of whole numbers, outside of the map, or on an obstacle.
     """
     if not isinstance(cells, Iterable):
-        raise MapError(f"{name} {cells!r:.80} are not a list of cells", name)
+        raise MapError(f"{cells!r:.80} is not a list of cells", name)
     found = [_whole_numbers(cell, name) for cell in cells]
     if not found:
-        raise MapError(f"{name}: no cell is given", name, "give at least one free cell")
+        raise MapError("no cell is given", name, "give at least one free cell")
     sides = " × ".join(str(side) for side in free.shape)
     for cell in found:
         if len(cell) != free.ndim:
-            raise MapError(f"{name}: {cell} is not a cell of a map of {sides}", name)
+            raise MapError(f"{cell} is not a cell of a map of {sides}", name)
         if not all(0 <= part < side for part, side in zip(cell, free.shape, strict=True)):
-            raise MapError(f"{name}: cell {cell} is outside of the map of {sides} cells", name)
+            raise MapError(f"cell {cell} is outside of the map of {sides} cells", name)
         if not free[cell]:
-            raise MapError(f"{name}: cell {cell} is on an obstacle", name, "move it to a free cell")
+            raise MapError(f"cell {cell} is on an obstacle", name, "move it to a free cell")
     return np.array(found, np.int64)
 
 
@@ -193,4 +193,4 @@ def _whole_numbers(values: Any, name: str) -> tuple[int, ...]:
     try:
         return tuple(operator.index(value) for value in values)
     except TypeError:
-        raise MapError(f"{name}: {values!r:.80} is not a tuple of whole numbers", name) from None
+        raise MapError(f"{values!r:.80} is not a tuple of whole numbers", name) from None

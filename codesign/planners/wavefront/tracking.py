@@ -81,7 +81,7 @@ class Tracker:
         index = int(self._map.indices(cell)[0])
         if self._potentials[index] < 0:
             raise MapError(
-                f"start: the wave did not reach cell {tuple(int(part) for part in start)}",
+                f"the wave did not reach cell {tuple(int(part) for part in start)}",
                 "start",
                 "no way leads there, or the wave was stopped before",
             )

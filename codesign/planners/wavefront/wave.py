@@ -6,8 +6,9 @@ weights 2 and 3, bit for bit. ``reference`` has the same in a few plain lines, a
 
 How far from the true distance: a way of a straight and b diagonal steps has octile length a + √2 b and potential
 2 (a + 1.5 b), and a + √2 b ≤ a + 1.5 b ≤ (1.5 / √2)(a + √2 b). So half the potential, and the octile length of the way
-that it leads along, lie between the shortest octile length and 1.0607 times it. Both bounds are met: the upper one
-where a detour of straight steps alone ties with a way of diagonal steps alone.
+that it leads along, lie between the shortest octile length and 1.0607 times it. The potential meets the upper bound on
+every way of diagonal steps alone; the length comes as near to it as one likes, where a detour of almost only straight
+steps ties with such a way.
 """
 
 from __future__ import annotations
@@ -96,7 +97,7 @@ def run_wave(
     )
     if limit is None and (missed := np.flatnonzero(potentials[stop_indices] < 0)).size:
         raise MapError(
-            f"stop: cell {tuple(stops[missed[0]].tolist())} cannot be reached from any source",
+            f"cell {tuple(stops[missed[0]].tolist())} cannot be reached from any source",
             "stop",
             "the wave would never arrive; choose another cell, or no stop",
         )
