@@ -113,8 +113,11 @@ class Architecture(Protocol):
     def kernel(self) -> str:
         """On a processor, the kernel that the platform gives a cost, and that cycles of steps are units of."""
 
-    def demand(self, problem: Problem, parameters: Any, part: Part) -> Demand:
-        """Resources and other bounds, as a vector with items; no feasibility is judged here."""
+    def demand(self, problem: Problem, parameters: Any, part: Part | None) -> Demand:
+        """Resources and other bounds, as a vector with items; no feasibility is judged here.
+
+        ``part`` is None on a processor, where only bounds count.
+        """
 
     def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
         """The fastest clock the design of this size reaches on the part, Hz, with its interval."""

@@ -22,6 +22,10 @@ COMMANDS = {
         "codesign.cli.explore:explore",
         "Evaluate every point of a workload's exploration; find the front.",
     ),
+    "compare": (
+        "codesign.cli.compare:compare",
+        "Hold designs, of any planner, against each other on one map.",
+    ),
     "report": ("codesign.cli.explore:report", "Make the tables and the HTML page of an exploration again."),
     "trace": ("codesign.cli.trace:trace", "Look into the trace of a run."),
     "reproduce": (

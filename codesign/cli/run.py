@@ -43,7 +43,7 @@ def run(
     from codesign.trace import MemoryListener
 
     point = point_of(
-        codesign.load_platform(platform), codesign.load_workload(workload), dict(map(_setting, settings))
+        codesign.load_platform(platform), codesign.load_workload(workload), dict(map(setting, settings))
     )
     memory = MemoryListener()
     result = codesign.simulate(
@@ -63,7 +63,8 @@ def run(
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
-def _setting(text: str) -> tuple[str, object]:
+def setting(text: str) -> tuple[str, object]:
+    """An axis and its raw value from ``AXIS=VALUE``."""
     from codesign.spec import parse_value
 
     axis, separator, value = text.partition("=")

@@ -19,17 +19,21 @@ class Fit:
     """What a design takes of a part, and why it does not fit where it does not (``reasons`` empty: it fits)."""
 
     resources: tuple[ResourceUse, ...]
-    clock: Clock
+    clock: Clock | None
     reasons: tuple[Reason, ...]
 
 
-def fit(demand: Demand, part: Part, clock: int, clock_limit: Figure) -> Fit:
+def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> Fit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
+
+    On a processor there is no part, no clock limit and no resource; only the bounds are held.
 
     A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
     otherwise always end at the upper end of the interval, where nobody has shown a design to run.
     """
-    uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
+    uses: tuple[ResourceUse, ...] = ()
+    if part is not None:
+        uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
     reasons = [
         Reason(
             kind="resource",
@@ -56,6 +60,8 @@ def fit(demand: Demand, part: Part, clock: int, clock_limit: Figure) -> Fit:
         for bound in demand.bounds
         if bound.demand > bound.limit
     ]
+    if clock_limit is None:
+        return Fit(uses, None, tuple(reasons))
     limit = source(clock_limit)
     if clock > limit.value:
         reasons.append(

@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from codesign.architectures.interface import Demand
 from codesign.errors import InputError, choose_hint
 from codesign.memo import Memo
 from codesign.records import Listener, MapRecord, SummaryRecord, TrajectoryRecord
 from codesign.spec import Platform, Workload
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
-from codesign.system.fit import Fit, fit, source
-from codesign.system.result import Energy, Power, Result, Times
+from codesign.system.fit import fit, source
+from codesign.system.result import Energy, Power, Reason, Result, Times
 
 if TYPE_CHECKING:
     from codesign.components import Granularity
@@ -59,14 +58,10 @@ def simulate_system(
             choose_hint(granularity, list(Granularity)),
         )
     head = _head(system)
-    demand: Demand | None = None
-    if system.part is not None:
-        demand = system.architecture.demand(system.problem, system.planning, system.part)
-        limit = system.architecture.clock_limit(system.problem, system.planning, system.part)
-        held = fit(demand, system.part, system.clock, limit)
-        head |= _fit_fields(system, held, demand)
-        if held.reasons:
-            return Result(**head, feasible=False, reasons=held.reasons)
+    fields, reasons = _fitted(system)
+    head |= fields
+    if reasons:
+        return Result(**head, feasible=False, reasons=reasons)
     machine = build(system, listeners)
     plan = _plan_once(system, machine, Granularity(granularity), memo)
     result = Result(**head, feasible=True, **_run_fields(system, machine, plan, head.get("power"), memo))
@@ -121,11 +116,16 @@ def _head(system: System) -> dict[str, Any]:
     }
 
 
-def _fit_fields(system: System, held: Fit, demand: Demand) -> dict[str, Any]:
-    assert system.part is not None
-    static, dynamic = system.architecture.power(demand, system.clock, system.part)
+def _fitted(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
+    """What the design takes of its part, as fields of a result, and why it does not fit where it does not."""
+    problem, parameters, part = system.problem, system.planning, system.part
+    demand = system.architecture.demand(problem, parameters, part)
+    if part is None:
+        return {}, fit(demand, None, system.clock, None).reasons
+    held = fit(demand, part, system.clock, system.architecture.clock_limit(problem, parameters, part))
+    static, dynamic = system.architecture.power(demand, system.clock, part)
     power = Power(static=source(static), dynamic=source(dynamic))
-    return {"resources": held.resources, "clock": held.clock, "power": power}
+    return {"resources": held.resources, "clock": held.clock, "power": power}, held.reasons
 
 
 def _run_fields(

@@ -1,0 +1,69 @@
+"""One problem for designs of several planners."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from codesign.errors import InputError, SpecError
+from codesign.spec import Platform, Workload, override
+from codesign.spec.marks import Document
+from codesign.spec.problem import ProblemSpec
+from codesign.spec.validate import validate
+
+
+def problem_of(workload: Workload) -> ProblemSpec:
+    """The map, goals and starts of a workload.
+
+    Raises:
+        InputError: its planner has a problem of another kind.
+    """
+    if not isinstance(workload.problem, ProblemSpec):
+        raise InputError(
+            f"the problem of {workload.name} is not a map with goals and starts",
+            hint="choose a workload of another planner",
+        )
+    return workload.problem
+
+
+def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) -> ProblemSpec:
+    """The problem of one goal and one start, (row, column), on a map file.
+
+    Raises:
+        SpecError: the file is none.
+    """
+    tree = {"map": {"file": str(file.resolve())}, "goals": [list(goal)], "starts": [list(start)]}
+    return validate(ProblemSpec, Document("command line", Path(), tree))
+
+
+def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
+    """The workload on another map, with its goals and starts.
+
+    Raises:
+        InputError: its planner takes no map.
+    """
+    problem_of(workload)
+    made = workload.model_copy(update={"problem": problem})
+    return made.with_models(workload.task_models)
+
+
+def applicable(
+    platform: Platform, workload: Workload, settings: Mapping[str, Any]
+) -> tuple[Platform, Workload]:
+    """Platform and workload with those settings whose axis starts with one of their tasks or components.
+
+    Raises:
+        SpecError: a value that is not accepted.
+    """
+    targets = {*workload.mapping, *platform.components}
+    chosen = {axis: value for axis, value in settings.items() if axis.split(".")[0] in targets}
+    if not chosen:
+        return platform, workload
+    try:
+        return override(platform, workload, chosen)
+    except SpecError as wrong:
+        # The axis is another planner's parameter of a task of the same name.
+        if any("unknown" in fault.what for fault in wrong.faults):
+            return platform, workload
+        raise
