@@ -2,8 +2,9 @@
 
 Columns run along the 330, rows along the 270: rooms above and below two corridors, and between these a hall with the
 goal, beside more rooms. How many iterations a map takes hangs on its widest open space (a potential fixed on all walls
-settles at the pace of its slowest mode, 1/height² + 1/width² of a hall), so the width of the hall is the one
-thing here that was fitted: to the Gauss-Seidel row of Table I. ``workloads/maps/floor-plan.png`` is this map.
+settles at the pace of its slowest mode, 1/height² + 1/width² of a hall). So the hall is sized to the Gauss-Seidel row
+of Table I, its height by that estimate and its width by trial; no other row was looked at.
+``workloads/maps/floor-plan.png`` is this map.
 """
 
 from __future__ import annotations
