@@ -6,9 +6,11 @@ from pathlib import Path
 
 import click
 
+NAMES = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+
 
 @click.command(short_help="Hold the model against the published tables.")
-@click.argument("paper", type=click.Choice(["harmonic"]), default="harmonic")
+@click.argument("names", nargs=-1, type=click.Choice(NAMES))
 @click.option("--quick", is_flag=True, help="Fewer and smaller maps for the figures that are simulated.")
 @click.option(
     "--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page with plots."
@@ -17,13 +19,21 @@ import click
     "--plots", type=click.Path(file_okay=False, path_type=Path), help="Write the plots into this folder."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
-def reproduce(paper: str, quick: bool, page: Path | None, plots: Path | None, as_json: bool) -> None:
-    """Print published against modelled, row by row, with the error and the source of each figure."""
+def reproduce(
+    names: tuple[str, ...], quick: bool, page: Path | None, plots: Path | None, as_json: bool
+) -> None:
+    """Print published against modelled, row by row, with the error and the source of each figure.
+
+    Each name stands for the paper of that planner; without a name, all of them.
+    """
     from codesign import reproduce as papers
     from codesign.report import Picture, render_text, reproduction_page, reproduction_table
 
-    reproduction = papers.PAPERS[paper](quick=quick, progress=lambda line: click.echo(line, err=True))
-    written = papers.write_plots(reproduction, plots) if plots is not None else ()
+    found = [
+        papers.PAPERS[name](quick=quick, progress=lambda line: click.echo(line, err=True))
+        for name in names or papers.PAPERS
+    ]
+    written = [path for each in found if plots is not None for path in papers.write_plots(each, plots)]
     if page is not None:
         pictures = [
             Picture(
@@ -33,15 +43,20 @@ def reproduce(paper: str, quick: bool, page: Path | None, plots: Path | None, as
                 papers.plot_svg(plot).encode(),
                 plot.published,
             )
-            for plot in reproduction.figures
+            for each in found
+            for plot in each.figures
         ]
-        reproduction_page(reproduction, page, pictures=pictures)
+        reproduction_page(papers.joined(found), page, pictures=pictures)
     if as_json:
-        click.echo(reproduction.to_json())
+        click.echo(papers.joined(found).to_json())
         return
-    click.echo(render_text(reproduction_table(reproduction)))
+    for each in found:
+        click.echo(each.paper)
+        click.echo(render_text(reproduction_table(each)))
     click.echo("Findings")
-    for finding in reproduction.findings:
-        click.echo(f"- {finding}")
+    for each in found:
+        click.echo(f"{each.paper}:")
+        for finding in each.findings:
+            click.echo(f"- {finding}")
     for path in (*written, *([page] if page else [])):
         click.echo(f"written: {path}")

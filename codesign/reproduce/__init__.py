@@ -5,9 +5,21 @@ row that does not fit stays in the table with its error, and each row says wheth
 """
 
 from codesign.reproduce.girau2008 import harmonic
-from codesign.reproduce.model import Plot, Reproduction, Row, Series
+from codesign.reproduce.model import Plot, Reproduction, Row, Series, joined
 from codesign.reproduce.plots import plot_svg, write_plots
+from codesign.reproduce.vacariu2008 import breadth_first
 
-PAPERS = {"harmonic": harmonic}
+PAPERS = {"harmonic": harmonic, "breadth_first": breadth_first}
 
-__all__ = ["PAPERS", "Plot", "Reproduction", "Row", "Series", "harmonic", "plot_svg", "write_plots"]
+__all__ = [
+    "PAPERS",
+    "Plot",
+    "Reproduction",
+    "Row",
+    "Series",
+    "breadth_first",
+    "harmonic",
+    "joined",
+    "plot_svg",
+    "write_plots",
+]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Literal
 
 from codesign.figures import Status
@@ -102,3 +103,34 @@ class Reproduction:
     def to_json(self) -> str:
         """Everything as one JSON object."""
         return json.dumps({"schema_version": 1} | asdict(self), indent=2, ensure_ascii=False)
+
+
+def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
+    """Several papers as one: rows and findings say which paper they are of.
+
+    Raises:
+        ValueError: there is none.
+    """
+    if not reproductions:
+        raise ValueError("no reproduction to join")
+    if len(reproductions) == 1:
+        return reproductions[0]
+    rows = tuple(
+        replace(row, table=f"{_short(each.paper)}, {row.table}")
+        for each in reproductions
+        for row in each.rows
+    )
+    figures = tuple(figure for each in reproductions for figure in each.figures)
+    findings = tuple(f"{_short(each.paper)}: {text}" for each in reproductions for text in each.findings)
+    return Reproduction("; ".join(_short(each.paper) for each in reproductions), rows, figures, findings)
+
+
+def _short(paper: str) -> str:
+    """First author and year.
+
+    >>> _short("Vacariu, Roman, Timar 2008, Mobile robot path-planning in software and hardware")
+    'Vacariu 2008'
+    """
+    year = re.search(r"\b(?:19|20)\d\d\b", paper)
+    author = re.match(r"\w+", paper)
+    return " ".join(found.group() for found in (author, year) if found)
