@@ -132,7 +132,9 @@ def test_a_cut_file_gives_all_that_is_complete_and_says_so(tmp_path: Path) -> No
 def test_a_run_cut_at_half_keeps_about_half_of_its_stages(tmp_path: Path) -> None:
     """Stages of a map of 50 × 50 that packs well: they would all fit one chunk of a library's usual 1 MiB."""
     fall = np.exp(-np.add.outer(np.arange(50.0), np.arange(50.0)))
-    run = [StageRecord(time, "fpga", time, time, 7, 3, 50, 222, 1998, 4, fall / time) for time in range(1, 21)]
+    run = [
+        StageRecord(time, "fpga", time, time, 7, 3, 50, 222, 1998, 4, fall / time) for time in range(1, 21)
+    ]
     whole = write(tmp_path / "run.mcap", list(run)).read_bytes()
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(whole[: len(whole) // 2])

@@ -117,6 +117,38 @@ def test_a_thumbnail_rises_towards_the_goal_and_shows_walls() -> None:
     assert joined == [SHADES]
 
 
+@pytest.mark.parametrize(("row", "column"), [(0, 0), (5, 5), (6, 3), (13, 4), (15, 15)])
+def test_walls_of_one_cell_are_seen_wherever_they_stand_and_doors_stay_open(row: int, column: int) -> None:
+    free = np.ones((16, 16), dtype=bool)
+    free[row], free[:, column] = False, False
+    free[8:12, column] = True
+    lines = thumbnail(free.astype(np.float64), free, width=8)
+    picture = np.array([list(line) for line in lines]) == WALL
+    expected = np.zeros((4, 8), dtype=bool)
+    expected[row // 4], expected[:, column // 2] = True, True
+    expected[2, column // 2] = False
+    assert np.array_equal(picture, expected)
+
+
+@pytest.mark.parametrize(
+    ("cells", "glyph"),
+    [
+        ([(2, 0), (3, 1), (4, 2), (5, 3)], WALL),
+        ([(5, 0), (5, 1), (4, 2), (3, 3)], WALL),
+        ([(0, 1), (1, 1), (2, 2), (3, 2), (4, 1), (5, 0), (6, 0), (7, 1)], WALL),
+        ([(2, 0), (2, 1), (2, 3)], SHADES[0]),
+        ([(0, 3), (1, 3), (2, 3), (3, 3)], SHADES[0]),
+        ([(2, 0), (4, 1), (2, 2), (4, 3)], SHADES[0]),
+    ],
+)
+def test_a_tile_is_a_wall_where_obstacles_cross_it(cells: list[tuple[int, int]], glyph: str) -> None:
+    """Straight, aslant or bent; with a gap, or of half the height, they leave the tile free."""
+    free = np.ones((8, 4), dtype=bool)
+    free[tuple(np.transpose(cells))] = False
+    assert thumbnail(np.full((8, 4), 0.5), free, width=1) == [glyph]
+    assert thumbnail(np.full((8, 4), 0.5), free[::-1], width=1) == [glyph]
+
+
 @given(npst.arrays(np.float64, st.tuples(st.integers(0, 30), st.integers(0, 30))), st.integers(1, 20))
 def test_any_field_has_a_thumbnail_of_its_width(potential: np.ndarray, width: int) -> None:
     lines = thumbnail(potential, width=width)
@@ -130,7 +162,10 @@ def test_the_thumbnail_of_a_trace_is_that_of_its_last_stage(tmp_path: Path) -> N
     whole = open_trace(write(tmp_path / "run.mcap", run))
     map_record = run[0]
     assert isinstance(map_record, MapRecord)
-    assert trace_thumbnail(whole) == thumbnail(stages[-1].potential, map_record.free)
+    *picture, legend = trace_thumbnail(whole)
+    assert picture == thumbnail(stages[-1].potential, map_record.free)
+    assert legend.startswith("one glyph is 1 cell; █ wall")
+    assert trace_thumbnail(whole, width=2)[-1].startswith("one glyph is 4 × 2 cells; ")
     assert trace_thumbnail(open_trace(write(tmp_path / "none.mcap", run[:3]))) == []
     odd = MapRecord(0, "host", np.ones((5, 5), bool), np.zeros((1, 2), np.int32), None)
     with pytest.raises(TraceError, match=r"a potential of \(2, 3\) on a map of \(5, 5\)"):

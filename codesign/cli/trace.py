@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 
@@ -61,7 +62,7 @@ def show(file: Path, topics: tuple[str, ...], limit: int, as_json: bool) -> None
     left = opened.messages - len(rows)
     if left > 0 and not topics:
         click.echo(f"... and {left} more: --limit {opened.messages}")
-    for line in trace_thumbnail(opened):
+    for line in trace_thumbnail(opened, shutil.get_terminal_size().columns):
         click.echo(line)
     if opened.fault is not None:
         click.echo(f"the file is not whole: {opened.fault}", err=True)

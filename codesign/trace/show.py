@@ -172,8 +172,8 @@ def _some(count: int, name: str, names: str | None = None) -> str:
 
 
 def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
-    """The potential of the last stage over the map, as lines of at most ``width`` characters; [] without a
-    stage.
+    """The potential of the last stage over the map, as lines of at most ``width`` characters, and a line that
+    says what a character stands for; [] without a stage.
 
     Raises:
         TraceError: see ``Trace.records``.
@@ -189,7 +189,10 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
         return []
     if free is not None and free.shape != potential.shape:
         raise TraceError(f"a potential of {potential.shape} on a map of {free.shape}", str(trace.path))
-    return thumbnail(potential, free, width)
+    rows, columns = _tile(potential.shape, width)
+    size = "1 cell" if rows * columns == 1 else f"{rows} × {columns} cells"
+    legend = f"one glyph is {size}; {WALL} wall, {SHADES[0]} lowest to {SHADES[-1]} highest potential"
+    return [*thumbnail(potential, free, width), legend]
 
 
 def thumbnail(
@@ -201,8 +204,8 @@ def thumbnail(
     character is about twice as high as wide.
 
     The glyphs are steps of the logarithm, from the least positive value to the greatest: a harmonic potential
-    falls off exponentially along corridors. Each shows the greatest value of its cells, or a wall where most
-    are obstacles.
+    falls off exponentially along corridors. Each shows the greatest value of its cells, or a wall where
+    obstacles cross it from side to side or most of its cells are obstacles.
 
     >>> thumbnail(np.array([[0.001, 0.03, 1.0]], dtype=np.float64), np.array([[True, True, True]]), width=3)
     ['·=@']
@@ -210,15 +213,11 @@ def thumbnail(
     rows, columns = potential.shape
     if not rows or not columns:
         return []
-    step = max(1, -(-columns // max(width, 1)))
-    across, down = np.arange(0, columns, step), np.arange(0, rows, 2 * step if step > 1 else 1)
+    tile = _tile(potential.shape, width)
+    down, across = np.arange(0, rows, tile[0]), np.arange(0, columns, tile[1])
     values = np.nan_to_num(potential.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)
     values = np.maximum.reduceat(np.maximum.reduceat(values, down, axis=0), across, axis=1)
-    walls = np.zeros(values.shape, dtype=bool)
-    if free is not None:
-        blocked = np.add.reduceat(np.add.reduceat((~free).astype(np.int64), down, axis=0), across, axis=1)
-        cells = np.outer(np.diff(np.append(down, rows)), np.diff(np.append(across, columns)))
-        walls = 2 * blocked > cells
+    walls = np.zeros(values.shape, dtype=bool) if free is None else _walls(free, tile)
     glyphs = np.full(values.shape, " ")
     shown = (values > 0) & ~walls
     if shown.any():
@@ -228,3 +227,33 @@ def thumbnail(
         glyphs[shown] = np.array(list(SHADES))[index]
     glyphs[walls] = WALL
     return ["".join(line) for line in glyphs]
+
+
+def _tile(shape: tuple[int, ...], width: int) -> tuple[int, int]:
+    """Rows and columns of cells that one character stands for."""
+    step = max(1, -(-shape[1] // max(width, 1)))
+    return (2 * step if step > 1 else 1), step
+
+
+def _walls(free: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
+    """Which tiles are walls: crossed by obstacles from side to side, straight or aslant, or most of it obstacles.
+
+    The last row and column are repeated to fill the last tiles.
+    """
+    rows, columns = tile
+    filled = np.pad(~free, [(0, -free.shape[0] % rows), (0, -free.shape[1] % columns)], mode="edge")
+    tiles = filled.reshape(-1, rows, filled.shape[1] // columns, columns).swapaxes(1, 2)
+    most: NDArray[np.bool_] = 2 * tiles.sum(axis=(2, 3)) > rows * columns
+    return most | _crossed(tiles) | _crossed(tiles.swapaxes(2, 3))
+
+
+def _crossed(tiles: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which tiles (the last two axes) have a line of obstacles from their first column to their last."""
+    reached = tiles[..., 0]
+    for column in range(1, tiles.shape[-1]):
+        beside = reached.copy()
+        beside[..., 1:] |= reached[..., :-1]
+        beside[..., :-1] |= reached[..., 1:]
+        reached = beside & tiles[..., column]
+    crossed: NDArray[np.bool_] = reached.any(axis=-1)
+    return crossed
