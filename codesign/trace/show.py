@@ -255,5 +255,4 @@ def _crossed(tiles: NDArray[np.bool_]) -> NDArray[np.bool_]:
         beside[..., 1:] |= reached[..., :-1]
         beside[..., :-1] |= reached[..., 1:]
         reached = beside & tiles[..., column]
-    crossed: NDArray[np.bool_] = reached.any(axis=-1)
-    return crossed
+    return np.asarray(reached.any(axis=-1))
