@@ -46,6 +46,18 @@ class Figure:
         )
 
 
+_LABELS = {"lut4": "LUT4", "flip_flops": "flip-flops", "block_rams": "block RAMs"}
+
+
+def label(name: str) -> str:
+    """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
+
+    >>> label("share_reaching_goal"), label("block_rams"), label("block_rams at most")
+    ('share reaching goal', 'block RAMs', 'block RAMs at most')
+    """
+    return " ".join(_LABELS.get(word, word.replace("_", " ")) for word in name.split(" "))
+
+
 def weakest(*statuses: Status) -> Status:
     """The status of a figure made from others: that of its weakest ingredient.
 

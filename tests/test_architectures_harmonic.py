@@ -256,6 +256,13 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
     assert int(steps[-1].cycles[0]) == timing.decision_cycles(20)
 
 
+def test_levers_name_resources_as_the_tables_do() -> None:
+    demand = BIT_SERIAL.demand(problem(96, 96), parameters((96, 96), 63), part("XC3S500E"))
+    told = {kind: demand.levers[kind][-1].advice for kind in ("lut4", "flip_flops", "block_rams")}
+    for kind, word in (("lut4", "LUT4"), ("flip_flops", "flip-flops"), ("block_rams", "block RAMs")):
+        assert told[kind] == f"take one with at least {demand.total(kind):,} {word}"
+
+
 @pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
 def test_coarse_steps_and_a_memo_change_no_cycle_and_no_bit(style: Any) -> None:
     task = Problem(MAZE, ((0, 0),), ())

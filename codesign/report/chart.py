@@ -9,8 +9,9 @@ import math
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
+from codesign.figures import label
 from codesign.report.study_tables import short_names, varying_axes, why_not
-from codesign.report.wording import axis_text, figure_cell, label, labelled, prefix, wants_logarithm
+from codesign.report.wording import axis_text, figure_cell, labelled, prefix, wants_logarithm
 from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Iterable
 from typing import Any
 
+from codesign.figures import label
 from codesign.records import (
     MapRecord,
     MessageRecord,
@@ -15,7 +16,7 @@ from codesign.records import (
     TrajectoryRecord,
 )
 from codesign.report.plots import Format, Picture, canvas, map_picture, picture_bytes, style
-from codesign.report.wording import label, plural, prefix
+from codesign.report.wording import plural, prefix
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 _MOST_BARS = 400

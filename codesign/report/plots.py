@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.figures import label
 from codesign.report.study_tables import axis_levels, varying_axes
-from codesign.report.wording import axis_text, label, labelled, plural, prefix, wants_logarithm
+from codesign.report.wording import axis_text, labelled, plural, prefix, wants_logarithm
 from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.table import Cell, Column, Table, left, pairs, right, words
 from codesign.report.wording import (
@@ -12,7 +13,6 @@ from codesign.report.wording import (
     count_cell,
     figure_cell,
     interval_text,
-    label,
     number_cell,
     plural,
     quantity_text,
@@ -217,7 +217,10 @@ def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
 
 def details_table(details: Mapping[str, float | str]) -> Table:
     """The figures that only one planner has, by the names that the planner gives them."""
-    cells = ((name, Cell(value) if isinstance(value, str) else number_cell(value)) for name, value in details.items())
+    cells = (
+        (name, Cell(value) if isinstance(value, str) else number_cell(value))
+        for name, value in details.items()
+    )
     return pairs("More of this planner", [(label(name), cell) for name, cell in cells])
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from codesign.figures import label
 from codesign.report.render import write_csv
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import (
@@ -15,7 +16,6 @@ from codesign.report.wording import (
     axis_text,
     count_cell,
     figure_cell,
-    label,
     quantity_text,
 )
 from codesign.spec.exploration import ResultFigure

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from codesign.figures import label
 from codesign.report.table import Cell
 from codesign.spec.exploration import ResultFigure
 from codesign.units import (
@@ -34,21 +35,6 @@ _WHOLE = {
 }
 _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
-_LABELS = {
-    "lut4": "LUT4",
-    "flip_flops": "flip-flops",
-    "block_rams": "block RAMs",
-    "local_maxima": "local maxima",
-}
-
-
-def label(name: str) -> str:
-    """A name of the model as words.
-
-    >>> label("share_reaching_goal"), label("block_rams")
-    ('share reaching goal', 'block RAMs')
-    """
-    return _LABELS.get(name, name.replace("_", " "))
 
 
 def figure_cell(figure: ResultFigure, value: float | None) -> Cell:

@@ -10,7 +10,7 @@ from codesign.architectures.harmonic.resources import (
     words,
 )
 from codesign.architectures.interface import Bound, Lever
-from codesign.figures import Status
+from codesign.figures import Status, label
 from codesign.spec.part import Part
 
 Shape = tuple[int, int]
@@ -67,7 +67,7 @@ def resource_levers(
                         f"end at {last} bits or less (3 slices of the decision module a bit)",
                     )
                 )
-        levers.append(Lever("part", f"take one with at least {need[kind]:,} {kind.replace('_', ' ')}"))
+        levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
         found[kind] = tuple(levers)
     return found
 

@@ -7,7 +7,7 @@ from codesign.architectures.velocity_obstacle import resources
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.architectures.velocity_obstacle.resources import items
 from codesign.architectures.velocity_obstacle.timing import cycles_of_trial
-from codesign.figures import Status
+from codesign.figures import Status, label
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters
 from codesign.spec.part import Part
 
@@ -56,7 +56,7 @@ def resource_levers(
     if most is not None:
         shared.append(Lever("problem.robots", f"at most {most} fit {part.name} in style {style}"))
     return {
-        kind: (*shared, Lever("part", f"take one with at least {need[kind]:,} {kind.replace('_', ' ')}"))
+        kind: (*shared, Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
         for kind in missing
     }
 

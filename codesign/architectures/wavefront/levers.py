@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from codesign.architectures.interface import Bound, Item, Lever
 from codesign.architectures.wavefront.resources import totals
-from codesign.figures import Status
+from codesign.figures import Status, label
 from codesign.spec.part import Part
 
 Shape = tuple[int, int]
@@ -70,7 +70,7 @@ def resource_levers(items: tuple[Item, ...], part: Part, other: Alternatives) ->
         asked, enough = other.spare_bits
         shared.append(Lever("propagate.register_bits", f"{enough} are enough, {asked} are asked for"))
     return {
-        kind: (*shared, Lever("part", f"take one with at least {need:,} {kind.replace('_', ' ')}"))
+        kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
         for kind, need in short.items()
     }
 
