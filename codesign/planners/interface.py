@@ -133,7 +133,10 @@ class Planner(Protocol):
         """The task that every mapping must place: the one that computes the plan."""
 
     def check(self, problem: Problem, parameters: Any) -> tuple[str, str] | None:
-        """What keeps these parameters from this problem, as (parameter, sentence), or None."""
+        """What keeps these parameters from this problem, as (key, sentence), or None.
+
+        The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
+        """
 
     def plan(self, problem: Problem, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""

@@ -78,8 +78,10 @@ def bind(platform: Platform, workload: Workload) -> System:
     if problem is not None:
         wrong = planner.check(problem, task.parameters)
         if wrong is not None:
-            path = ("mapping", planner.planning_task, wrong[0])
-            faults.append(fault(workload, path, wrong[1], "make the block smaller, or the map larger"))
+            key, what = wrong
+            own = key in type(workload.problem).model_fields
+            path = ("problem", key) if own else ("mapping", planner.planning_task, key)
+            faults.append(fault(workload, path, what, f"change {key}, or the problem"))
     if faults or problem is None or architecture is None:
         raise SpecError(faults)
     component = platform.components[task.component]

@@ -48,7 +48,7 @@ class BreadthFirst:
 
     def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
         """A search begins at a start: there has to be one."""
-        return None if problem.starts else ("component", NO_START)
+        return None if problem.starts else ("starts", NO_START)
 
     def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
         """Search without a clock. Raises InputError where the problem has no start."""
