@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -198,7 +199,9 @@ def _component_axis_faults(platform: Platform, document: Document, axis: str, al
     return faults
 
 
-def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) -> tuple[Platform, Workload]:
+def override(
+    platform: Platform, workload: Workload, values: Mapping[str, Any], where: str = "point: "
+) -> tuple[Platform, Workload]:
     """One design point: platform and workload with a raw value put in the place of each axis.
 
     The workload of a point has no ``explore``. Nothing is read again but a part that was not read before.
@@ -206,6 +209,8 @@ def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) 
     Args:
         platform: and ``workload``: loaded specs.
         values: by axis, ``TASK.PARAMETER`` or ``COMPONENT.FIELD``, as YAML would give them.
+        where: what stands before the axis where a fault of its value is told, now or later: the files hold no such
+            value.
 
     Raises:
         SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
@@ -213,33 +218,46 @@ def override(platform: Platform, workload: Workload, values: Mapping[str, Any]) 
     faults: list[Fault] = []
     tasks: dict[str, tuple[dict[str, Any], TaskMapping]] = {}
     components: dict[str, tuple[dict[str, Any], BaseModel]] = {}
+    moved: dict[KeyPath, str] = {}
     for target, given in _by_target(values).items():
         is_task = target in workload.mapping
         if not (is_task or target in platform.components) or () in given:
             axis = dotted((target, *next(iter(given))))
             hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components))
             what = "no axis: write TASK.PARAMETER or COMPONENT.FIELD"
-            faults.append(Fault(workload.document.file, 0, 0, axis, what, hint))
+            faults.append(Fault(f"{where}{axis}", 0, 0, "", what, hint))
             continue
         model = (workload.task_models or {}).get(target, RawParameters)
         declared = _raw(workload, "mapping") if is_task else _raw(platform, "components")
         raw = substitute(declared[target], given, model if is_task else None)
         if raw is None:
-            inside = dotted((target, *max(given, key=len)[:-1]))
-            what, hint = "is not a mapping", "set the whole of it"
-            faults.append(Fault(workload.document.file, 0, 0, inside, what, hint))
+            axis = dotted((target, *max(given, key=len)))
+            what, hint = f"{axis.rpartition('.')[0]} is not a mapping", "set the whole of it"
+            faults.append(Fault(f"{where}{axis}", 0, 0, "", what, hint))
             continue
+        moved |= _sources(where, target, given, model)
         try:
             if is_task:
                 tasks[target] = raw, map_task(raw, model, workload.document)
             else:
                 components[target] = raw, _moved_component(platform, target, raw, given)
         except ValidationError as error:
-            faults += _point_faults(error, workload.document, target, given, raw)
+            faults += _point_faults(error, where, target, given, raw, moved)
     if faults:
         raise SpecError(faults)
     point = workload.model_copy(update={"explore": None})
-    return _with(platform, "components", components), _with(point, "mapping", tasks)
+    return _with(platform, "components", components, moved), _with(point, "mapping", tasks, moved)
+
+
+def _sources(where: str, target: str, given: Iterable[KeyPath], model: type[BaseModel]) -> dict[KeyPath, str]:
+    """Where the values of a task or component come from that a design point brings, or drives out."""
+    made: dict[KeyPath, str] = {}
+    for keys in given:
+        source = f"{where}{dotted((target, *keys))}"
+        for driven_out in _alternatives(model).get(str(keys[0]), ()):
+            made[target, driven_out] = source
+        made[target, *keys] = source
+    return made
 
 
 def _by_target(values: Mapping[str, Any]) -> dict[str, dict[KeyPath, Any]]:
@@ -271,28 +289,32 @@ def _moved_component(
     return placed(model.model_validate(raw, context={"document": document}), source)
 
 
-def _with(spec: S, field: str, moved: Mapping[str, tuple[dict[str, Any], Any]]) -> S:
+def _with(
+    spec: S, field: str, entries: Mapping[str, tuple[dict[str, Any], Any]], sources: Mapping[KeyPath, str]
+) -> S:
     """The spec with some entries of a field replaced, in its raw tree too."""
-    if not moved:
+    if not entries:
         return spec
     tree = spec.document.tree
-    raw = {**tree[field], **{name: entry for name, (entry, _made) in moved.items()}}
-    made = {**getattr(spec, field), **{name: entry for name, (_raw, entry) in moved.items()}}
+    raw = {**tree[field], **{name: entry for name, (entry, _made) in entries.items()}}
+    made = {**getattr(spec, field), **{name: entry for name, (_raw, entry) in entries.items()}}
+    new = {(field, *path): source for path, source in sources.items() if path[0] in entries}
+    # The last that moved a value is the first to be asked: it goes to the end.
+    moved = {path: source for path, source in spec.document.moved.items() if path not in new} | new
     changed = spec.model_copy(update={field: made})
-    changed._document = dataclasses.replace(spec.document, tree={**tree, field: raw})
+    changed._document = dataclasses.replace(spec.document, tree={**tree, field: raw}, moved=moved)
     return changed
 
 
 def _point_faults(
-    error: ValidationError, document: Document, target: str, given: Iterable[KeyPath], raw: Any
+    error: ValidationError,
+    where: str,
+    target: str,
+    given: Iterable[KeyPath],
+    raw: Any,
+    sources: dict[KeyPath, str],
 ) -> list[Fault]:
-    """Faults of a design point, each under the axis that brought the value in, where one did."""
-    axes = {keys: dotted((target, *keys)) for keys in given}
-
-    def to_axis(path: KeyPath) -> KeyPath:
-        for keys, axis in axes.items():
-            if path[: len(keys)] == keys:
-                return (axis, *path[len(keys) :])
-        return (target, *path)
-
-    return translate(error, Document(document.file, document.folder, raw), raw, to_axis)
+    """Faults of a design point, each under the axis that brought the value in; a clash under all of them."""
+    axes = ", ".join(dotted((target, *keys)) for keys in given)
+    document = Document(f"{where}{axes}", Path(), raw, moved=sources)
+    return translate(error, document, raw, lambda path: (target, *path))

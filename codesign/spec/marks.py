@@ -45,6 +45,7 @@ class Document:
     - ``tree``: dicts with text keys, lists, and scalars (text, int, float, bool, None).
     - ``keys``, ``values``: the place of each key and of each value by its path; the root is ``()``.
     - ``faults``: values that could not be taken as they stand, with the rest of the file intact.
+    - ``moved``: where values come from that stand in the tree but not in the file, by path (``--set relax.block``).
     """
 
     file: str
@@ -53,6 +54,7 @@ class Document:
     keys: dict[KeyPath, Mark] = field(default_factory=dict)
     values: dict[KeyPath, Mark] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
+    moved: dict[KeyPath, str] = field(default_factory=dict)
 
     def value_mark(self, path: KeyPath) -> Mark:
         """The place of the value at ``path``, or of what is around it; (0, 0) where nothing has a place."""
@@ -65,7 +67,10 @@ class Document:
         return self.keys.get(path) or self.value_mark(path)
 
     def fault(self, path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
-        """A fault at a value (or, ``at_key``, at its key)."""
+        """A fault at a value (or, ``at_key``, at its key); of what the file does not hold, at where it came from."""
+        for moved, source in reversed(self.moved.items()):
+            if path[: len(moved)] == moved:
+                return Fault(dotted((source, *path[len(moved) :])), 0, 0, "", what, hint)
         line, column = self.key_mark(path) if at_key else self.value_mark(path)
         return Fault(self.file, line, column, dotted(path), what, hint)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeVar
 
@@ -254,4 +255,14 @@ def _type_hint(line: _Line) -> str | None:
         return f"write {int(value)}"
     if line.type.startswith("string") and isinstance(value, int | float):
         return "quote it"
+    if line.type.startswith(("list", "tuple")) and not isinstance(value, dict):
+        return _list_hint(value)
     return None
+
+
+def _list_hint(value: Any) -> str:
+    """How a list is written; with the entries, where they can be told from ``72x66``, ``72 × 66`` or ``72, 66``."""
+    entries = re.split(r"\s*[x×X,;*]\s*|\s+", clip(str(value), 60).strip(" ()"))
+    if isinstance(value, str) and all(entry.isdecimal() for entry in entries):
+        return f"write [{', '.join(entries)}]"
+    return "write the entries in brackets: [first, second]"

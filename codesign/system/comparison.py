@@ -61,7 +61,7 @@ def applicable(
     if not chosen:
         return platform, workload
     try:
-        return override(platform, workload, chosen)
+        return override(platform, workload, chosen, "--set ")
     except SpecError as wrong:
         # The axis is another planner's parameter of a task of the same name.
         if any("unknown" in fault.what for fault in wrong.faults):

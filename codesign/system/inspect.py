@@ -54,7 +54,7 @@ def point_of(
     Raises:
         SpecError: an axis that is none, or a value that is not accepted.
     """
-    return spec.override(platform, workload, settings) if settings else (platform, workload)
+    return spec.override(platform, workload, settings, "--set ") if settings else (platform, workload)
 
 
 def schema_of(kind: str) -> dict[str, Any]:
