@@ -199,6 +199,8 @@ def test_check_names_what_is_wrong() -> None:
     tile = PLANNER.check(problem(), PropagateParameters(tile=(31, 4)))
     assert tile is not None
     assert tile[0] == "tile"
+    many = PLANNER.check(Problem(np.ones((256, 256), bool), ((0, 0),), ()), PropagateParameters(tile=(1, 2)))
+    assert many == ("tile", "32,768 tiles of 1 × 2 nodes, more than 16,384")
 
 
 @pytest.mark.parametrize(

@@ -34,11 +34,17 @@ class Course(StrEnum):
 
 
 Delay = Annotated[int, Field(ge=1, le=MAX_DELAY)]
+MAX_TILES = 16_384
+"""Each visit of a tile costs this program tens of microseconds, whatever its size."""
+
 Side = Annotated[int, Field(ge=1, le=4096)]
 
 
 class Penalty(SpecModel):
-    """Extra delay near obstacles: nodes with a longer delay line (the paper's conclusion)."""
+    """Extra delay near obstacles: nodes with a longer delay line (the paper's conclusion).
+
+    Which nodes these are is told with the map; finding them is not part of the plan's time.
+    """
 
     distance: Annotated[
         int, Field(ge=1, le=65_535, description="largest obstacle potential of a penalised cell, 2 a cell")

@@ -11,7 +11,12 @@ from pydantic import BaseModel
 
 from codesign.errors import MapError
 from codesign.planners.interface import Messages, Problem, Quality
-from codesign.planners.wavefront.parameters import LoadParameters, PropagateParameters, TrackParameters
+from codesign.planners.wavefront.parameters import (
+    MAX_TILES,
+    LoadParameters,
+    PropagateParameters,
+    TrackParameters,
+)
 from codesign.planners.wavefront.plan import WavefrontPlan, compute_plan, known_plan
 from codesign.planners.wavefront.wave import register_bits
 
@@ -29,7 +34,7 @@ class Wavefront:
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
     def check(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, str] | None:
-        """A wave that waits for its starts has to reach them; a tile must not be larger than the map."""
+        """A wave that waits for its starts has to reach them; tiles are no larger than the map, nor too many."""
         if parameters.tile is not None:
             height, width = parameters.tile
             if height > problem.rows or width > problem.columns:
@@ -37,6 +42,9 @@ class Wavefront:
                     f"a tile of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells"
                 )
                 return "tile", text
+            count = parameters.tile_count(problem.rows, problem.columns)
+            if count > MAX_TILES:
+                return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
         try:
             known_plan(problem, parameters)
         except MapError as fault:

@@ -159,7 +159,7 @@ def obstacle_potentials(free: NDArray[np.bool_], *, delays: Sequence[int] | None
     wave_map, obstacles = obstacle_map(free, delays)
     if not len(obstacles):
         return np.full(wave_map.free.shape, longest_distance(wave_map.free.shape, delays) + 1, np.int32)
-    return run_wave(wave_map, obstacles, np.zeros((0, free.ndim), np.int64))[0]
+    return run_wave(wave_map, obstacles, np.zeros((0, wave_map.free.ndim), np.int64))[0]
 
 
 def obstacle_map(
