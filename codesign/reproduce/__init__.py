@@ -6,10 +6,11 @@ row that does not fit stays in the table with its error, and each row says wheth
 
 from codesign.reproduce.girau2008 import harmonic
 from codesign.reproduce.model import Plot, Reproduction, Row, Series, joined
+from codesign.reproduce.moeller1998 import wavefront
 from codesign.reproduce.plots import plot_svg, write_plots
 from codesign.reproduce.vacariu2008 import breadth_first
 
-PAPERS = {"harmonic": harmonic, "breadth_first": breadth_first}
+PAPERS = {"harmonic": harmonic, "breadth_first": breadth_first, "wavefront": wavefront}
 
 __all__ = [
     "PAPERS",
@@ -21,5 +22,6 @@ __all__ = [
     "harmonic",
     "joined",
     "plot_svg",
+    "wavefront",
     "write_plots",
 ]

@@ -66,8 +66,9 @@ def bind(platform: Platform, workload: Workload) -> System:
         faults.append(fault(workload, ("mapping",), text, f"add {planner.planning_task}: {{component: ...}}"))
         raise SpecError(faults)
     for name, other in workload.mapping.items():
-        if name == "decide" and other.component != task.component:
-            text = f"task decide is on {other.component}, task {planner.planning_task} on {task.component}"
+        # The circuits that plan also decide or track, on the same fabric; only the map may come from elsewhere.
+        if name != "load" and other.component != task.component:
+            text = f"task {name} is on {other.component}, task {planner.planning_task} on {task.component}"
             faults.append(
                 fault(workload, ("mapping", name, "component"), text, f"give it component {task.component}")
             )
