@@ -25,6 +25,7 @@ SAMPLES: dict[str, list[dict[str, Any]]] = {
     ],
     "breadth_first": [{}, {"micro_architecture": "pipelined"}],
     "wavefront": [{}, {"stop": "starts"}, {"paths": "safe", "tile": (8, 8)}],
+    "velocity_obstacle": [{}, {"updates": 40}],
     "relaxation": [
         {"method": "sor", "omega": 1.8, "tolerance": 1e-9},
         {"method": "mam", "omega": 1.7, "r": 1.5},

@@ -13,7 +13,7 @@ DEFAULT = (
     "virtex4-pci:labyrinth",
     "virtex4-pci:wavefront-tiles",
     "virtex2pro:breadth-first",
-    "saudi-pc:relaxation-floor",
+    "pc-3400mhz:floor-plan",
 )
 
 
