@@ -9,7 +9,7 @@ narrower ones the compiler splits them.
 
 Arrays are given by their addresses: an array inside a kernel has its references counted at every use.
 
-Numba's cache of compiled kernels does not see edits in this file: delete ``__pycache__`` after one.
+Numba's cache does not see edits in this file: ``kernels`` says what to do after one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Where the bit planes of the kernels lie in memory."""
+"""Where the bit planes of the kernels lie in memory.
+
+Numba's cache does not see edits in this file: ``kernels`` says what to do after one.
+"""
 
 from __future__ import annotations
 
