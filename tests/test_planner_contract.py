@@ -46,7 +46,10 @@ def case(request: pytest.FixtureRequest) -> tuple[Planner, Any]:
 
 # The problem of planners that have one of their own, and another that differs in one place.
 PROBLEMS: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
-    "velocity_obstacle": ({"count": 4, "arrangement": "circle"}, {"count": 5, "arrangement": "circle"})
+    "velocity_obstacle": (
+        {"robots": {"count": 4, "arrangement": "circle"}},
+        {"robots": {"count": 5, "arrangement": "circle"}},
+    )
 }
 
 

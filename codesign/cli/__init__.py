@@ -32,6 +32,10 @@ COMMANDS = {
         "codesign.cli.reproduce:reproduce",
         "Hold the model against the published tables, row by row.",
     ),
+    "calibrate": (
+        "codesign.cli.calibrate:calibrate",
+        "Measure what this machine needs for the planners' kernels.",
+    ),
     "check": ("codesign.cli.inspect:check", "Check platform and workload files; report all faults at once."),
     "schema": (
         "codesign.cli.inspect:schema",
