@@ -23,16 +23,6 @@ ABSENT = "–"
 
 _LONGEST = 160
 _SHARES = {ResultFigure.SHARE_REACHING_GOAL}
-_WHOLE = {
-    ResultFigure.CYCLES,
-    ResultFigure.SLICES,
-    ResultFigure.LUT4,
-    ResultFigure.FLIP_FLOPS,
-    ResultFigure.BLOCK_RAMS,
-    ResultFigure.MULTIPLIERS,
-    ResultFigure.LOCAL_MAXIMA,
-    ResultFigure.WRONG_CELLS,
-}
 _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
 
@@ -43,9 +33,7 @@ def figure_cell(figure: ResultFigure, value: float | None) -> Cell:
         return Cell(ABSENT)
     if figure in _SHARES:
         return Cell(share_text(value), value)
-    if figure in _WHOLE:
-        return Cell(format_count(round(value)), round(value))
-    return Cell(quantity_text(value, figure.unit), value)
+    return Cell(quantity_text(value, figure.unit), round(value) if figure.is_count else value)
 
 
 def time_cell(picoseconds: int) -> Cell:

@@ -61,6 +61,11 @@ class ResultFigure(StrEnum):
         }
 
     @property
+    def is_count(self) -> bool:
+        """Whether it counts things, so that every value is a whole number."""
+        return self in _COUNTS
+
+    @property
     def direction(self) -> str:
         """``maximise`` or ``minimise``."""
         return "maximise" if self.maximise else "minimise"
@@ -74,6 +79,18 @@ _UNITS = {
     ResultFigure.CLOSEST_APPROACH: "cells",
     ResultFigure.TIME_TO_TARGETS: "s",
     ResultFigure.PRECISION: "bits",
+}
+_COUNTS = {
+    ResultFigure.CYCLES,
+    ResultFigure.SLICES,
+    ResultFigure.LUT4,
+    ResultFigure.FLIP_FLOPS,
+    ResultFigure.BLOCK_RAMS,
+    ResultFigure.MULTIPLIERS,
+    ResultFigure.LOCAL_MAXIMA,
+    ResultFigure.WRONG_CELLS,
+    ResultFigure.COLLISIONS,
+    ResultFigure.PRECISION,
 }
 _DIMENSIONS = {
     ResultFigure.TIME: Dimension.TIME,

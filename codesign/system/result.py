@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from codesign.figures import Status
+from codesign.figures import Status, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.spec.exploration import ResultFigure
 
@@ -51,18 +51,27 @@ class ResourceUse(_Model):
 
 
 class Reason(_Model):
-    """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``."""
+    """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
+
+    All three are in ``unit``; what is whole, as counts are, is an integer.
+    """
 
     kind: Literal["resource", "bound", "clock", "constraint", "mapping"]
     name: str
-    demand: float
-    limit: float
-    gap: float
+    demand: int | float
+    limit: int | float
+    gap: int | float
     unit: str
     levers: tuple[str, ...] = ()
 
+    @field_validator("demand", "limit", "gap")
+    @classmethod
+    def _whole_as_integer(cls, value: int | float) -> int | float:
+        # Above 2^53 a double is whole only because it is too coarse to be anything else.
+        return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 2**53 else value
+
     def __str__(self) -> str:
-        text = f"{self.name}: {self.demand:g} against {self.limit:g} {self.unit}".rstrip()
+        text = f"{label(self.name)}: {self.demand:g} against {self.limit:g} {self.unit}".rstrip()
         return f"{text} ({'; '.join(self.levers)})" if self.levers else text
 
 
