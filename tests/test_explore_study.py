@@ -95,13 +95,30 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
         ("constraint", "time at most", 1),
         ("failure", "relax.block: too large", 1),
     ]
-    assert made.reasons[1].least_gap == 1
+    assert (made.reasons[1].least_gap, made.reasons[1].nearest, made.reasons[1].levers) == (1, 3, ("shrink",))
+    assert [count.nearest for count in made.reasons] == [2, 3, 4, 5]
 
 
 def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
     none_left = Reason(kind="resource", name="multipliers", demand=3, limit=0, gap=3, unit="")
     out = result(fits=False, slices=101).model_copy(update={"reasons": (none_left,)})
     assert study(Outcome(0, {}, out), Outcome(1, {}, result(slices=900, fits=False))).nearest() == (1, 0)
+
+
+def test_counts_are_integers_in_json_wherever_they_stand() -> None:
+    """A constraint is read as a double and a figure handed over as one; both count slices."""
+    limits = (Constraint(figure=ResultFigure.SLICES, at_most=50.0), *SHARE_AND_TIME)
+    made = study(Outcome(0, {}, judged(result(slices=60, share=0.8), limits)))
+    (point,) = made.to_dict()["points"]
+    slices, share = point["result"]["reasons"]
+    assert [slices[name] for name in ("demand", "limit", "gap")] == [60, 50, 10]
+    assert all(type(slices[name]) is int for name in ("demand", "limit", "gap"))
+    assert (share["demand"], share["limit"]) == (0.8, 0.9)
+    types = {name: type(value) for name, value in point["figures"].items() if value is not None}
+    assert {name for name, kind in types.items() if kind is int} == {
+        "slices", "local_maxima", "wrong_cells", "precision",
+    }  # fmt: skip
+    assert types["time"] is types["share_reaching_goal"] is float
 
 
 def test_json_has_every_point_with_all_figures() -> None:
@@ -116,7 +133,9 @@ def test_json_has_every_point_with_all_figures() -> None:
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])
     assert text["counts"] == {"points": 3, "feasible": 1, "failed": 1, "missing": 0, "front": 1}
     assert text["objectives"][2] == {"figure": "share_reaching_goal", "unit": "1", "direction": "maximise"}
-    assert text["constraints"][1] == {"figure": "time", "at_most": 2.0}
+    assert text["constraints"][1] == {"figure": "time", "at_least": None, "at_most": 2.0}
+    assert set(text["units"]) == set(text["points"][0]["figures"])
+    assert (text["units"]["time"], text["units"]["slices"]) == ("s", "1")
     first, second, third = text["points"]
     assert set(first["figures"]) == {figure.value for figure in ResultFigure}
     assert (first["figures"]["time"], first["on_front"], first["axes"]) == (

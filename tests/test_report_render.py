@@ -109,7 +109,7 @@ def test_the_csv_of_a_study_has_every_point_and_axis(tmp_path: Path) -> None:
         time = point.figure(ResultFigure.TIME)
         assert row["time [s]"] == ("" if time is None else repr(time))
         assert row["fpga.part"] == "XC2V6000-4"
-        assert (row["why not"] == "") == point.feasible
+        assert (row["why_not"] == "") == point.feasible
 
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

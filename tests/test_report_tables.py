@@ -15,6 +15,7 @@ from codesign.report import (
     infeasible_table,
     nearest_table,
     reasons_table,
+    render_csv,
     render_text,
     reproduction_sources_table,
     reproduction_table,
@@ -26,6 +27,7 @@ from codesign.report.study_tables import fixed_axes, short_names, study_counts, 
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
 from codesign.spec.exploration import ResultFigure
+from codesign.system.result import Reason
 
 FRONT = """\
 Front
@@ -159,7 +161,17 @@ def test_the_table_of_every_figure_has_full_names_units_and_plain_values() -> No
     assert units["time"] == "s"
     assert values(table, "time") == [point.figure(ResultFigure.TIME) for point in study.points]
     assert values(table, "feasible") == [point.feasible for point in study.points]
-    assert [i for i, on_front in enumerate(values(table, "on the front")) if on_front] == list(study.front)
+    assert [i for i, on_front in enumerate(values(table, "on_front")) if on_front] == list(study.front)
+
+
+def test_the_table_of_every_figure_is_headed_as_json_is() -> None:
+    study = a_study()
+    told = study.to_dict()["points"][0]
+    names = [column.name for column in study_table(study, every_figure=True).columns]
+    assert names[-1] == "why_not"
+    assert set(names[:-1]) <= {*told, *told["axes"], *told["figures"]}
+    assert {"index", "share_reaching_goal", "block_rams", "feasible"} <= set(names)
+    assert "energy [J]" in render_csv(study_table(study, every_figure=True)).partition("\n")[0].split(",")
 
 
 def test_axes_with_the_same_last_word_keep_their_full_names() -> None:
@@ -183,16 +195,36 @@ def test_counts_add_up_to_all_points() -> None:
     assert int(counts["explored"]) == int(counts["feasible"]) + int(counts["infeasible"])
 
 
-def test_reasons_are_counted_with_their_least_gap_and_usual_lever() -> None:
+def test_reasons_are_counted_with_their_least_gap_and_its_levers() -> None:
     table = reasons_table(a_study())
     assert [cell.value for cell in table.rows[0]] == [
         "resource",
         "slices",
         6,
         56_505 - 33_792,
+        19,
         "block: at most 36×66 fits; part: XC4VLX160",
     ]
     assert values(nearest_table(a_study()), "point") == [19, 21, 23]
+
+
+def test_a_row_of_reasons_is_of_one_point() -> None:
+    """The levers stand beside the gap that they close, though another point's are more frequent."""
+
+    def short(gap: int, *levers: str) -> Reason:
+        return Reason(
+            kind="resource", name="block_rams", demand=144 + gap, limit=144, gap=gap, unit="", levers=levers
+        )
+
+    far, near = (a_result(slices=99_999, reasons=(each,)) for each in (short(90, "far"), short(2, "near")))
+    points = tuple(Outcome(index, {}, result) for index, result in enumerate((far, far, near, far, near)))
+    failed = Outcome(5, {}, None, "no such_file: x")
+    study = replace(a_study(), axes={}, constraints=(), points=(*points, failed))
+    table = reasons_table(study)
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["resource", "block RAMs", "5", "2", "2", "near"],
+        ["failure", "no such_file: x", "1", "–", "5", "–"],
+    ]
 
 
 def test_the_best_in_each_objective_is_best_and_on_the_front() -> None:

@@ -15,6 +15,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
+from codesign.explore.document import study_schema
 from codesign.explore.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.explore.front import non_dominated
 from codesign.explore.run import Progress, explore, load_study
@@ -44,6 +45,7 @@ __all__ = [
     "load_study",
     "non_dominated",
     "optimise_schedule",
+    "study_schema",
 ]
 
 

@@ -7,13 +7,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
+from codesign.explore.document import Bounds, Counts, Objective, Point, StudyDocument
 from codesign.explore.front import non_dominated
 from codesign.spec.exploration import Constraint, ResultFigure
 from codesign.system.result import Reason, Result
-
-SCHEMA_VERSION = 1
 
 
 @dataclass(frozen=True)
@@ -30,8 +29,8 @@ class Outcome:
     failure: str | None = None
 
     @property
-    def state(self) -> str:
-        """``done``, ``failed`` or ``missing``."""
+    def state(self) -> Literal["done", "failed", "missing"]:
+        """What became of it."""
         if self.result is not None:
             return "done"
         return "missing" if self.failure is None else "failed"
@@ -48,16 +47,20 @@ class Outcome:
 
 @dataclass(frozen=True)
 class ReasonCount:
-    """How often one reason kept points out: ``points`` of them, the nearest by ``least_gap`` (in ``unit``).
+    """How often one reason kept points out: ``points`` of them.
 
-    A failure counts under kind ``failure``, with its message's first line as name.
+    ``nearest`` is the index of the point with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
+    ``levers`` are those of this point. A failure counts under kind ``failure``, with its message's first line as
+    name, a gap of 0 and no levers.
     """
 
     kind: str
     name: str
     unit: str
     points: int
+    nearest: int
     least_gap: float
+    levers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,13 +107,18 @@ class Study:
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
         """What kept points out, the most frequent first."""
-        gaps: dict[tuple[str, str, str], list[float]] = {}
+        found: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
         for point in self.points:
-            for reason in point.result.reasons if point.result is not None else ():
-                gaps.setdefault((reason.kind, reason.name, reason.unit), []).append(reason.gap)
+            for reason in _reasons(point):
+                gap = reason.gap, point.index, reason.levers
+                found.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
             if point.failure is not None:
-                gaps.setdefault(("failure", point.failure.partition("\n")[0], ""), []).append(0.0)
-        counts = [ReasonCount(*name, points=len(found), least_gap=min(found)) for name, found in gaps.items()]
+                message = point.failure.partition("\n")[0]
+                found.setdefault(("failure", message, ""), []).append((0, point.index, ()))
+        counts = []
+        for key, gaps in found.items():
+            least, nearest, levers = min(gaps)
+            counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
         return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
 
     def nearest(self, count: int = 3) -> tuple[int, ...]:
@@ -124,42 +132,30 @@ class Study:
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON has it: the same at any worker count, and whether computed now or found in a store."""
         front = set(self.front)
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "platform": self.platform,
-            "workload": self.workload,
-            "axes": {name: list(values) for name, values in self.axes.items()},
-            "objectives": [
-                {
-                    "figure": name.value,
-                    "unit": name.unit,
-                    "direction": "maximise" if name.maximise else "minimise",
-                }
+        document = StudyDocument(
+            platform=self.platform,
+            workload=self.workload,
+            axes={name: list(values) for name, values in self.axes.items()},
+            units={name: name.unit for name in ResultFigure},
+            objectives=[
+                Objective(figure=name, unit=name.unit, direction="maximise" if name.maximise else "minimise")
                 for name in self.objectives
             ],
-            "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in self.constraints],
-            "counts": {
-                "points": len(self.points),
-                "feasible": len(self.feasible),
-                "failed": len(self.failed),
-                "missing": len(self.missing),
-                "front": len(front),
-            },
-            "points": [
-                {
-                    "index": point.index,
-                    "axes": point.axes,
-                    "state": point.state,
-                    "feasible": point.feasible,
-                    "on_front": point.index in front,
-                    "figures": {name.value: point.figure(name) for name in ResultFigure},
-                    "failure": point.failure,
-                    "result": None if point.result is None else point.result.model_dump(mode="json"),
-                }
-                for point in self.points
+            constraints=[
+                Bounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
+                for limit in self.constraints
             ],
-            "front": list(self.front),
-        }
+            counts=Counts(
+                points=len(self.points),
+                feasible=len(self.feasible),
+                failed=len(self.failed),
+                missing=len(self.missing),
+                front=len(front),
+            ),
+            points=[_point(point, point.index in front) for point in self.points],
+            front=list(self.front),
+        )
+        return document.model_dump(mode="json")
 
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""
@@ -198,6 +194,23 @@ def _unsatisfied(constraint: Constraint, value: float | None, was_run: bool) -> 
             Reason(kind="constraint", name=name, demand=demand, limit=limit, gap=gap, unit=figure.unit)
         )
     return reasons
+
+
+def _point(point: Outcome, on_front: bool) -> Point:
+    return Point(
+        index=point.index,
+        axes=point.axes,
+        state=point.state,
+        feasible=point.feasible,
+        on_front=on_front,
+        figures={name: _counted(name, point.figure(name)) for name in ResultFigure},
+        failure=point.failure,
+        result=point.result,
+    )
+
+
+def _counted(name: ResultFigure, value: float | None) -> int | float | None:
+    return round(value) if name.is_count and value is not None else value
 
 
 def _reasons(point: Outcome) -> tuple[Reason, ...]:

@@ -74,7 +74,7 @@ def axis_levels(study: Study, name: str) -> list[str]:
 def study_table(study: Study, *, every_figure: bool = False) -> Table:
     """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
 
-    ``every_figure``: every axis by its full name, and every figure that any point has; made for CSV.
+    ``every_figure``, made for CSV: every axis, and every figure that any point has, under the names that JSON has.
     """
     axes = tuple(study.axes) if every_figure else varying_axes(study)
     figures = figures_with_values(study) if every_figure else tuple(study.objectives)
@@ -92,10 +92,14 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
             )
         )
     columns = (
-        *right("point"),
+        *right("index" if every_figure else "point"),
         *left(*(axes if every_figure else short_names(axes))),
-        *figure_columns(figures),
-        *left("feasible", "on the front", "why not"),
+        *figure_columns(figures, named=not every_figure),
+        *(
+            left("feasible", "on_front", "why_not")
+            if every_figure
+            else left("feasible", "on the front", "why not")
+        ),
     )
     return Table("All points", columns, tuple(rows), fixed_notes(study), frozenset(study.front))
 
@@ -181,26 +185,28 @@ def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
 
 
 def reasons_table(study: Study) -> Table:
-    """Why points were left out, most frequent first: how many, by how little at best, and usual levers."""
-    levers: dict[tuple[str, str, str], Counter[str]] = {}
-    for point in study.points:
-        for reason in point.result.reasons if point.result is not None else ():
-            levers.setdefault((reason.kind, reason.name, reason.unit), Counter()).update(reason.levers)
+    """Why points were left out, most frequent first: how many, by how little at best, which point that is, and
+    what would help there."""
     rows = []
     for count in study.reasons:
-        named = levers.get((count.kind, count.name, count.unit), Counter())
-        advice = "; ".join(lever for lever, _ in named.most_common(2)) or ABSENT
-        least = ABSENT if count.kind == "failure" else quantity_text(count.least_gap, count.unit)
+        failure = count.kind == "failure"
+        least = ABSENT if failure else quantity_text(count.least_gap, count.unit)
+        advice = "; ".join(count.levers) or ABSENT
         rows.append(
             (
                 Cell(count.kind, count.kind),
-                Cell(label(count.name), count.name),
+                Cell(count.name if failure else label(count.name), count.name),
                 count_cell(count.points),
-                Cell(least, count.least_gap),
+                Cell(least, None if failure else count.least_gap),
+                Cell(str(count.nearest), count.nearest),
                 Cell(advice, advice),
             )
         )
-    columns = (*left("kind", "what"), *right("points", "least gap"), *left("what would help"))
+    columns = (
+        *left("kind", "what"),
+        *right("points", "least gap", "at point"),
+        *left("what would help there"),
+    )
     return Table("Why points were left out", columns, tuple(rows))
 
 
@@ -229,9 +235,11 @@ def figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
     )
 
 
-def figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
-    """A column for each figure, in the figure's unit."""
-    return tuple(Column(label(figure.value), figure.unit, "right") for figure in figures)
+def figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tuple[Column, ...]:
+    """A column for each figure, in the figure's unit; headed by its name in words, or else as JSON has it."""
+    return tuple(
+        Column(label(figure.value) if named else figure.value, figure.unit, "right") for figure in figures
+    )
 
 
 def fixed_notes(study: Study) -> tuple[str, ...]:
