@@ -17,7 +17,7 @@ Rest
 
 Multipliers
     A product of a and b bits takes ⌈a/17⌉ · ⌈b/17⌉ multipliers of 18 × 18 bits (17 without the sign). The widest
-    of a detector are squares of vectors, 2w + 2 bits each: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
+    factors of a detector, |r|², |V|² and r·V, have 2w + 1 bits: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
     found 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
 
 Slices
@@ -53,7 +53,7 @@ MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {
     (DETECT, Unit.PARALLEL): (675, 382),
 }
 """LUT4 and flip-flops of one unit at 16 bits, by own RTL."""
-MEASURED_WIDE = {(36, 36): 8}
+MEASURED_WIDE = {(35, 35): 8}
 """Multipliers of a product of two unsigned numbers, where synthesis did better than the law (width 17)."""
 
 MULTIPLIER_BITS = 17
@@ -150,7 +150,7 @@ def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
     return {
         **dict.fromkeys(("rx", "ry"), width),
         **dict.fromkeys(("vx", "vy"), velocity),
-        **dict.fromkeys(("dotp", "cross"), width + velocity),
+        **dict.fromkeys(("dotp", "cross"), width + velocity + 1),
         "r_sq": 2 * width + 1,
         "vab_sq": 2 * width + 1 + half,
         "R_sq": 2 * width,

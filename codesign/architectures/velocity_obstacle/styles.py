@@ -85,7 +85,7 @@ class Circuit:
                 sums[phase] += amount
         for phase, amount in sums.items():
             if amount:
-                yield Step(phase, np.array([amount], np.int64))
+                yield Step(phase, np.array([amount], np.int64), ram_addresses=_addresses(phase))
         return plan
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
@@ -109,7 +109,12 @@ def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Ste
         cycles = (
             np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
         )
-        yield Step(phase, cycles, _story(phase, amount), int(phase == timing.SELECT))
+        yield Step(phase, cycles, _story(phase, amount), _addresses(phase))
+
+
+def _addresses(phase: str) -> int:
+    """Addresses a cycle that the array of velocities is given: one while the selector runs."""
+    return int(phase == timing.SELECT)
 
 
 def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:

@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError, RunError
 from codesign.planners.velocity_obstacle.arithmetic import Arithmetic, Formats, fixed
-from codesign.planners.velocity_obstacle.parameters import AvoidParameters, Detection, Responsibility
+from codesign.planners.velocity_obstacle.parameters import (
+    MOST_DIRECTIONS,
+    MOST_SPEEDS,
+    AvoidParameters,
+    Detection,
+    Responsibility,
+)
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 
 MOST_STATES = 2**22
@@ -106,25 +112,23 @@ def fault_of(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, 
     """What keeps these parameters from this problem, as (parameter, sentence), or None.
 
     From every velocity of the array the robot has to reach that of the next speed and the next direction in one
-    step of its acceleration: else it may circle at a low speed for ever.
+    step of its acceleration, and with √½ of it that of the next direction alone: else it may circle at a low
+    speed for ever.
     """
     from codesign.planners.velocity_obstacle.arithmetic import least_width, width_fault
 
     reach = problem.acceleration * parameters.step
     level = problem.speed / parameters.speeds
     chord = 2.0 * problem.speed * math.sin(math.pi / parameters.directions)
-    if chord >= reach:
-        least = 8 * math.ceil(math.pi / math.asin(min(1.0, reach / problem.speed / 2.0)) / 8.0 + 1.0)
-        return "directions", (
-            f"{parameters.directions} directions lie {chord:.3g} cells/s apart, and a step changes a velocity"
-            f" by {reach:.3g} at most: {least} directions or more"
+    if chord > reach * math.sqrt(0.5):
+        half_turn = math.asin(min(1.0, reach * math.sqrt(0.5) / (2.0 * problem.speed)))
+        least = 8 * math.ceil(math.pi / half_turn / 8.0)
+        return "directions", _too_coarse(
+            "directions", parameters.directions, chord, reach, least, MOST_DIRECTIONS
         )
     if math.hypot(level, chord) >= reach:
         least = math.floor(problem.speed / math.sqrt(reach**2 - chord**2)) + 1
-        return "speeds", (
-            f"{parameters.speeds} speeds lie {level:.3g} cells/s apart, and a step changes a velocity"
-            f" by {reach:.3g} at most: {least} speeds or more"
-        )
+        return "speeds", _too_coarse("speeds", parameters.speeds, level, reach, least, MOST_SPEEDS)
     if problem.count * parameters.updates > MOST_STATES:
         most = MOST_STATES // problem.count
         return "updates", f"{parameters.updates:,} updates of {problem.count} robots: at most {most:,}"
@@ -134,6 +138,11 @@ def fault_of(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, 
         mend = "no width of up to 24 mends that" if wider is None else f"{wider} bits or more"
         return "width", f"{narrow}: {mend}"
     return None
+
+
+def _too_coarse(name: str, count: int, apart: float, reach: float, least: int, most: int) -> str:
+    mend = f"{least} {name} or more" if least <= most else "a longer time step"
+    return f"{count} {name} lie {apart:.3g} cells/s apart, and a step changes a velocity by {reach:.3g} at most: {mend}"
 
 
 def _ends(problem: RobotsProblem) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

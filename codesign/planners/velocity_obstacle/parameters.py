@@ -19,6 +19,7 @@ from codesign.spec import RefusalError, SpecModel
 from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 
 LEAST_WIDTH, MOST_WIDTH = 8, 24
+MOST_DIRECTIONS, MOST_SPEEDS = 512, 64
 
 
 class Detection(StrEnum):
@@ -78,10 +79,10 @@ class AvoidParameters(SpecModel):
         default=1500,
         description="Most updates of a run; it ends before, once all robots stand at their targets.",
     )
-    directions: Annotated[int, Field(ge=16, le=512, multiple_of=8)] = Field(
+    directions: Annotated[int, Field(ge=16, le=MOST_DIRECTIONS, multiple_of=8)] = Field(
         default=64, description="Directions of the array of velocities."
     )
-    speeds: Annotated[int, Field(ge=1, le=64)] = Field(
+    speeds: Annotated[int, Field(ge=1, le=MOST_SPEEDS)] = Field(
         default=10, description="Speeds of each direction, evenly spaced up to the greatest."
     )
     detection: Detection = Field(

@@ -1,0 +1,445 @@
+"""The planner of Dubey et al. (2013): kernel against reference, equation 4 by geometry, whole runs, bad input."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from codesign.errors import InputError, RunError
+from codesign.planners.velocity_obstacle import (
+    AvoidParameters,
+    RobotsProblem,
+    RobotsWorkload,
+    agreement,
+    avoid,
+    generate,
+    quality,
+)
+from codesign.planners.velocity_obstacle import reference as plain
+from codesign.planners.velocity_obstacle.agreement import Verdict, bounds, compare
+from codesign.planners.velocity_obstacle.arithmetic import (
+    double,
+    fixed,
+    fraction_bits,
+    least_width,
+)
+from codesign.planners.velocity_obstacle.parameters import Detection, Gains, Responsibility
+from codesign.planners.velocity_obstacle.planner import PLANNER
+from codesign.planners.velocity_obstacle.quality import pair_gaps
+from codesign.planners.velocity_obstacle.reference import BRAKE, STAY, Robot
+
+WIDTHS = st.sampled_from([15, 16, 17, 18, 21, 24])
+
+
+def given_parameters(draw: Any, **fixed_values: Any) -> AvoidParameters:
+    gains = draw(st.sampled_from([Gains(), Gains(proportional=0.5, integral=0.05, derivative=0.1)]))
+    return AvoidParameters(
+        width=draw(WIDTHS),
+        detection=draw(st.sampled_from(Detection)),
+        responsibility=draw(st.sampled_from(Responsibility)),
+        margin=draw(st.sampled_from([0.0, 1.0, 2.5])),
+        gains=gains,
+        **fixed_values,
+    )
+
+
+@st.composite
+def scenes(draw: Any, updates: int = 60) -> tuple[RobotsProblem, AvoidParameters]:
+    """Robots near each other in a small arena, so that they meet soon."""
+    side = draw(st.sampled_from([60.0, 100.0]))
+    problem = generate(
+        draw(st.sampled_from(["circle", "crossing", "random"])),
+        draw(st.integers(2, 5)),
+        radius=draw(st.sampled_from([2.0, 3.5])),
+        speed=draw(st.sampled_from([3.0, 6.0, 7.3])),
+        acceleration=draw(st.sampled_from([24.0, 29.0])),
+        arena=(side, side),
+        seed=draw(st.integers(0, 1000)),
+    )
+    return problem, given_parameters(draw, updates=updates)
+
+
+@settings(max_examples=25, deadline=None)
+@given(scenes())
+def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidParameters]) -> None:
+    problem, parameters = scene
+    history = plain.run(fixed(problem, parameters), problem, parameters)
+    if history.overflow:
+        with pytest.raises(RunError, match="left its words"):
+            avoid(problem, parameters)
+        return
+    run = avoid(problem, parameters)
+    assert np.array_equal(run.positions, np.array(history.positions))
+    assert np.array_equal(run.velocities, np.array(history.velocities))
+    for name, field in (("candidates", "candidate"), ("checks", "checks"), ("trials", "trials")):
+        told = [[getattr(choice, field) for choice in choices] for choices in history.choices]
+        assert np.array_equal(getattr(run, name), np.array(told)), name
+
+
+vectors = st.tuples(st.integers(-(2**24), 2**24), st.integers(-(2**24), 2**24))
+
+
+@settings(max_examples=300, deadline=None)
+@given(vectors, vectors, st.integers(1, 2**23), st.booleans())
+def test_compiled_detection_is_equation_4_with_nine_products(
+    position: tuple[int, int], velocity: tuple[int, int], radius: int, approaching: bool
+) -> None:
+    from codesign.planners.velocity_obstacle.kernels import on_course
+
+    (x, y), (vx, vy) = position, velocity
+    dot, v2 = x * vx + y * vy, vx * vx + vy * vy
+    course = (x * x + y * y) * v2 - dot * dot < radius**2 * v2
+    wanted = course and (dot < 0 or not approaching)
+    args = (np.int64(value) for value in (x, y, vx, vy, radius**2))
+    assert bool(on_course(*args, approaching)) == wanted
+
+
+def test_compiled_detection_at_the_very_threshold() -> None:
+    """Robots that pass at exactly the radius are safe; one unit less is not. Sides of 100 bits, differing by one."""
+    from codesign.planners.velocity_obstacle.kernels import on_course
+
+    for radius in (3, 2**16, 2**23 - 1):
+        x, vx = -(2**24), 2**24
+        assert not on_course(
+            np.int64(x), np.int64(radius), np.int64(vx), np.int64(0), np.int64(radius**2), True
+        )
+        assert on_course(
+            np.int64(x), np.int64(radius - 1), np.int64(vx), np.int64(0), np.int64(radius**2), True
+        )
+
+
+finite = st.floats(-100.0, 100.0).filter(lambda value: abs(value) > 1e-3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(finite, finite, finite, finite)
+def test_detection_agrees_with_the_least_distance_along_the_way(
+    x: float, y: float, vx: float, vy: float
+) -> None:
+    """The sampled way of the other robot, relative to this one, comes within the radius only if a course is told."""
+    problem, parameters = generate("circle", 2, radius=5.0), AvoidParameters(margin=0.0)
+    numbers = double(problem, parameters)
+    closest_time = max(0.0, -(x * vx + y * vy) / (vx * vx + vy * vy))
+    closest = math.hypot(x + vx * closest_time, y + vy * closest_time)
+    told = plain.coll_detect(numbers, (x, y), (vx, vy), Detection.APPROACHING)
+    if closest_time > 0.0 and abs(closest - 10.0) > 1e-6:
+        assert told == (closest < 10.0)
+    if closest_time == 0.0:
+        assert not told or math.isclose(x * vx + y * vy, 0.0, abs_tol=1e-9)
+
+
+def test_published_detection_stops_robots_that_part() -> None:
+    numbers = double(generate("circle", 2, radius=5.0), AvoidParameters(margin=0.0))
+    away = (30.0, 0.0), (1.0, 0.0)
+    assert plain.coll_detect(numbers, *away, Detection.PUBLISHED)
+    assert not plain.coll_detect(numbers, *away, Detection.APPROACHING)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.floats(-math.pi, math.pi), st.floats(5.0, 140.0), st.sampled_from([16, 64, 128]))
+def test_direction_to_the_target_is_the_nearest_of_the_array(angle: float, far: float, count: int) -> None:
+    problem = generate("circle", 2)
+    parameters = AvoidParameters(directions=count, width=24)
+    target = 150.0 + far * math.cos(angle), 150.0 + far * math.sin(angle)
+    chosen = plain.to_goal(double(problem, parameters), Robot((150.0, 150.0), target))
+    sector = 2.0 * math.pi / count
+    off = (angle - chosen * sector + math.pi) % (2.0 * math.pi) - math.pi
+    assert abs(off) <= sector / 2.0 + 1e-9
+
+
+def test_candidates_rotate_both_ways_and_name_each_velocity_once() -> None:
+    numbers = double(generate("circle", 2), AvoidParameters(directions=16, speeds=3))
+    order = list(plain.candidates(numbers, 5))
+    assert order[:4] == [5, 6, 4, 7]
+    assert sorted(order) == list(range(48))
+
+
+def test_without_rounding_the_update_is_constant_acceleration() -> None:
+    numbers = double(generate("circle", 2), AvoidParameters(time_step="250 ms"))
+    position, velocity = plain.pos_vel_update(numbers, (1.0, 2.0), (3.0, -4.0), (8.0, 16.0))
+    assert velocity == pytest.approx((5.0, 0.0))
+    assert position == pytest.approx((1.0 + 0.75 + 0.25, 2.0 - 1.0 + 0.5))
+
+
+@settings(max_examples=25, deadline=None)
+@given(scenes(updates=25), st.integers(0, 4))
+def test_fixed_point_and_doubles_choose_alike_within_the_bound(
+    scene: tuple[RobotsProblem, AvoidParameters], offset: int
+) -> None:
+    problem, parameters = scene
+    numbers = fixed(problem, parameters)
+    formats = numbers.formats
+    assert formats is not None
+    limits = bounds(problem, parameters, formats)
+    robots = plain.start(numbers, problem)
+    for update in range(parameters.updates):
+        if update % 5 == offset:
+            for index in range(problem.count):
+                verdict, rounded, exact = compare(problem, parameters, robots, index)
+                assert verdict is not Verdict.BEYOND_BOUND
+                if verdict is Verdict.SAME:
+                    pairs = zip(rounded.velocity, exact.velocity, strict=True)
+                    apart = [numbers.to_speed(own) - other for own, other in pairs]
+                    # A brake is cut to the unit below, beside what a candidate is rounded by.
+                    allowed = limits.velocity + 2.0 * 2.0**-formats.velocity
+                    assert math.hypot(*apart) <= allowed
+        if plain.update(numbers, robots, parameters)[1]:
+            return
+
+
+def test_the_bound_is_not_so_wide_that_nothing_leaves_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where one side has a radius half a cell larger, some choice is told to be beyond rounding."""
+    problem, parameters = generate("circle", 4, arena=(80.0, 80.0)), AvoidParameters()
+
+    def larger(*arguments: Any) -> Any:
+        exact = double(*arguments)
+        return replace(exact, radius_squared=(math.sqrt(exact.radius_squared) + 0.5) ** 2)
+
+    monkeypatch.setattr(agreement, "double", larger)
+    numbers = fixed(problem, parameters)
+    robots = plain.start(numbers, problem)
+    seen = set()
+    for _ in range(40):
+        seen |= {agreement.compare(problem, parameters, robots, index)[0] for index in range(problem.count)}
+        plain.update(numbers, robots, parameters)
+    assert Verdict.BEYOND_BOUND in seen
+
+
+# Whole runs
+
+
+@pytest.mark.parametrize("robots", [2, 4, 8])
+@pytest.mark.parametrize("arrangement", ["circle", "crossing", "random"])
+def test_robots_arrive_and_never_touch(robots: int, arrangement: str) -> None:
+    for seed in range(4):
+        problem = generate(arrangement, robots, seed=seed)
+        run = avoid(problem, AvoidParameters())
+        figures = quality(problem, run)
+        assert figures.collisions == 0
+        assert figures.closest_approach > 0.0
+        assert figures.robots_arrived == robots
+        assert figures.path_length_ratio_mean is not None
+        assert figures.path_length_ratio_mean >= 1.0
+
+
+def test_a_run_on_the_circle_takes_about_the_updates_of_the_paper() -> None:
+    for robots in (2, 4, 8):
+        assert 400 <= avoid(generate("circle", robots), AvoidParameters()).updates <= 500
+
+
+def test_no_step_passes_speed_or_acceleration() -> None:
+    problem, parameters = generate("crossing", 6, seed=2), AvoidParameters(updates=300)
+    run = avoid(problem, parameters)
+    velocities = np.ldexp(run.velocities.astype(float), -run.formats.velocity)
+    unit = 2.0**-run.formats.velocity
+    assert np.hypot(*np.moveaxis(velocities, 2, 0)).max() <= problem.speed + 2 * unit
+    changes = np.hypot(*np.moveaxis(np.diff(velocities, axis=0), 2, 0))
+    assert changes.max() <= problem.acceleration * parameters.step + 2 * unit
+
+
+def test_alone_on_its_way_a_robot_goes_straight() -> None:
+    problem = RobotsProblem(
+        np.array([[20.0, 50.0], [20.0, 250.0]]), np.array([[280.0, 50.0], [280.0, 250.0]]), 5.0, 6.0, 24.0
+    )
+    figures = quality(problem, avoid(problem, AvoidParameters()))
+    assert figures.path_length_ratio_worst == pytest.approx(1.0, abs=1e-4)
+    # 257 cells at 0.6 cells an update, less the rounding of 38.4 units to 38, and the start at a tenth of it.
+    assert 428 <= (figures.time_to_targets_s or 0.0) / 0.1 <= 440
+
+
+def test_collisions_between_updates_are_counted() -> None:
+    cells = np.array([[[0.0, 0.0], [10.0, 1.0]], [[10.0, 0.0], [0.0, 1.0]]])
+    assert pair_gaps(cells) == pytest.approx([1.0])
+
+
+def test_equation_4_alone_leads_to_collisions_somewhere() -> None:
+    rule = AvoidParameters(detection=Detection.PUBLISHED, responsibility=Responsibility.FULL, margin=0.0)
+    runs = [
+        (problem, avoid(problem, rule))
+        for problem in (generate("circle", 4, seed=seed) for seed in range(12))
+    ]
+    assert sum(quality(*run).collisions for run in runs) > 0
+    assert any((run.candidates == BRAKE).any() for _, run in runs)
+
+
+def test_planner_plug_in() -> None:
+    problem, parameters = generate("circle", 3, seed=4), AvoidParameters()
+    assert PLANNER.check(problem, parameters) is None
+    plan = PLANNER.plan(problem, parameters)
+    assert PLANNER.identity(plan) == PLANNER.identity(avoid(problem, parameters))
+    assert PLANNER.identity(plan) != PLANNER.identity(avoid(generate("circle", 3, seed=5), parameters))
+    details = PLANNER.figures(plan)["details"]
+    assert details["decisions"] == int((plan.candidates != STAY).sum())
+    assert details["trials"] >= details["decisions"] - details["decisions_without_safe_velocity"]
+    way, arrived = PLANNER.trajectory(problem, plan, 1)
+    assert arrived
+    assert way[0] == pytest.approx(problem.positions[1][::-1] - 0.5, abs=0.01)
+    assert problem.free[tuple(np.floor(way[-1] + 0.5).astype(int))]
+
+
+def test_digest_is_of_all_that_the_problem_is() -> None:
+    problem = generate("circle", 3)
+    assert problem.digest == generate("circle", 3).digest
+    others = [
+        generate("circle", 3, radius=4.0),
+        generate("circle", 3, speed=5.0),
+        generate("circle", 3, acceleration=23.0),
+        generate("circle", 3, seed=1),
+        generate("circle", 4),
+    ]
+    assert len({problem.digest, *(other.digest for other in others)}) == 6
+
+
+@pytest.mark.parametrize("count", [2, 16, 64])
+@pytest.mark.parametrize("arrangement", ["circle", "crossing", "random"])
+def test_every_arrangement_holds_2_to_64_robots(arrangement: str, count: int) -> None:
+    radius = 5.0 if count <= 16 else 2.0
+    problem = generate(arrangement, count, radius=radius, seed=3)
+    assert problem.count == count
+    assert pair_gaps(np.stack([problem.positions, problem.positions])).min() >= 2.0 * radius
+
+
+# Bad input
+
+
+GOOD = np.array([[10.0, 10.0], [30.0, 10.0]])
+FAR = np.array([[10.0, 200.0], [30.0, 200.0]])
+
+
+@pytest.mark.parametrize(
+    ("changes", "where", "what"),
+    [
+        ({"positions": [[10.0, 10.0], [13.0, 10.0]]}, "positions", "robots 0 and 1 start in collision"),
+        ({"targets": [[10.0, 10.0], [13.0, 10.0]]}, "targets", "would end in collision"),
+        ({"positions": [[10.0, 10.0], [301.0, 10.0]]}, "positions", "outside of the arena"),
+        ({"positions": [[10.0, 10.0], [math.nan, 10.0]]}, "positions", "outside of the arena"),
+        ({"targets": [[10.0, 10.0], [30.0, -0.1]]}, "targets", "outside of the arena"),
+        ({"positions": [[10.0, 10.0]]}, "positions", "1 robots"),
+        ({"targets": [[10.0, 10.0]]}, "targets", "1 targets for 2 robots"),
+        ({"positions": [10.0, 10.0]}, "positions", "names no robots"),
+        ({"radius": 0.0}, "radius", "radius 0"),
+        ({"acceleration": 0.0}, "acceleration", "acceleration 0"),
+        ({"acceleration": math.inf}, "acceleration", "acceleration inf"),
+        ({"speed": -1.0}, "speed", "speed -1"),
+        ({"arena": (0.0, 300.0)}, "arena", "an arena of 0"),
+    ],
+)
+def test_robots_that_cannot_be_planned_for(changes: dict[str, Any], where: str, what: str) -> None:
+    given_values: dict[str, Any] = {
+        "positions": GOOD,
+        "targets": FAR,
+        "radius": 5.0,
+        "speed": 6.0,
+        "acceleration": 24.0,
+        **changes,
+    }
+    with pytest.raises(InputError) as raised:
+        RobotsProblem(**given_values)
+    assert raised.value.where == where
+    assert what in raised.value.what
+    assert raised.value.hint
+
+
+@pytest.mark.parametrize(
+    ("arguments", "what"),
+    [
+        (("ring", 4), "no arrangement 'ring'"),
+        (("circle", 1), "1 robots"),
+        (("circle", 65), "65 robots"),
+        (("circle", 64), "start in collision"),
+    ],
+)
+def test_arrangements_that_do_not_exist_or_fit(arguments: tuple[str, int], what: str) -> None:
+    with pytest.raises(InputError, match=what):
+        generate(*arguments, radius=9.0)
+
+
+def test_robots_that_find_no_place() -> None:
+    with pytest.raises(InputError, match="find no place"):
+        generate("random", 64, radius=40.0)
+
+
+@pytest.mark.parametrize(
+    ("robots", "what"),
+    [
+        ({"count": 4}, "neither in one form nor in the other"),
+        ({"count": 4, "arrangement": "circle", "positions": [[1, 1], [20, 20]]}, "neither in one form"),
+        ({"count": 4, "arrangement": "circle", "radius": 0.0}, "greater than 0"),
+        ({"count": 4, "arrangement": "circle", "acceleration": 0.0}, "greater than 0"),
+        ({"positions": [[10, 10], [12, 12]], "targets": [[10, 10], [30, 30]]}, "start in collision"),
+        ({"positions": [[10, 10], [312, 12]], "targets": [[10, 10], [30, 30]]}, "outside of the arena"),
+        ({"count": True, "arrangement": "circle"}, "valid integer"),
+    ],
+)
+def test_robots_of_a_workload_are_checked(robots: dict[str, Any], what: str) -> None:
+    with pytest.raises(ValidationError) as raised:
+        RobotsWorkload.model_validate({"robots": robots})
+    assert what in str(raised.value)
+
+
+def test_robots_of_a_workload_become_the_problem() -> None:
+    drawn = RobotsWorkload.model_validate({"robots": {"count": 4, "arrangement": "crossing", "seed": 7}})
+    assert drawn.problem().digest == generate("crossing", 4, seed=7).digest
+    named = {"positions": GOOD.tolist(), "targets": FAR.tolist()}
+    assert RobotsWorkload.model_validate({"robots": named}).problem().count == 2
+
+
+@pytest.mark.parametrize(
+    ("parameters", "key", "what"),
+    [
+        ({"width": 12}, "width", "15 bits or more"),
+        ({"directions": 16}, "directions", "24 directions or more"),
+        ({"speeds": 2}, "speeds", "3 speeds or more"),
+    ],
+)
+def test_arrays_too_coarse_and_words_too_narrow(parameters: dict[str, Any], key: str, what: str) -> None:
+    problem = generate("circle", 4, seed=1)
+    fault = PLANNER.check(problem, AvoidParameters(**parameters))
+    assert fault is not None
+    assert fault[0] == key
+    assert what in fault[1]
+    with pytest.raises(InputError, match=what):
+        avoid(problem, AvoidParameters(**parameters))
+    said = int(what.split(maxsplit=1)[0])
+    assert PLANNER.check(problem, AvoidParameters(**{key: said})) is None
+
+
+def test_the_least_width_is_the_least() -> None:
+    problem, parameters = generate("circle", 2), AvoidParameters()
+    least = least_width(problem, parameters)
+    assert least == 15
+    fixed(problem, parameters, least)
+    with pytest.raises(InputError, match="14 bits"):
+        fixed(problem, parameters, least - 1)
+
+
+@pytest.mark.parametrize("step", ["0 s", "10 ns", "1000 s", "fast", "100"])
+def test_time_steps_that_are_none(step: str) -> None:
+    with pytest.raises(ValidationError):
+        AvoidParameters(time_step=step)
+
+
+def test_a_value_that_leaves_its_word_ends_the_run() -> None:
+    """A robot that is driven off by a gain too large is told of, with the quantity, and never wraps."""
+    problem = generate("circle", 8)
+    wild = AvoidParameters(gains=Gains(proportional=2.0, integral=1.0, derivative=1.0))
+    with pytest.raises(RunError) as raised:
+        avoid(problem, wild)
+    assert "left its words of 16 bits" in raised.value.what
+    assert plain.run(fixed(problem, wild), problem, wild).overflow
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.floats(1e-3, 4096.0), st.integers(8, 24))
+def test_formats_hold_their_greatest_value_and_no_bit_less(greatest: float, width: int) -> None:
+    bits = fraction_bits(greatest, width)
+    limit = 2 ** (width - 1)
+    assert round(math.ldexp(greatest, bits)) < limit
+    assert round(math.ldexp(greatest, bits + 1)) >= limit
