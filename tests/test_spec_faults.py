@@ -126,7 +126,7 @@ PLATFORM_MISTAKES = [
     ),
     (
         ("clock: 2 GHz", "clock: 2e9"),
-        "p.yaml:7:12: components.host.clock: 2000000000.0 has no unit\n"
+        "p.yaml:7:12: components.host.clock: 2e9 has no unit\n"
         "  hint: write a number and a unit, such as 150 MHz",
     ),
     (
@@ -223,6 +223,28 @@ def test_the_wrong_kind_of_file(tmp_path: Path) -> None:
         (
             ("iterations: 6", "iterations: 6.0"),
             "w.yaml:11:17: mapping.relax.iterations: 6.0 is not a whole number\n  hint: write 6",
+        ),
+        (
+            ("iterations: 6", "iterations: 1e6"),
+            "w.yaml:11:17: mapping.relax.iterations: 1e6 is not a whole number\n  hint: write 1000000",
+        ),
+        (
+            ("iterations: 6", "iterations: "),
+            "w.yaml:11:16: mapping.relax.iterations: an empty value is not a whole number\n"
+            "  hint: write a whole number",
+        ),
+        (
+            ("{generate: rooms, rows: 40, columns: 60, room: [8, 8]}", "{file: }"),
+            "w.yaml:5:14: problem.map.file: names no file\n"
+            "  hint: write the path of a map; the path is relative to this workload file",
+        ),
+        (
+            ("{generate: rooms, rows: 40, columns: 60, room: [8, 8]}", "{file: 3}"),
+            "w.yaml:5:15: problem.map.file: 3 is not text\n  hint: quote it",
+        ),
+        (
+            ("[[4, 10]]", "[[.nan, 10]]"),
+            "w.yaml:6:12: problem.goals[0][0]: .nan is not a finite number\n  hint: write a finite number",
         ),
         (
             ("iterations: 6", "iterations: true"),
@@ -407,6 +429,31 @@ def test_all_faults_come_at_once_in_file_order(faults: Callable[..., str]) -> No
         "w.yaml:5:32",
         "w.yaml:11:17",
         "w.yaml:17:18",
+    ]
+
+
+def test_faults_of_yaml_and_of_the_schema_come_together(faults: Callable[..., str]) -> None:
+    text = faults(
+        WORKLOAD,
+        ("name: mine", "name: mine\nname: mine\non: yes"),
+        ("planner:", "planer:"),
+        ("map: {", "map: &map {"),
+        ("room: [8, 8]", "room: [8, 8], door: 0"),
+        ("goals: [[4, 10]]", "gaols: &goals 3\n  starts: *goals"),
+        ("step: 8", "step: !!int 8"),
+    )
+    assert [line.split(": ")[:3:2] for line in text.splitlines() if line.startswith("w.yaml")] == [
+        ["w.yaml:1:1", "missing"],
+        ["w.yaml:3:1", "key given twice, first at 2:1"],
+        ["w.yaml:4:1", "unknown key"],
+        ["w.yaml:5:1", "unknown key"],
+        ["w.yaml:7:3", "missing"],
+        ["w.yaml:7:8", "anchor &map"],
+        ["w.yaml:7:74", "0 is out of bounds"],
+        ["w.yaml:8:3", "unknown key"],
+        ["w.yaml:8:10", "anchor &goals"],
+        ["w.yaml:9:11", "alias *goals"],
+        ["w.yaml:15:32", "tag tag:yaml.org,2002:int"],
     ]
 
 

@@ -5,7 +5,8 @@ in ``scalars``: ``on``, ``12:30:00`` and ``2001-01-01`` are text, ``1e6`` is a n
 Refused too, because each is more often a slip or an attack than meant: duplicate keys, keys that are no text,
 anchors, aliases, merge keys, tags, directives, a second document, control characters.
 
-A faulty value does not stop the reading: only broken syntax does.
+What is refused does not stop the reading, so that all faults of a file come at once: only broken syntax does, and
+what is out of bounds.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ class Document:
     - ``file``: as the user would name it. ``folder``: what relative paths in it start from.
     - ``tree``: dicts with text keys, lists, and scalars (text, int, float, bool, None).
     - ``keys``, ``values``: the place of each key and of each value by its path; the root is ``()``.
-    - ``faults``: values that could not be taken as they stand, with the rest of the file intact.
+    - ``faults``: what could not be taken as it stands, with the rest of the file intact.
+    - ``spoilt``: places in the tree where something else stands than what was meant.
     - ``moved``: where values come from that stand in the tree but not in the file, by path (``--set relax.block``).
     """
 
@@ -54,6 +56,7 @@ class Document:
     keys: dict[KeyPath, Mark] = field(default_factory=dict)
     values: dict[KeyPath, Mark] = field(default_factory=dict)
     faults: tuple[Fault, ...] = ()
+    spoilt: frozenset[Mark] = frozenset()
     moved: dict[KeyPath, str] = field(default_factory=dict)
 
     def value_mark(self, path: KeyPath) -> Mark:
@@ -121,12 +124,15 @@ def parse_document(content: bytes, file: str, folder: Path) -> Document:
         mark = error.problem_mark or error.context_mark
         place = (mark.line + 1, mark.column + 1) if mark else (0, 0)
         problem = clip(", ".join(part for part in (error.context, error.problem) if part), 160)
-        raise SpecError([Fault(file, *place, "", f"not YAML: {problem}", _syntax_hint(problem))]) from None
+        fault = Fault(file, *place, "", f"not YAML: {problem}", _syntax_hint(problem))
+        raise SpecError([*reader.faults, fault]) from None
     except (yaml.YAMLError, ValueError, OverflowError):
         # PyYAML lets the error of chr() out for an escape past the last character of Unicode.
-        line = reader.last_line
-        raise SpecError([Fault(file, line, 1, "", "not YAML: an escape of no character")]) from None
-    return Document(file, folder, tree, reader.keys, reader.values, tuple(reader.faults))
+        fault = Fault(file, reader.last_line, 1, "", "not YAML: an escape of no character")
+        raise SpecError([*reader.faults, fault]) from None
+    return Document(
+        file, folder, tree, reader.keys, reader.values, tuple(reader.faults), frozenset(reader.spoilt)
+    )
 
 
 def _decode(content: bytes, file: str) -> str:
@@ -176,6 +182,7 @@ class _Reader:
         self.keys: dict[KeyPath, Mark] = {}
         self.values: dict[KeyPath, Mark] = {}
         self.faults: list[Fault] = []
+        self.spoilt: set[Mark] = set()
         self.last_line = 1
         self._nodes = 0
         self._root: Any = None
@@ -190,9 +197,10 @@ class _Reader:
             if isinstance(event, yaml.DocumentStartEvent):
                 documents += 1
                 if documents > 1:
-                    self._stop(event, "a second document", "one file holds one document")
+                    self._fault(event, (), "a second document", "one file holds one document")
+                    break
                 if event.version or event.tags:
-                    self._stop(event, "a YAML directive", "remove the line that starts with %")
+                    self._fault(event, (), "a YAML directive", "remove the line that starts with %")
             elif isinstance(event, yaml.NodeEvent):
                 self._node(event)
             elif isinstance(event, yaml.CollectionEndEvent):
@@ -203,16 +211,17 @@ class _Reader:
         return self._root
 
     def _node(self, event: Any) -> None:
-        self._refuse_references(event)
         self._nodes += 1
         if self._nodes > MAX_NODES:
             self._stop(event, f"more than {MAX_NODES:,} values", "a spec holds a few hundred")
         if self._open and isinstance(self._open[-1][1], dict) and self._key[-1] is None:
+            self._refuse_references(event, self._open[-1][0])
             self._take_key(event)
             return
         path = self._next_path()
+        self._refuse_references(event, path)
         self.values[path] = _mark(event)
-        if isinstance(event, yaml.ScalarEvent):
+        if isinstance(event, yaml.ScalarEvent | yaml.AliasEvent):
             self._place_value(path, self._scalar(event, path))
             return
         container: dict[str, Any] | list[Any] = {} if isinstance(event, yaml.MappingStartEvent) else []
@@ -222,24 +231,28 @@ class _Reader:
         if len(self._open) > MAX_DEPTH:
             self._stop(event, f"nested more than {MAX_DEPTH} deep")
 
-    def _refuse_references(self, event: Any) -> None:
+    def _refuse_references(self, event: Any, path: KeyPath) -> None:
+        name = clip(str(event.anchor))
         if isinstance(event, yaml.AliasEvent):
-            self._stop(
-                event, f"alias *{clip(str(event.anchor))}", "write the value out: aliases are not read"
-            )
+            self._fault(event, path, f"alias *{name}", "write the value out: aliases are not read")
+            return
         if event.anchor is not None:
-            self._stop(event, f"anchor &{clip(str(event.anchor))}", "remove it: anchors are not read")
+            what, hint = f"anchor &{name}", "remove it: anchors are not read"
+            self._fault(event, path, what, hint, spoils=False)
         if event.tag is not None:
-            self._stop(event, f"tag {clip(str(event.tag))}", "remove it; quote what is meant as text")
+            what, hint = f"tag {clip(str(event.tag))}", "remove it; quote what is meant as text"
+            self._fault(event, path, what, hint)
 
     def _take_key(self, event: Any) -> None:
         path, mapping = self._open[-1]
-        if not isinstance(event, yaml.ScalarEvent):
+        if isinstance(event, yaml.CollectionStartEvent):
             self._stop(event, "a key that is a list or a mapping", "a key is text")
-        key: str = event.value
-        if event.style is None and key == "<<":
-            self._stop(event, "merge key <<", "write the keys out: merge keys are not read")
-        if event.style is None and (refusal(key) or not isinstance(resolve(key), str)):
+        is_alias = isinstance(event, yaml.AliasEvent)
+        key: str = f"*{event.anchor}" if is_alias else event.value
+        plain = not is_alias and event.style is None
+        if plain and key == "<<":
+            self._fault(event, path, "merge key <<", "write the keys out: merge keys are not read")
+        elif plain and (refusal(key) or not isinstance(resolve(key), str)):
             shown = clip(key)
             self._fault(event, path, f"key {shown!r} is not text", f'quote it: "{shown}"')
         if _CONTROL.search(key):
@@ -248,7 +261,7 @@ class _Reader:
         if key in mapping:
             line, column = self.keys[inner]
             what = f"key given twice, first at {line}:{column}"
-            self._fault(event, inner, what, "remove one of them")
+            self._fault(event, inner, what, "remove one of them", spoils=False)
         self.keys[inner] = _mark(event)
         self._key[-1] = key
 
@@ -272,6 +285,8 @@ class _Reader:
             self._key[-1] = None
 
     def _scalar(self, event: Any, path: KeyPath) -> Any:
+        if isinstance(event, yaml.AliasEvent):
+            return None
         text, plain = event.value, event.style is None
         wrong = refusal(text) if plain else None
         if _CONTROL.search(text):
@@ -281,8 +296,10 @@ class _Reader:
             return text
         return resolve(text) if plain else text
 
-    def _fault(self, event: Any, path: KeyPath, what: str, hint: str | None) -> None:
+    def _fault(self, event: Any, path: KeyPath, what: str, hint: str | None, *, spoils: bool = True) -> None:
         self.faults.append(Fault(self.file, *_mark(event), dotted(path), what, hint))
+        if spoils:
+            self.spoilt.add(_mark(event))
         if len(self.faults) >= MAX_FAULTS:
             raise SpecError(self.faults)
 

@@ -116,6 +116,13 @@ class FileMap(SpecModel):
         """Where the map lies, seen from the current folder."""
         return self._path
 
+    @field_validator("file", mode="before")
+    @classmethod
+    def _names_a_file(cls, value: Any) -> Any:
+        if value is None or value == "":
+            raise RefusalError("names no file", f"write the path of a map; {_RELATIVE}")
+        return value
+
     @model_validator(mode="after")
     def _must_be_a_file(self, info: ValidationInfo) -> Self:
         document = (info.context or {}).get("document")
@@ -130,14 +137,16 @@ class FileMap(SpecModel):
         return self
 
 
+_RELATIVE = "the path is relative to this workload file"
+
+
 def _near(path: Path, written: str) -> str:
-    relative = "the path is relative to this workload file"
     try:
         names = [entry.name for entry in path.parent.iterdir()][:1000]
     except (OSError, ValueError):
-        return relative
+        return _RELATIVE
     near = difflib.get_close_matches(path.name, names, n=1)
-    return f"did you mean {Path(written).with_name(near[0])}? {relative}" if near else relative
+    return f"did you mean {Path(written).with_name(near[0])}? {_RELATIVE}" if near else _RELATIVE
 
 
 MAPS: dict[str, type[GeneratedMap]] = {

@@ -4,11 +4,25 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Self
 
 MAX_NUMBER = 40
 """Characters of a number: enough for any exact quantity, too few to choke on."""
 
 Scalar = str | int | float | bool | None
+
+
+class WrittenFloat(float):
+    """A number that keeps its ``text``, so that ``1e6`` is not told to have been 1000000.0."""
+
+    text: str
+
+    def __new__(cls, value: float, text: str = "") -> Self:
+        """The number ``value``, written as ``text``."""
+        made = super().__new__(cls, value)
+        made.text = text
+        return made
+
 
 _INTEGER = re.compile(r"[-+]?(?:0|[1-9][0-9]*)")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|(?:0|[1-9][0-9]*)(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?")
@@ -39,7 +53,7 @@ def refusal(text: str) -> tuple[str, str] | None:
     if _OTHER_BASE.fullmatch(text):
         return f"{shown} is not a decimal number", "write it in decimal, or quote it as text"
     if _NON_FINITE.fullmatch(text):
-        return f"{shown} is not a finite number", "leave the key out, or quote it as text"
+        return f"{shown} is not a finite number", "write a finite number"
     if _is_number(text) and (len(text) > MAX_NUMBER or math.isinf(float(text))):
         return f"{shown} is too long or too large for a number", "write a smaller one, or quote it as text"
     return None
@@ -55,7 +69,7 @@ def resolve(text: str) -> Scalar:
         return _CONSTANTS[text]
     if not _is_number(text):
         return text
-    return int(text) if _INTEGER.fullmatch(text) else float(text)
+    return int(text) if _INTEGER.fullmatch(text) else WrittenFloat(float(text), text)
 
 
 def _is_number(text: str) -> bool:
@@ -68,9 +82,15 @@ def clip(text: str, most: int = 80) -> str:
 
 
 def show(value: object) -> str:
-    """A value of a tree as the user wrote it, as far as that can be told, cut to what fits on a line."""
+    """A value of a tree as the user wrote it, as far as that can be told, cut to what fits on a line.
+
+    >>> [show(resolve(text)) for text in ("1e6", "7", "true", "seven", "")]
+    ['1e6', '7', 'true', "'seven'", 'an empty value']
+    """
     if value is None:
-        return "nothing"
+        return "an empty value"
+    if isinstance(value, WrittenFloat):
+        return value.text
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, dict):

@@ -40,17 +40,18 @@ def validate(
         made = model.model_validate(document.tree, context=context)
     except ValidationError as error:
         found = translate(error, document)
-    faults = merge(document.faults, [*found, *(also(document, context) if also else ())])
+    faults = merge(document, [*found, *(also(document, context) if also else ())])
     if faults or made is None:
         raise SpecError(faults)
     return made
 
 
-def merge(read: Iterable[Fault], validated: Iterable[Fault]) -> list[Fault]:
-    """Faults of reading and of validating; where reading failed, what validating says is noise."""
-    faults = list(read)
-    taken = {(fault.line, fault.column) for fault in faults}
-    faults += [fault for fault in validated if (fault.line, fault.column) not in taken]
+def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
+    """Faults of reading and of validating; what validating says of places that reading spoilt is noise."""
+    faults = [
+        *document.faults,
+        *(fault for fault in validated if (fault.line, fault.column) not in document.spoilt),
+    ]
     faults.sort(key=lambda fault: (fault.line, fault.column))
     if len(faults) > MAX_FAULTS:
         more = f"and {len(faults) - MAX_FAULTS} more faults"
@@ -205,7 +206,7 @@ def _explain(line: _Line) -> tuple[str, str | None]:
             return explain(line, shown)
     expected = context.get("expected") if line.type == "union" else _kind(line)
     if expected:
-        return f"{shown} is not {expected}", _type_hint(line)
+        return f"{shown} is not {expected}", f"write {expected}" if line.value is None else _type_hint(line)
     message = line.message.removeprefix("Value error, ")
     # The parser's place and key say which list or mapping; a validator's own words say the rest.
     return message if isinstance(line.value, list | dict) else f"{shown}: {message}", None
