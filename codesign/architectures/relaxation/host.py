@@ -33,7 +33,7 @@ from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
 from codesign.records import StageRecord
 from codesign.spec.part import Part
 
-BATCHES = 64
+BATCHES = 16
 """With somebody listening, iterations are told in at most so many batches."""
 
 DOUBLE_BITS = 52

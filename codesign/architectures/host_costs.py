@@ -1,0 +1,146 @@
+"""What this machine needs for one unit of each kernel: the costs of a processor, measured.
+
+The kernels are those of the planners, as they are compiled here: a platform with these costs predicts this package on
+this machine. Costs of other hosts stand in ``platforms/`` with their sources. ``relaxation_node_update`` is that of the
+vectorised sweeps; a plain loop takes seven times as long (``codesign.architectures.relaxation.costs``).
+"""
+
+from __future__ import annotations
+
+import math
+import platform
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median, quantiles
+
+from codesign.errors import InputError
+from codesign.figures import Figure, Status
+
+LEAST_REPEATS = 5
+MOST_SECONDS = 600.0
+
+_SHORT, _LONG = 10, 300
+"""Iterations of the two relaxations whose difference is timed."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A way to time a kernel: ``run`` computes ``units`` units of it; ``without`` does all that goes beside them."""
+
+    units: int
+    run: Callable[[], object]
+    without: Callable[[], object] | None = None
+
+    def seconds(self) -> float:
+        """Seconds a unit, measured once."""
+        spent = _timed(self.run) - (0.0 if self.without is None else _timed(self.without))
+        return spent / self.units
+
+
+def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
+    """The cost of each kernel on this machine, s: the median of repeated runs, with their quartiles as the interval.
+
+    Args:
+        seconds: about how long to measure in all, compilation left out; every kernel is run ``LEAST_REPEATS`` times at
+            the least.
+
+    Raises:
+        InputError: ``seconds`` is not above 0, or above ten minutes.
+    """
+    number = not isinstance(seconds, bool) and isinstance(seconds, int | float)
+    if not (number and math.isfinite(seconds) and 0.0 < seconds <= MOST_SECONDS):
+        raise InputError(
+            f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}"
+        )
+    machine = describe_machine()
+    return {name: _measured(make(), seconds / len(PROBES), machine) for name, make in PROBES.items()}
+
+
+def describe_machine() -> str:
+    """The processor and what the kernels are compiled with, in a line."""
+    import numba
+
+    processor = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        lines = info.read_text(encoding="utf-8", errors="replace").splitlines()
+        processor = next(
+            (line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), processor
+        )
+    return f"{processor}, one core, Python {platform.python_version()}, numba {numba.__version__}"
+
+
+def _measured(probe: Probe, seconds: float, machine: str) -> Figure:
+    probe.seconds()  # compiles
+    found: list[float] = []
+    end = time.perf_counter() + seconds
+    while len(found) < LEAST_REPEATS or time.perf_counter() < end:
+        found.append(probe.seconds())
+    low, _, high = quantiles(found, n=4)
+    source = f"median of {len(found)} runs of {probe.units:,} units on {machine}"
+    return Figure(median(found), "s", Status.MEASURED, source, low, high)
+
+
+def _timed(run: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
+def _harmonic() -> Probe:
+    """Iterations over a maze as one block, at one precision, from zero until nothing changes."""
+    from codesign import maps
+    from codesign.planners.harmonic import Relaxation, relax
+
+    free = maps.maze(72, 132, corridor=6, seed=1).free
+
+    def run() -> Relaxation:
+        return relax(
+            free, [(3, 3)], block=free.shape, iterations=1 << 20, schedule=(31,), record_visits=False
+        )
+
+    return Probe(run().total_iterations * free.size, run)
+
+
+def _relaxation() -> Probe:
+    """Sweeps of SOR over rooms of the size of Saudi and Sulaiman's area."""
+    from codesign import maps
+    from codesign.planners.relaxation import solve
+
+    free = maps.rooms(270, 330, room=(64, 80), door=12, wall=3, seed=1).free
+
+    def sweeps(count: int) -> Callable[[], object]:
+        return lambda: solve(free, [(10, 10)], method="sor", max_iterations=count)
+
+    return Probe((_LONG - _SHORT) * free.size, sweeps(_LONG), sweeps(_SHORT))
+
+
+def _breadth_first() -> Probe:
+    """A search that pops every cell of a map without obstacles."""
+    import numpy as np
+
+    from codesign.planners.breadth_first import search
+
+    free = np.ones((500, 500), np.bool_)
+    return Probe(free.size, lambda: search(free, (0, 0), (499, 499)))
+
+
+def _wavefront() -> Probe:
+    """A wave over all of a map without obstacles."""
+    import numpy as np
+
+    from codesign.planners.wavefront import propagate
+
+    free = np.ones((256, 256), np.bool_)
+    return Probe(free.size, lambda: propagate(free, [(0, 0)]))
+
+
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "harmonic_node_update": _harmonic,
+    "relaxation_node_update": _relaxation,
+    "breadth_first_cell": _breadth_first,
+    "wavefront_cell": _wavefront,
+}
+"""How each kernel is timed, by the name that platforms give its cost."""
