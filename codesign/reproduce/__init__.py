@@ -4,13 +4,21 @@
 row that does not fit stays in the table with its error, and each row says whether a law was fitted to it.
 """
 
+from codesign.reproduce.dubey2013 import velocity_obstacle
 from codesign.reproduce.girau2008 import harmonic
-from codesign.reproduce.model import Plot, Reproduction, Row, Series, joined
+from codesign.reproduce.model import Plot, Reproduction, Row, Series, joined, reproduction_schema
 from codesign.reproduce.moeller1998 import wavefront
 from codesign.reproduce.plots import plot_svg, write_plots
+from codesign.reproduce.saudi2016 import relaxation
 from codesign.reproduce.vacariu2008 import breadth_first
 
-PAPERS = {"harmonic": harmonic, "breadth_first": breadth_first, "wavefront": wavefront}
+PAPERS = {
+    "harmonic": harmonic,
+    "breadth_first": breadth_first,
+    "wavefront": wavefront,
+    "velocity_obstacle": velocity_obstacle,
+    "relaxation": relaxation,
+}
 
 __all__ = [
     "PAPERS",
@@ -22,6 +30,9 @@ __all__ = [
     "harmonic",
     "joined",
     "plot_svg",
+    "reproduction_schema",
+    "relaxation",
+    "velocity_obstacle",
     "wavefront",
     "write_plots",
 ]

@@ -1,0 +1,108 @@
+"""Every shipped workload on the platform it was made for, and the commands that look across planners."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import yaml
+from click.testing import Result
+
+from codesign.spec import list_workloads
+
+Run = Callable[..., Result]
+
+PLATFORMS = {
+    "labyrinth": "virtex4-pci",
+    "breadth-first": "virtex2pro",
+    "breadth-first-java": "pentium4-java",
+    "breadth-first-large": "virtex2pro",
+    "wavefront-rooms": "wavefront-array",
+    "wavefront-tiles": "virtex4-pci",
+    "floor-plan": "pc-3400mhz",
+    "floor-plan-mam": "pc-3400mhz",
+    "robots-2": "nexys2",
+    "robots-4": "nexys2",
+    "robots-8": "nexys2",
+}
+
+
+def test_every_workload_has_its_platform() -> None:
+    assert set(PLATFORMS) == set(list_workloads())
+
+
+@pytest.mark.parametrize("workload", PLATFORMS)
+def test_every_workload_runs_traces_and_reports(hwsw: Run, tmp_path: Path, workload: str) -> None:
+    platform, trace, page = PLATFORMS[workload], tmp_path / "run.mcap", tmp_path / "run.html"
+    result = hwsw("run", platform, workload, "--json", "--trace", trace, "--html", page)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.stdout)
+    assert told["time"]["first_plan_ps"] >= told["time"]["planned_ps"] > 0
+    assert told["quality"] is not None
+    assert told["energy"]["total_j"] > 0
+    shown = hwsw("trace", "show", trace, "--json", "--limit", 100_000)
+    assert shown.exit_code == 0
+    told_of = {json.loads(line)["what"].split()[0] for line in shown.stdout.splitlines()}
+    assert {"map", "trajectory"} <= told_of
+    assert page.stat().st_size > 3000
+
+
+def test_compare_puts_designs_of_four_planners_side_by_side(hwsw: Run) -> None:
+    result = hwsw("compare", "--json")
+    assert result.exit_code == 0, result.output
+    results = json.loads(result.stdout)
+    assert {each["planner"] for each in results.values()} == {
+        "harmonic",
+        "wavefront",
+        "breadth_first",
+        "relaxation",
+    }
+    assert all(each["feasible"] for each in results.values())
+    shortest = results["virtex4-pci:wavefront-tiles"]["quality"]["path_length_ratio_mean"]
+    assert shortest < results["virtex2pro:breadth-first"]["quality"]["path_length_ratio_mean"]
+
+
+def test_compare_takes_a_map_and_refuses_half_a_problem(hwsw: Run, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("\n".join(["." * 60] * 40) + "\n", encoding="utf-8")
+    half = hwsw("compare", "virtex2pro:breadth-first", "--map", tmp_path / "map.txt")
+    assert half.exit_code == 2
+    assert "--goal" in half.output
+    whole = hwsw(
+        "compare",
+        "virtex2pro:breadth-first",
+        "--map",
+        tmp_path / "map.txt",
+        "--goal",
+        "2,3",
+        "--start",
+        "30,50",
+    )
+    assert whole.exit_code == 0, whole.output
+    assert hwsw("compare", "nexys2:robots-4").exit_code == 2
+    assert hwsw("compare", "labyrinth").exit_code == 2
+
+
+def test_calibrate_prints_costs_that_a_platform_takes(hwsw: Run, tmp_path: Path) -> None:
+    result = hwsw("calibrate", "host", "--seconds", "0.2")
+    assert result.exit_code == 0, result.output
+    costs = yaml.safe_load(result.stdout)["costs"]
+    assert {"harmonic_node_update", "relaxation_node_update", "breadth_first_cell", "wavefront_cell"} <= set(
+        costs
+    )
+    head = "kind: platform\nname: here\ncomponents:\n  host:\n    type: processor\n    clock: 3 GHz\n"
+    indented = "".join(f"    {line}\n" for line in result.stdout.splitlines())
+    (tmp_path / "here.yaml").write_text(
+        f"{head}    power: {{busy: 20 W, idle: 5 W}}\n{indented}", encoding="utf-8"
+    )
+    assert hwsw("check", tmp_path / "here.yaml").exit_code == 0
+    assert hwsw("calibrate", "host", "--seconds", "nan").exit_code == 2
+
+
+def test_reproduce_runs_every_paper(hwsw: Run, tmp_path: Path) -> None:
+    result = hwsw("reproduce", "--quick", "--json")
+    assert result.exit_code == 0, result.output
+    rows = json.loads(result.stdout)["rows"]
+    for author in ("Girau", "Vacariu", "Möller", "Dubey", "Saudi"):
+        assert any(row["table"].startswith(author) for row in rows), author
