@@ -7,7 +7,7 @@ Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 1
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 EXIT_DONE = 0
@@ -114,3 +114,18 @@ def choose_hint(word: str, accepted: Iterable[str]) -> str:
     listed = f"accepted: {', '.join(words)}"
     near = nearest(word, words)
     return f"did you mean {near}? {listed}" if near else listed
+
+
+def outside_map(cell: Sequence[int], shape: Sequence[int], name: str = "cell") -> tuple[str, str]:
+    """What is wrong with a cell that no map of this shape has, and the remedy.
+
+    >>> outside_map((40, 0), (40, 60), "goal")
+    ('goal (40, 0) is outside of the map of 40 × 60 cells', '(row, column) from (0, 0) to (39, 59)')
+    """
+    here, first, last = (
+        f"({', '.join(str(int(part)) for part in place)})"
+        for place in (cell, [0] * len(shape), [side - 1 for side in shape])
+    )
+    axes = "(row, column) " if len(shape) == 2 else ""
+    sides = " × ".join(str(side) for side in shape)
+    return f"{name} {here} is outside of the map of {sides} cells", f"{axes}from {first} to {last}"

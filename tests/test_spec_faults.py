@@ -301,8 +301,8 @@ def test_the_wrong_kind_of_file(tmp_path: Path) -> None:
         ),
         (
             ("goals: [[4, 10]]", "goals: [[4, 10], [40, 0], [4, 10]]"),
-            "w.yaml:6:20: problem.goals[1]: [40, 0] is outside of the map of 40 x 60 cells\n"
-            "  hint: [row, column] from [0, 0] to [39, 59]\n"
+            "w.yaml:6:20: problem.goals[1]: cell (40, 0) is outside of the map of 40 × 60 cells\n"
+            "  hint: (row, column) from (0, 0) to (39, 59)\n"
             "w.yaml:6:29: problem.goals[2]: [4, 10] is named twice\n  hint: name it once",
         ),
         (
@@ -327,7 +327,7 @@ def test_the_wrong_kind_of_file(tmp_path: Path) -> None:
         ),
         (
             ("rows: 40, columns: 60", "rows: 40000, columns: 60000"),
-            "w.yaml:5:8: problem.map: a map of 40000 x 60000 cells is too large\n  hint: at most 16,777,216 cells",
+            "w.yaml:5:8: problem.map: a map of 40000 × 60000 cells is too large\n  hint: at most 16,777,216 cells",
         ),
         (
             ("relax.block: [[20, 30], [10, 15]]", "relax.block: [[20, 30], [10, a], [20, 30]]"),

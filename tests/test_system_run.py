@@ -127,7 +127,12 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
     ("old", "new", "place", "words"),
     [
         ("goals: [[2, 2]]", "goals: [[11, 3]]", "6:11", "on an obstacle"),
-        ("goals: [[2, 2]]", "goals: [[2, 2], [90, 1]]", "6:19", "outside of the map"),
+        (
+            "goals: [[2, 2]]",
+            "goals: [[2, 2], [90, 1]]",
+            "6:19",
+            "cell (90, 1) is outside of the map of 24 × 36",
+        ),
         ("starts: {count: 12, seed: 1}", "starts: [[11, 3]]", "7:12", "on an obstacle"),
         (
             "block: [12, 18], iter",

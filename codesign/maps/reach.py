@@ -13,7 +13,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import MapError
+from codesign.errors import MapError, outside_map
 from codesign.maps.grid import Cell, as_free
 
 
@@ -58,10 +58,11 @@ def check_cells(
         inside = 0 <= row < rows and 0 <= column < columns
         if inside and free[row, column]:
             continue
-        fault = "on an obstacle" if inside else f"outside of the map of {rows} × {columns} cells"
         near = nearest_free(free, (row, column))
         hint = f"nearest free cell {near}" if near else "the map has no free cell at all"
-        raise MapError(f"{name} ({row}, {column}) is {fault}", where, hint)
+        if not inside:
+            raise MapError(outside_map((row, column), free.shape, name)[0], where, hint)
+        raise MapError(f"{name} ({row}, {column}) is on an obstacle", where, hint)
     return np.array(pairs, dtype=np.int64)
 
 

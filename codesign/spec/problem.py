@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, WrapValidator, field_validator, model_validator
 
+from codesign.errors import outside_map
 from codesign.spec.fields import Cell
 from codesign.spec.model import RefusalError, SpecModel, choice, raise_all, refusal_details
 from codesign.spec.scalars import clip, show
@@ -32,7 +33,7 @@ class GeneratedMap(SpecModel):
         rows, columns = self.shape
         if rows * columns > MAX_CELLS:
             raise RefusalError(
-                f"a map of {rows} x {columns} cells is too large", f"at most {MAX_CELLS:,} cells"
+                f"a map of {rows} × {columns} cells is too large", f"at most {MAX_CELLS:,} cells"
             )
         return self
 
@@ -224,9 +225,7 @@ class ProblemSpec(SpecModel):
                 refusal = RefusalError(f"{list(cell)} is named twice", "name it once")
                 found.append(refusal_details(refusal, (index,)))
             elif shape and not (cell[0] < shape[0] and cell[1] < shape[1]):
-                what = f"{list(cell)} is outside of the map of {shape[0]} x {shape[1]} cells"
-                hint = f"[row, column] from [0, 0] to [{shape[0] - 1}, {shape[1] - 1}]"
-                found.append(refusal_details(RefusalError(what, hint), (index,)))
+                found.append(refusal_details(RefusalError(*outside_map(cell, shape)), (index,)))
             seen.add(cell)
         raise_all("ProblemSpec", found)
         return value

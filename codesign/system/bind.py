@@ -15,7 +15,7 @@ from pydantic import BaseModel
 
 from codesign import maps
 from codesign.architectures.interface import Architecture
-from codesign.errors import Fault, MapError, SpecError, choose_hint
+from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
@@ -170,10 +170,7 @@ def _cell_faults(
     for index, (row, column) in enumerate(cells):
         path = ("problem", name, index)
         if not (0 <= row < grid.rows and 0 <= column < grid.columns):
-            text = f"cell ({row}, {column}) is outside of the map of {grid.rows} × {grid.columns} cells"
-            faults.append(
-                fault(workload, path, text, "cells are (row, column), counted from 0, row 0 at the top")
-            )
+            faults.append(fault(workload, path, *outside_map((row, column), grid.shape)))
         elif not grid.free[row, column]:
             near = maps.nearest_free(grid.free, (row, column))
             hint = f"the nearest free cell is {near}" if near is not None else "no cell of the map is free"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError, choose_hint
+from codesign.errors import InputError, MapError, choose_hint, outside_map
 from codesign.planners.harmonic.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.parameters import MAX_PRECISION, Termination
 
@@ -125,11 +125,8 @@ def _check_goals(goals: Any, free: NDArray[np.bool_]) -> tuple[tuple[int, int], 
             raise MapError(f"goal {goal!r} is not a (row, column) pair", "goals")
         row, column = (_whole_number(index, "goals") for index in goal)
         if not (0 <= row < rows and 0 <= column < columns):
-            raise MapError(
-                f"goal ({row}, {column}) is outside the map of {rows} × {columns} cells",
-                "goals",
-                "goals are (row, column), counted from 0",
-            )
+            what, hint = outside_map((row, column), free.shape, "goal")
+            raise MapError(what, "goals", hint)
         if not free[row, column]:
             raise MapError(
                 f"goal ({row}, {column}) is on an obstacle", "goals", "move the goal to a free cell"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError
+from codesign.errors import InputError, outside_map
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
 """North, east, south, west, then the diagonals: the order in which the first of equal neighbours is taken."""
@@ -125,8 +125,8 @@ class Search:
             raise InputError(f"start {start!r:.80} is not a cell", "start", "give (row, column)") from None
         rows, columns = self.free.shape
         if not (0 <= row < rows and 0 <= column < columns):
-            what = f"start ({row}, {column}) is outside of the map of {rows} × {columns} cells"
-            raise InputError(what, "start", "move it to a free cell")
+            what, hint = outside_map((row, column), self.free.shape, "start")
+            raise InputError(what, "start", hint)
         if not self.free[row, column]:
             raise InputError(f"start ({row}, {column}) is on an obstacle", "start", "move it to a free cell")
         return row, column

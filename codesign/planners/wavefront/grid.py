@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import InputError, MapError
+from codesign.errors import InputError, MapError, outside_map
 
 UNREACHED = -1
 """The potential of a cell that the wave did not reach before it ended, and of every obstacle."""
@@ -183,7 +183,8 @@ def check_cells(cells: Any, free: NDArray[np.bool_], name: str) -> NDArray[np.in
         if len(cell) != free.ndim:
             raise MapError(f"{cell} is not a cell of a map of {sides}", name)
         if not all(0 <= part < side for part, side in zip(cell, free.shape, strict=True)):
-            raise MapError(f"cell {cell} is outside of the map of {sides} cells", name)
+            what, hint = outside_map(cell, free.shape)
+            raise MapError(what, name, hint)
         if not free[cell]:
             raise MapError(f"cell {cell} is on an obstacle", name, "move it to a free cell")
     return np.array(found, np.int64)
