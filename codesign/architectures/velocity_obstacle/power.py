@@ -1,7 +1,7 @@
 """Power: P = P0 + q · √n, with a q for each style, fitted to Table III with 2 and 4 robots, held against 8.
 
-Six rows fix four numbers. The form was chosen among log₂ n, √n, ∛n and n by its residual on those six rows alone;
-the two rows with 8 robots were looked at afterwards. P0 is what does not depend on style or robots: mostly the
+Six rows fix four numbers. The form is chosen among log₂ n, √n, ∛n and n by its residual on those six rows; the list
+of forms was drawn up with the whole table in view. P0 is what does not depend on style or robots: mostly the
 part's leakage. It is booked as static power, the rest as dynamic, in proportion to the clock. The interval is twice
 the worst miss on the rows held out, and grows with the distance from the rows beyond 8 robots.
 """
@@ -21,7 +21,7 @@ FITTED_ROBOTS = (2, 4)
 FORMS: dict[str, Callable[[float], float]] = {
     "log2 n": math.log2,
     "√n": math.sqrt,
-    "∛n": math.cbrt if hasattr(math, "cbrt") else lambda n: n ** (1.0 / 3.0),
+    "∛n": math.cbrt,
     "n": float,
 }
 """Forms that were tried for the growth with the number of robots."""

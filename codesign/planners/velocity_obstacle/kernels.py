@@ -47,6 +47,11 @@ def _rescale(product: Any, shift: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
+def _fits(value: Any, limit: Any) -> Any:
+    return -limit <= value < limit
+
+
+@njit(cache=True, nogil=True)
 def _wide_product(a: Any, b: Any) -> Any:
     """The high and the low word of a · b, all uint64."""
     a_low, a_high, b_low, b_high = a & _LOW, a >> _HALF, b & _LOW, b >> _HALF
@@ -127,8 +132,11 @@ def _choose(
             )
             own_x = 2 * new_x - vx if half else new_x
             own_y = 2 * new_y - vy if half else new_y
-            safe = True
+            # A trial that leaves its word is refused, as by the overflow bit of the unit.
+            safe = _fits(there_x, constants[LIMIT]) and _fits(there_y, constants[LIMIT])
             for other in range(len(position)):
+                if not safe:
+                    break
                 if other != robot and on_course(
                     there_x - stepped[other, 0],
                     there_y - stepped[other, 1],
@@ -138,7 +146,6 @@ def _choose(
                     approaching,
                 ):
                     safe = False
-                    break
             if safe:
                 return speed * directions + direction, checks, trials, new_x, new_y
     return SELECT_BRAKE, checks, trials, vx, vy
@@ -177,11 +184,11 @@ def _move(
         )
         v += _rescale(a * constants[STEP], shifts[ACCELERATION_STEP])
         position[robot, axis], velocity[robot, axis] = r, v
-        if not -limit <= r < limit:
+        if not _fits(r, limit):
             outside = POSITION_OVERFLOW
-        else:
-            greatest = max(abs(v), abs(errors[robot, axis]), abs(wanted[robot, axis]))
-            if greatest >= limit and outside == 0:
+        elif outside == 0:
+            error, goal = errors[robot, axis], wanted[robot, axis]
+            if not (_fits(v, limit) and _fits(error, limit) and _fits(goal, limit)):
                 outside = VELOCITY_OVERFLOW
     return outside
 
@@ -224,6 +231,8 @@ def run(
             for axis in range(2):
                 moved = _rescale(velocity[robot, axis] * constants[STEP], shifts[VELOCITY_STEP])
                 stepped[robot, axis] = position[robot, axis] + moved
+                if not _fits(stepped[robot, axis], constants[LIMIT]) and overflow == 0:
+                    overflow, overflown = POSITION_OVERFLOW, robot
         for robot in range(count):
             candidate = SELECT_STAY
             if not arrived[robot]:
@@ -246,7 +255,7 @@ def run(
                     v = velocity[robot, axis]
                     wanted[robot, axis] = v - max(-constants[BRAKE], min(constants[BRAKE], v))
             candidates[number, robot] = candidate
-        overflow, still = 0, True
+        still = True
         for robot in range(count):
             outside = _move(robot, wanted, position, velocity, sums, errors, constants, shifts)
             if outside != 0 and overflow == 0:

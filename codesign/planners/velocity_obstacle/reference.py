@@ -125,7 +125,8 @@ def brake(numbers: Arithmetic, velocity: tuple[Number, Number]) -> tuple[Number,
 def choose(numbers: Arithmetic, robots: Sequence[Robot], index: int, parameters: AvoidParameters) -> Choice:
     """The velocity that robot ``index`` takes: the first achievable one with which all equations hold.
 
-    All robots are updated by one step first, the others as they move now, and the equations are verified there.
+    All robots are updated by one step first, the others as they move now, and the equations are verified there. A
+    trial whose position leaves its word is refused, as by the overflow bit of the unit.
     """
     robot = robots[index]
     if robot.arrived:
@@ -146,7 +147,7 @@ def choose(numbers: Arithmetic, robots: Sequence[Robot], index: int, parameters:
         trials += 1
         x, y = (numbers.rescale(one * numbers.inverse_step, "change_inverse_step") for one in change)
         position, velocity = pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
-        if not any(
+        if fits(numbers, *position) and not any(
             _on_course(numbers, robot.velocity, position, velocity, other, parameters) for other in others
         ):
             return Choice(candidate, velocity, checks, trials)
@@ -208,7 +209,9 @@ def update(
     for robot in robots:
         robot.arrived = robot.arrived or target_check(numbers, robot)
     choices = [choose(numbers, robots, index, parameters) for index in range(len(robots))]
-    overflow = False
+    overflow = not all(
+        fits(numbers, *pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))[0]) for robot in robots
+    )
     for robot, choice in zip(robots, choices, strict=True):
         acceleration, robot.error_sum, robot.last_error = pid(numbers, robot, choice.velocity)
         robot.position, robot.velocity = pos_vel_update(numbers, robot.position, robot.velocity, acceleration)
