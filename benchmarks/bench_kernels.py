@@ -4,17 +4,26 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from benchmarks.other_kernels import (
+    compiled_visits,
+    digits_of_32_bits,
+    node_by_node,
+    plane_by_plane,
+    visits,
+)
 from codesign.maps.generate import rooms
-from codesign.planners.harmonic import Field, Stage, StageEnd, kernels, relax, stage_cost
+from codesign.planners.harmonic import Field, Stage, StageEnd, relax
 from codesign.planners.harmonic.arguments import check_arguments
 from codesign.planners.harmonic.engine import Engine
 from codesign.planners.harmonic.layout import LANES, addresses, make_layout, make_state
+from codesign.planners.harmonic.visits import iterate
 
 CLOCK = 150e6
 GOAL = (20, 20)
@@ -49,7 +58,7 @@ def real_time(
 ) -> Any:
     """The whole run: simulated time is that of the iterations, p + 2 cycles each."""
     seconds, result = best_of(
-        3, lambda: relax(free, [GOAL], block=block, iterations=iterations, schedule=schedule)
+        7, lambda: relax(free, [GOAL], block=block, iterations=iterations, schedule=schedule)
     )
     blocks = -(-free.shape[0] // block[0]) * -(-free.shape[1] // block[1])
     bits = "..".join(str(p) for p in dict.fromkeys((schedule[0], schedule[-1])))
@@ -58,125 +67,101 @@ def real_time(
     return row(case, seconds, result.total_iterations, nodes, result.total_cycles / CLOCK)
 
 
-@njit(cache=True)
-def _limb_iteration(values, movable, top, bottom, left, right, out):
-    """One iteration of a block in 64-bit limbs (rows × columns × limbs with a frame); whether a bit changed."""
-    changed = False
-    low, half = np.uint64(0xFFFFFFFF), np.uint64(32)
-    for i in range(top, bottom):
-        for j in range(left, right):
-            if not movable[i, j]:
-                continue
-            carry, previous = np.uint64(0), np.uint64(0)
-            for limb in range(values.shape[2]):
-                n, s = values[i - 1, j, limb], values[i + 1, j, limb]
-                w, e = values[i, j - 1, limb], values[i, j + 1, limb]
-                first = (n & low) + (s & low) + (w & low) + (e & low) + carry
-                second = (n >> half) + (s >> half) + (w >> half) + (e >> half) + (first >> half)
-                total = second << half | first & low
-                carry = second >> half
-                if limb > 0:
-                    out[i - top, j - left, limb - 1] = previous >> np.uint64(2) | total << np.uint64(62)
-                previous = total
-            out[i - top, j - left, values.shape[2] - 1] = previous >> np.uint64(2) | carry << np.uint64(62)
-    for i in range(top, bottom):
-        for j in range(left, right):
-            if movable[i, j]:
-                for limb in range(values.shape[2]):
-                    changed |= values[i, j, limb] != out[i - top, j - left, limb]
-                    values[i, j, limb] = out[i - top, j - left, limb]
-    return changed
-
-
-def _numpy_iteration(
-    values: Any, movable: Any, top: int, bottom: int, left: int, right: int, _out: Any
-) -> bool:
-    """The same in plain numpy, digits of 32 bits in int64 (digits × rows × columns with a frame)."""
-    inside = np.s_[:, top:bottom, left:right]
-    total = (
-        values[:, top - 1 : bottom - 1, left:right]
-        + values[:, top + 1 : bottom + 1, left:right]
-        + values[:, top:bottom, left - 1 : right - 1]
-        + values[:, top:bottom, left + 1 : right + 1]
-    )
-    for digit in range(len(total) - 1):
-        total[digit + 1] += total[digit] >> 32
-    total &= 0xFFFFFFFF
-    total[:-1] = total[:-1] >> 2 | (total[1:] & 3) << 30
-    total[-1] >>= 2
-    total *= movable[top:bottom, left:right]
-    total += values[inside] * ~movable[top:bottom, left:right]
-    changed = bool((total != values[inside]).any())
-    values[inside] = total
-    return changed
-
-
-def _stage_by(iterate: Any, values: Any, movable: Any, block: tuple[int, int], most: int, sweeps: int) -> int:
-    """Some sweeps of visits by one of the kernels above; the iterations made."""
-    rows, columns = movable.shape[0] - 2, movable.shape[1] - 2
-    out = np.empty((*block, values.shape[-1]), np.uint64)
-    count = 0
-    for _ in range(sweeps):
-        for top in range(1, rows + 1, block[0]):
-            for left in range(1, columns + 1, block[1]):
-                for _ in range(most):
-                    count += 1
-                    bottom, right = min(top + block[0], rows + 1), min(left + block[1], columns + 1)
-                    if not iterate(values, movable, top, bottom, left, right, out):
-                        break
-    return count
-
-
 def compared(block: tuple[int, int], most: int) -> list[Any]:
-    """The stage from 247 to 255 bits, by bit planes, by limbs and by numpy, all three exact."""
+    """The stage from 247 to 255 bits, by bit planes, by limbs and by numpy: all exact, without reading the start.
+
+    They run in turns, seven times, so that a busy machine slows all of them.
+    """
     free = rooms(72, 132, room=(35, 43), door=4, seed=1).free
     settings: dict[str, Any] = {"block": block, "iterations": most}
     before = relax(free, [GOAL], schedule=range(7, 248, 8), **settings).field
-    seconds, (stage, after) = best_of(5, lambda: stage_cost(free, [GOAL], before, 255, **settings))
+    _, stage, after = _stage(free, before, 255, settings)
+    arguments = check_arguments(free, [GOAL], schedule=[255], termination="sound", start=before, **settings)
+    by_node = np.pad(before.shifted(255).limbs, ((1, 1), (1, 1), (0, 0)))
+    by_plane = np.moveaxis(by_node, 2, 0).copy()
+    digits = np.moveaxis(by_node.view(np.uint32), 2, 0).astype(np.int64)
+    movable = np.pad(arguments.movable, 1)
+    mask = np.where(movable, ~np.uint64(0), np.uint64(0))
+    rest = block, most, stage.sweeps
+    contenders: tuple[tuple[str, Callable[[], Any], Callable[[Any], int]], ...] = (
+        (
+            "one stage: bit planes",
+            lambda: Engine(arguments),
+            lambda engine: _run(engine, 255).stage.iterations,
+        ),
+        (
+            "one stage: limbs, plane by plane",
+            by_plane.copy,
+            lambda values: compiled_visits(plane_by_plane, values, mask, *rest, False),
+        ),
+        (
+            "one stage: limbs, node by node",
+            by_node.copy,
+            lambda values: compiled_visits(node_by_node, values, mask, *rest, True),
+        ),
+        (
+            "three sweeps: plain numpy",
+            digits.copy,
+            lambda values: visits(digits_of_32_bits, values, movable, block, most, 3, False),
+        ),
+    )
+    seconds, counts = [np.inf] * len(contenders), [0] * len(contenders)
+    states: list[Any] = [None] * len(contenders)
+    for _ in range(7):
+        for index, (_, prepare, run) in enumerate(contenders):
+            state = states[index] = prepare()
+            once, counts[index] = best_of(1, partial(run, state))
+            seconds[index] = min(seconds[index], once)
+    assert counts[:3] == [stage.iterations] * 3
+    for end in (np.moveaxis(states[1], 0, 2), states[2]):
+        assert Field(np.ascontiguousarray(end[1:-1, 1:-1]), 255) == after
+    each = [time / count for time, count in zip(seconds, counts, strict=True)]
+    notes = ["", *(f"{time / each[0]:.0f} times the bit planes" for time in each[1:])]
     nodes = block[0] * block[1]
-    ours = seconds / stage.iterations
-    lines = [row("p = 255, one stage: bit planes", seconds, stage.iterations, nodes)]
-    start = before.shifted(255)
-    movable = np.pad(free, 1)
-    movable[GOAL[0] + 1, GOAL[1] + 1] = False
-    limbs = np.pad(start.limbs, ((1, 1), (1, 1), (0, 0)))
-    _stage_by(_limb_iteration, limbs.copy(), movable, block, most, 1)
-    begin = time.perf_counter()
-    count = _stage_by(_limb_iteration, limbs, movable, block, most, stage.sweeps)
-    seconds = time.perf_counter() - begin
-    assert count == stage.iterations
-    assert Field(limbs[1:-1, 1:-1].copy(), 255) == after
-    ratio = f"{seconds / count / ours:.0f} times the bit planes"
-    lines.append(row("p = 255, one stage: numba, 4 limbs", seconds, count, nodes, note=ratio))
-    digits = np.moveaxis(
-        np.pad(start.limbs.view(np.uint32), ((1, 1), (1, 1), (0, 0))).astype(np.int64), 2, 0
-    ).copy()
-    begin = time.perf_counter()
-    count = _stage_by(_numpy_iteration, digits, movable, block, most, 3)
-    seconds = time.perf_counter() - begin
-    ratio = f"{seconds / count / ours:.0f} times the bit planes"
-    lines.append(row("p = 255, three sweeps: plain numpy", seconds, count, nodes, note=ratio))
-    return lines
+    return [
+        row(f"p = 255, {name}", time, count, nodes, note=note)
+        for (name, _, _), time, count, note in zip(contenders, seconds, counts, notes, strict=True)
+    ]
 
 
 def by_precision() -> list[Any]:
-    """The same step of 8 bits at four precisions."""
+    """The same step of 8 bits at five precisions: the visits alone, and what the stage takes besides them.
+
+    What it takes besides is that of a stage that finds nothing to do at the same precision: shifts of the planes,
+    wide values at its end, local maxima.
+    """
     free = rooms(72, 132, room=(35, 43), door=4, seed=1).free
     settings: dict[str, Any] = {"block": (36, 66), "iterations": 16}
     lines = []
-    for precision in (63, 255, 511, 1023):
+    for precision in (63, 127, 255, 511, 1023):
         before = relax(free, [GOAL], schedule=range(7, precision - 7, 8), **settings).field
-        arguments = check_arguments(
-            free, [GOAL], schedule=[precision], termination="sound", start=before, **settings
-        )
-        engine = Engine(arguments)
-        begin = time.perf_counter()
-        stages = [item.stage for item in engine.run(0, precision) if isinstance(item, StageEnd)]
-        seconds = time.perf_counter() - begin
-        case = f"72×132, 4 blocks, stage from {precision - 8} to {precision} bits"
-        simulated = stages[0].cycles / CLOCK
-        lines.append(row(case, seconds, stages[0].iterations, 36 * 66, simulated))
+        seconds, stage, after = _stage(free, before, precision, settings)
+        idle, _, _ = _stage(free, after, precision, settings)
+        case = f"72×132, 4 blocks, visits from {precision - 8} to {precision} bits"
+        simulated = stage.cycles / CLOCK
+        note = f"besides, once: {idle * 1e3:.2f} ms"
+        lines.append(row(case, seconds - idle, stage.iterations, 36 * 66, simulated, note))
     return lines
+
+
+def _run(engine: Engine, precision: int) -> StageEnd:
+    """One stage of an engine, to its end."""
+    return next(item for item in engine.run(0, precision) if isinstance(item, StageEnd))
+
+
+def _stage(
+    free: NDArray[np.bool_], start: Field, precision: int, settings: Any
+) -> tuple[float, Stage, Field]:
+    """The shortest of 25 runs of one stage, without reading the start; what it made, and the field it left."""
+    arguments = check_arguments(
+        free, [GOAL], schedule=[precision], termination="sound", start=start, **settings
+    )
+    shortest = np.inf
+    for _ in range(25):
+        engine = Engine(arguments)
+        seconds, end = best_of(1, partial(_run, engine, precision))
+        shortest = min(shortest, seconds)
+    return shortest, end.stage, end.field
 
 
 def by_size() -> list[Any]:
@@ -195,11 +180,8 @@ def by_size() -> list[Any]:
             free, goals, block=(side, side), iterations=64, schedule=[16], termination="sound", start=before
         )
 
-        def run(arguments: Any = arguments) -> Stage:
-            items = Engine(arguments).run(0, 16)
-            return next(item.stage for item in items if isinstance(item, StageEnd))
-
-        seconds, stage = best_of(3, run)
+        seconds, end = best_of(5, lambda arguments=arguments: _run(Engine(arguments), 16))
+        stage = end.stage
         lines.append(row(f"{side}×{side} in one block, p = 16", seconds, stage.iterations, side * side))
     return lines
 
@@ -207,7 +189,7 @@ def by_size() -> list[Any]:
 @njit
 def _again(layout, state, count):
     for _ in range(count):
-        kernels._iterate(layout, state, 0, 0, 1, 0, False)
+        iterate(layout, state, 0, 0, 1, 0, False)
 
 
 def iteration_alone() -> list[Any]:
@@ -223,7 +205,7 @@ def iteration_alone() -> list[Any]:
         planes[:] = generator.integers(0, 1 << 63, planes.shape, dtype=np.uint64) & state.mask
         state.ring_width[layout.first // LANES : (layout.first + block[0]) // LANES] = width
         _again(layout, addresses(state), 1)
-        seconds, _ = best_of(5, lambda: _again(layout, addresses(state), many))
+        seconds, _ = best_of(15, lambda: _again(layout, addresses(state), many))
         cost = f"{seconds / many * 1e9 / 12 / width:.1f} ns a bit and vector"
         case = f"an iteration alone, 96×48, steps of {width} bits"
         lines.append(row(case, seconds, many, block[0] * block[1], note=cost))
