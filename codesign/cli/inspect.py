@@ -9,6 +9,8 @@ import click
 
 from codesign.errors import InputError, SpecError
 
+KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
+
 
 @click.command(short_help="Check platform and workload files.")
 @click.argument("files", nargs=-1, required=True)
@@ -30,12 +32,25 @@ def check(files: tuple[str, ...], as_json: bool) -> None:
 
 
 @click.command(short_help="Print a JSON Schema.")
-@click.argument("kind", type=click.Choice(["platform", "workload", "part", "result"]))
+@click.argument("kind", type=click.Choice(KINDS))
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a platform, workload or part file, or of the result that --json prints."""
-    from codesign.system import schema_of
+    """Print the JSON Schema of a platform, workload or part file, or of what --json prints.
 
-    click.echo(json.dumps(schema_of(kind), indent=2))
+    That is a result (run), a study (explore) or a reproduction (reproduce).
+    """
+    if kind == "study":
+        from codesign.explore import study_schema
+
+        found = study_schema()
+    elif kind == "reproduction":
+        from codesign.reproduce import reproduction_schema
+
+        found = reproduction_schema()
+    else:
+        from codesign.system import schema_of
+
+        found = schema_of(kind)
+    click.echo(json.dumps(found, indent=2))
 
 
 @click.command("list", short_help="List what is at hand.")

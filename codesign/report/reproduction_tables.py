@@ -74,7 +74,10 @@ class Reproduction(Protocol):
 
 
 def reproduction_table(reproduction: Reproduction) -> Table:
-    """All rows in the order given, with the relative error; notes stand in the last column."""
+    """All rows in the order given, under the names that JSON has, with the relative error; notes come last.
+
+    ``held out``: no law was fitted to the row.
+    """
     rows = []
     previous = None
     for row in reproduction.rows:
@@ -88,30 +91,30 @@ def reproduction_table(reproduction: Reproduction) -> Table:
                 _figure(row.modelled, row.unit),
                 Cell(ABSENT if row.error is None else error_text(row.error), row.error),
                 Cell(str(row.status), str(row.status)),
-                Cell("no" if row.held_out else "yes", not row.held_out),
+                Cell("yes" if row.held_out else "no", row.held_out),
                 Cell(row.note, row.note),
             )
         )
     columns = (
-        *left("place", "quantity"),
+        *left("table", "quantity"),
         *right("published", "modelled"),
         *right("error", unit="1"),
-        *left("status", "used to fit", "note"),
+        *left("status", "held out", "note"),
     )
     return Table("Published against modelled", columns, tuple(rows))
 
 
 def reproduction_sources_table(reproduction: Reproduction) -> Table:
-    """Each source once, with the places of the paper that rest on it."""
-    places: dict[tuple[str, str], dict[str, None]] = {}
+    """Each source once, with the tables, figures and sections of the paper that rest on it."""
+    tables: dict[tuple[str, str], dict[str, None]] = {}
     for row in reproduction.rows:
-        places.setdefault((str(row.status), row.source), {})[row.table] = None
+        tables.setdefault((str(row.status), row.source), {})[row.table] = None
     return Table(
         "Where the modelled figures come from",
-        left("status", "places", "source"),
+        left("status", "tables", "source"),
         tuple(
-            (Cell(status, status), Cell(where := ", ".join(tables), where), Cell(source, source))
-            for (status, source), tables in places.items()
+            (Cell(status, status), Cell(where := ", ".join(named), where), Cell(source, source))
+            for (status, source), named in tables.items()
         ),
     )
 

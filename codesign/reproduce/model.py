@@ -6,9 +6,11 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from codesign.figures import Status
+
+SCHEMA_VERSION = 1
 
 Progress = Callable[[str], None]
 """Told in a line what is being computed now."""
@@ -101,8 +103,25 @@ class Reproduction:
     findings: tuple[str, ...]
 
     def to_json(self) -> str:
-        """Everything as one JSON object."""
-        return json.dumps({"schema_version": 1} | asdict(self), indent=2, ensure_ascii=False)
+        """Everything as one JSON object, as ``reproduction_schema`` describes it."""
+        return json.dumps({"schema_version": SCHEMA_VERSION} | asdict(self), indent=2, ensure_ascii=False)
+
+
+def reproduction_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of what ``hwsw reproduce --json`` prints."""
+    from pydantic import TypeAdapter
+
+    schema = TypeAdapter(Reproduction).json_schema(mode="serialization")
+    for described in (schema, *schema["$defs"].values()):
+        if described["type"] == "object":
+            described |= {"additionalProperties": False, "required": list(described["properties"])}
+    version = {"const": SCHEMA_VERSION, "type": "integer"}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **schema,
+        "properties": {"schema_version": version, **schema["properties"]},
+        "required": ["schema_version", *schema["required"]],
+    }
 
 
 def joined(reproductions: Sequence[Reproduction]) -> Reproduction:

@@ -8,6 +8,7 @@ from typing import Any
 
 from codesign import spec
 from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
+from codesign.figures import label
 from codesign.spec import Part, Platform, Spec, Workload
 from codesign.spec.locate import is_path
 from codesign.spec.marks import read_document
@@ -116,7 +117,7 @@ def _load(source: str | Path) -> Spec | Part:
 
 
 def _budgets(part: Part) -> str:
-    budgets = (f"{int(figure.value):,} {name.replace('_', ' ')}" for name, figure in part.resources.items())
+    budgets = (f"{int(figure.value):,} {label(name)}" for name, figure in part.resources.items())
     return f"{part.family}: {', '.join(budgets)}"
 
 
