@@ -7,7 +7,7 @@ import hashlib
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import ValidationError
 
 from codesign.errors import CodesignError, InputError, SpecError, StoreError
-from codesign.explore.executor import Evaluate, Executor, ProcessExecutor, SerialExecutor
+from codesign.explore.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
 from codesign.explore.identity import fingerprint
 from codesign.explore.space import DesignPoint, Space, group, group_limit
 from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
@@ -106,31 +106,26 @@ def explore(
         raise InputError(
             f"workload {workload.name} has nothing to explore", hint="give it a section explore: with axes:"
         )
-    if workers is not None and workers < 1:
+    workers = _processors() if workers is None else workers
+    if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
-    workers = workers or _processors()
     space = Space(section.axes, fingerprint(platform, workload))
     if evaluate is None:
         _check_some_point(platform, workload, space)
         evaluate = Simulator(platform, workload)
     where = str(store) if isinstance(store, str | Path) else None
     tally = _Tally(space, section.constraints, where, progress)
-    with contextlib.ExitStack() as stack:
-        if store is None or isinstance(store, str | Path):
-            store = MemoryStore() if store is None else FileStore(store)
-            stack.callback(store.close)
+    with _opened(store) as kept:
         definition = _definition(platform, workload, section, space)
-        store.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
-        pending = tally.take_kept(store)
-        cheap, related = _shared_axes(platform, space)
-        groups = group(pending, cheap=cheap, related=related, limit=group_limit(len(pending), workers))
+        kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
+        groups = _groups(tally.take_kept(kept), platform, space, workers)
         several = workers > 1 and len(groups) > 1
         executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
-        batches = stack.enter_context(contextlib.closing(executor.run(groups, evaluate)))
-        for batch in batches:
-            store.put(batch)
-            tally.take(batch)
+        with contextlib.closing(executor.run(groups, evaluate)) as batches:
+            for batch in batches:
+                kept.put(batch)
+                tally.take(batch)
     return Study(
         platform.name,
         workload.name,
@@ -139,6 +134,15 @@ def explore(
         section.constraints,
         tuple(tally.outcomes),
     )
+
+
+def _opened(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
+    """A store that is closed afterwards if it is opened here."""
+    if store is None:
+        return contextlib.closing(MemoryStore())
+    if isinstance(store, str | Path):
+        return contextlib.closing(FileStore(store))
+    return contextlib.nullcontext(store)
 
 
 def load_study(path: Path | str) -> Study:
@@ -290,10 +294,12 @@ def _check_some_point(platform: Platform, workload: Workload, space: Space) -> N
         raise first
 
 
-def _shared_axes(platform: Platform, space: Space) -> tuple[list[str], list[str]]:
-    """Axes that leave the functional work as it is (those of components), and those that share stages (schedules)."""
+def _groups(pending: list[DesignPoint], platform: Platform, space: Space, workers: int) -> Sequence[Group]:
+    """Points that share work together: axes of components leave it as it is, those of schedules share stages."""
     cheap = [name for name in space.axes if name.partition(".")[0] in platform.components]
-    return cheap, [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
+    related = [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
+    limit = group_limit(len(pending), workers)
+    return group(pending, cheap=cheap, related=related, limit=limit)
 
 
 def _processors() -> int:

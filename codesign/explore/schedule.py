@@ -109,7 +109,6 @@ def optimise_schedule(
         InputError: termination is not sound, or a precision is below 1.
     """
     from codesign.planners.harmonic.parameters import Stop, Termination
-    from codesign.planners.harmonic.relax import stage_cost as run_stage
 
     if parameters.termination is not Termination.SOUND:
         raise InputError(
@@ -117,32 +116,54 @@ def optimise_schedule(
             "termination",
             "the best schedule can be found for termination: sound",
         )
-    kept = Memo() if memo is None else memo
-    shape = parameters.block_shape(problem.rows, problem.columns)
-    maxima: dict[int, int] = {}
-
-    def run(begin: int | None, end: int) -> tuple[Stage, Field]:
-        start = None if begin is None else field(begin)
-        return run_stage(
-            problem.free, problem.goals, start, end, block=shape, iterations=parameters.iterations
-        )
-
-    def field(precision: int) -> Field:
-        # Known before any stage begins from it, unless the memo had no room: then found again from zero.
-        return kept.get(("least field", problem.digest, precision), lambda: run(None, precision)[1])
-
-    def stage(begin: int | None, end: int) -> Stage:
-        made, left = run(begin, end)
-        kept.get(("least field", problem.digest, end), lambda: left)
-        return made
-
-    def cost(begin: int | None, end: int) -> int:
-        key = ("stage", problem.digest, shape, parameters.iterations, begin, end)
-        made = kept.get(key, lambda: stage(begin, end))
-        maxima[end] = made.local_maxima
-        return cycles(made)
-
+    stages = _Stages(problem, parameters, Memo() if memo is None else memo)
     stops = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA
     return best_schedule(
-        cost, candidates, parameters.precisions[-1], lambda precision: stops and maxima[precision] == 0
+        lambda begin, end: cycles(stages.between(begin, end)),
+        candidates,
+        parameters.precisions[-1],
+        lambda precision: stops and stages.local_maxima[precision] == 0,
     )
+
+
+class _Stages:
+    """The stages of a problem between any two precisions, each simulated once.
+
+    ``local_maxima``: those of the least field, at every precision that a stage was asked for.
+    """
+
+    def __init__(self, problem: Problem, parameters: RelaxParameters, memo: Memo) -> None:
+        self._problem = problem
+        self._memo = memo
+        self._block = parameters.block_shape(problem.rows, problem.columns)
+        self._iterations = parameters.iterations
+        self.local_maxima: dict[int, int] = {}
+
+    def between(self, begin: int | None, end: int) -> Stage:
+        """The stage from one precision (None: from zero) to another."""
+        key = ("stage", self._problem.digest, self._block, self._iterations, begin, end)
+        stage = self._memo.get(key, lambda: self._simulated(begin, end))
+        self.local_maxima[end] = stage.local_maxima
+        return stage
+
+    def _simulated(self, begin: int | None, end: int) -> Stage:
+        stage, left = self._run(begin, end)
+        self._memo.get(("least field", self._problem.digest, end), lambda: left)
+        return stage
+
+    def _field(self, precision: int) -> Field:
+        # Known before any stage begins from it, unless the memo had no room: then found again from zero.
+        key = ("least field", self._problem.digest, precision)
+        return self._memo.get(key, lambda: self._run(None, precision)[1])
+
+    def _run(self, begin: int | None, end: int) -> tuple[Stage, Field]:
+        from codesign.planners.harmonic.relax import stage_cost
+
+        return stage_cost(
+            self._problem.free,
+            self._problem.goals,
+            None if begin is None else self._field(begin),
+            end,
+            block=self._block,
+            iterations=self._iterations,
+        )
