@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,3 +32,37 @@ def test_faults_of_a_setting_are_not_blamed_on_a_file(
     assert result.exit_code == 2
     assert result.stderr.startswith(told)
     assert "rooms.yaml" not in result.stderr
+
+
+def piped(arguments: list[object], *, joined: bool = False) -> tuple[int, str]:
+    """Exit code and standard error of a command whose output nobody reads."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "codesign", *map(str, arguments)]
+    try:
+        done = subprocess.run(
+            command, stdout=writer, stderr=writer if joined else subprocess.PIPE, text=True, check=False
+        )
+    finally:
+        os.close(writer)
+    return done.returncode, done.stderr or ""
+
+
+def test_a_reader_who_went_away_does_not_change_the_exit_code(
+    specs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    run = ["run", *specs, "--html", tmp_path / "run.html"]
+    assert piped(run) == (0, "")
+    assert (tmp_path / "run.html").exists()
+    assert piped([*run, "--set", "fpga.part=XC3S500E-4", "--set", "fpga.clock=50 MHz"]) == (3, "")
+    code, told = piped([*run, "--set", "fpga.clock=1 GHz"])
+    assert code == 2
+    assert told.startswith("--set fpga.clock: 1 GHz is above")
+    assert piped([*run, "--set", "fpga.clock=1 GHz"], joined=True) == (2, "")
+
+
+def test_a_reader_who_went_away_does_not_end_an_exploration(specs: tuple[Path, Path], tmp_path: Path) -> None:
+    page = tmp_path / "study.html"
+    store = ("--store", tmp_path / "points.sqlite")
+    assert piped(["explore", *specs, *store, "--workers", 1, "--html", page], joined=True) == (0, "")
+    assert page.exists()

@@ -1,4 +1,9 @@
-"""The command line: parse, call, print. No logic, and nothing heavy imported before a command needs it."""
+"""The command line: parse, call, print. No logic, and nothing heavy imported before a command needs it.
+
+A reader of its output who goes away (``hwsw run ... | head``) changes nothing: the command ends its work and exits
+with the code of its outcome. To die of SIGPIPE instead was rejected: it turns "nothing feasible" (3) into 141, and
+leaves files unwritten that were asked for.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,7 @@ from typing import Any
 import click
 
 from codesign import __version__
+from codesign.cli.pipes import readers_may_leave
 from codesign.errors import EXIT_INTERRUPTED, CodesignError
 
 COMMANDS = {
@@ -85,18 +91,15 @@ class LazyGroup(click.Group):
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; a user's mistake ends in its message and exit code, never in a traceback."""
-        try:
-            return super().invoke(ctx)
-        except CodesignError as fault:
-            click.echo(str(fault), err=True)
-            ctx.exit(fault.exit_code)
-        except KeyboardInterrupt:
-            click.echo("interrupted; what was finished is kept", err=True)
-            ctx.exit(EXIT_INTERRUPTED)
-        except BrokenPipeError:
-            # The reader of a pipe went away (hwsw ... | head): nothing to say, and nobody to say it to.
-            sys.stderr.close()
-            ctx.exit(0)
+        with readers_may_leave():
+            try:
+                return super().invoke(ctx)
+            except CodesignError as fault:
+                click.echo(str(fault), err=True)
+                ctx.exit(fault.exit_code)
+            except KeyboardInterrupt:
+                click.echo("interrupted; what was finished is kept", err=True)
+                ctx.exit(EXIT_INTERRUPTED)
 
 
 @click.group(
