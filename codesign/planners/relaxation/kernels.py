@@ -1,10 +1,10 @@
 """Compiled sweeps over the layout of ``layout``: bit for bit the plain loops of ``reference``, many nodes at a time.
 
-Limits, a node and sweep. A raster-order loop cannot be faster than the chain through its western neighbour, a
-multiplication and an addition: 6 to 8 cycles, about 2 ns. Nodes of a diagonal have no such chain. What is left is the
-traffic between registers and the nearest cache: five loads (itself and four neighbours, hardly ever aligned), a mask
-and a store, about ten 64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation``
-measures that as one pass of the same stencil without any order, and holds the sweeps against it.
+Limits, a node and sweep. In raster order every node waits for its western neighbour: two additions, a multiplication
+and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. What is left is the traffic between registers
+and the nearest cache: five loads (itself and four neighbours, hardly ever aligned), a mask and a store, about ten
+64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation`` measures that as one
+pass of the same stencil without any order, and holds the sweeps against it.
 
 The largest change is kept as the bits of a double that is not negative, which order as integers do: a maximum of
 integers is done in vectors, one of doubles is not. No multiplication is fused with an addition, so that every machine
