@@ -33,6 +33,31 @@ OBJECTIVES = (
 LAW = "Girau et al. 2008, Tables 1 to 3"
 
 
+BUDGET = 33_792
+
+CLOCK = Clock(
+    hz=150_000_000,
+    limit=Source(
+        value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
+    ),
+)
+POWER = Power(
+    static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
+    dynamic=Source(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
+)
+QUALITY: dict[str, Any] = {
+    "reachable_cells": 4800,
+    "local_maxima": 12,
+    "starts": 64,
+    "starts_arrived": 63,
+    "path_length_ratio_mean": 1.0312,
+    "path_length_ratio_worst": 1.2,
+    "clearance_mean": 1.7,
+    "clearance_least": 0.5,
+    "wrong_cells": 3,
+}
+
+
 def a_result(
     *,
     slices: int = 31_500,
@@ -42,23 +67,8 @@ def a_result(
     feasible: bool = True,
     **changes: Any,
 ) -> Result:
-    budget = 33_792
-    over = slices > budget
-    reasons = (
-        (
-            Reason(
-                kind="resource",
-                name="slices",
-                demand=slices,
-                limit=budget,
-                gap=slices - budget,
-                unit="",
-                levers=("block: at most 36×66 fits", "part: XC4VLX160"),
-            ),
-        )
-        if over
-        else ()
-    )
+    """A result with all figures, or one that does not fit and has none that a run would give."""
+    over = slices > BUDGET
     fields: dict[str, Any] = {
         "platform": "virtex2-pci",
         "workload": "labyrinth",
@@ -78,70 +88,63 @@ def a_result(
         },
         "blocks": 4,
         "feasible": feasible and not over,
-        "reasons": reasons,
-        "resources": (
-            ResourceUse(
-                resource="slices",
-                demand=slices,
-                budget=budget,
-                gap=max(0, slices - budget),
-                items=(
-                    ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
-                    ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
-                ),
-            ),
-            ResourceUse(
-                resource="block_rams",
-                demand=144,
-                budget=144,
-                gap=0,
-                items=(
-                    ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),
-                ),
-            ),
-        ),
-        "clock": Clock(
-            hz=150_000_000,
-            limit=Source(
-                value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
-            ),
-        ),
-        "power": Power(
-            static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
-            dynamic=Source(
-                value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71
-            ),
-        ),
+        "reasons": (_too_many(slices),) if over else (),
+        "resources": _resources(slices),
+        "clock": CLOCK,
+        "power": POWER,
     }
     if not over:
-        fields |= {
-            "time": Times(map_loaded_ps=300_000_000, planned_ps=time_ps - 2_000_000, first_plan_ps=time_ps),
-            "cycles": {"load": 9504, "relax": 435_000, "decide": 1_022},
-            "stages": (
-                StageUse(
-                    stage=0, precision=7, sweeps=5, visits=20, iterations=110, cycles=990, local_maxima=41
-                ),
-                StageUse(
-                    stage=1, precision=15, sweeps=9, visits=36, iterations=204, cycles=3468, local_maxima=0
-                ),
-            ),
-            "precision": 15,
-            "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, total_j=energy),
-            "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
-            "quality": Quality(
-                reachable_cells=4800,
-                local_maxima=12,
-                share_reaching_goal=share,
-                starts=64,
-                starts_arrived=63,
-                path_length_ratio_mean=1.0312,
-                path_length_ratio_worst=1.2,
-                clearance_mean=1.7,
-                clearance_least=0.5,
-                wrong_cells=3,
-            ),
-        }
+        fields |= _run(time_ps, share, energy)
     return Result(**(fields | changes))
+
+
+def _too_many(slices: int) -> Reason:
+    return Reason(
+        kind="resource",
+        name="slices",
+        demand=slices,
+        limit=BUDGET,
+        gap=slices - BUDGET,
+        unit="",
+        levers=("block: at most 36×66 fits", "part: XC4VLX160"),
+    )
+
+
+def _resources(slices: int) -> tuple[ResourceUse, ...]:
+    return (
+        ResourceUse(
+            resource="slices",
+            demand=slices,
+            budget=BUDGET,
+            gap=max(0, slices - BUDGET),
+            items=(
+                ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
+                ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
+            ),
+        ),
+        ResourceUse(
+            resource="block_rams",
+            demand=144,
+            budget=144,
+            gap=0,
+            items=(ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),),
+        ),
+    )
+
+
+def _run(time_ps: int, share: float, energy: float) -> dict[str, Any]:
+    """What a run gives."""
+    first = {"stage": 0, "precision": 7, "sweeps": 5, "visits": 20, "iterations": 110, "cycles": 990}
+    last = {"stage": 1, "precision": 15, "sweeps": 9, "visits": 36, "iterations": 204, "cycles": 3468}
+    return {
+        "time": Times(map_loaded_ps=300_000_000, planned_ps=time_ps - 2_000_000, first_plan_ps=time_ps),
+        "cycles": {"load": 9504, "relax": 435_000, "decide": 1_022},
+        "stages": (StageUse(**first, local_maxima=41), StageUse(**last, local_maxima=0)),
+        "precision": 15,
+        "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, total_j=energy),
+        "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
+        "quality": Quality(share_reaching_goal=share, **QUALITY),
+    }
 
 
 def a_study(points: int = 24, **changes: Any) -> Study:
