@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
+
+from codesign.system import at_hand, catalog
 
 Run = Callable[..., Result]
 
@@ -66,3 +69,29 @@ def test_a_reader_who_went_away_does_not_end_an_exploration(specs: tuple[Path, P
     store = ("--store", tmp_path / "points.sqlite")
     assert piped(["explore", *specs, *store, "--workers", 1, "--html", page], joined=True) == (0, "")
     assert page.exists()
+
+
+def test_list_says_what_planners_and_styles_do(hwsw: Run) -> None:
+    found = json.loads(hwsw("list", "--json").stdout)
+    assert found["planners"]["harmonic"].startswith("A potential without local maxima")
+    assert found["styles"]["harmonic.bit_serial"].startswith("on fpga: a bit-serial circuit")
+    # Styles that differ in what they cost differ in what is said of them.
+    assert found["styles"]["harmonic.software"] != found["styles"]["harmonic.software_limbs"]
+    for text in (found["planners"]["harmonic"], found["styles"]["harmonic.bit_serial"]):
+        assert "`" not in text
+    lines = hwsw("list").stdout.splitlines()
+    begin = lines.index("styles:") + 1
+    assert len({line.index(" on ") for line in lines[begin : begin + len(found["styles"])]}) == 1
+
+
+def test_a_plug_in_without_description_is_told_by_its_docstring(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Old:
+        """What it was.
+
+        And more.
+        """
+
+        component_type = "fpga"
+
+    monkeypatch.setattr(catalog, "architectures", lambda: {("harmonic", "old"): Old()})
+    assert at_hand()["styles"] == {"harmonic.old": "on fpga: What it was."}

@@ -106,6 +106,10 @@ class Architecture(Protocol):
         """The style's name in YAML."""
 
     @property
+    def description(self) -> str:
+        """How it lays the planner out, for ``hwsw list``: one line, no full stop at the end."""
+
+    @property
     def component_type(self) -> str:
         """The type of component it runs on: ``fpga`` or ``processor``."""
 

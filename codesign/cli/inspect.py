@@ -65,8 +65,9 @@ def list_(as_json: bool) -> None:
         return
     for kind, entries in found.items():
         click.echo(f"{kind}:")
+        width = max(map(len, entries), default=0)
         for name, text in entries.items():
-            click.echo(f"  {name:<22} {text}".rstrip())
+            click.echo(f"  {name:<{width}}  {text}".rstrip())
 
 
 @click.command(short_help="Write a platform and a workload to start from.")

@@ -121,6 +121,10 @@ class Planner(Protocol):
         """The name in YAML."""
 
     @property
+    def description(self) -> str:
+        """What it does, for ``hwsw list``: one line, no full stop at the end."""
+
+    @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
         """The tasks a workload may map, each with the model that its parameters are checked against."""
 

@@ -23,6 +23,9 @@ class BitSerial:
 
     planner = "harmonic"
     style = "bit_serial"
+    description = (
+        "a bit-serial circuit for each node of a block: p + 2 cycles an iteration, whatever the block"
+    )
     component_type = "fpga"
     kernel = ""
 

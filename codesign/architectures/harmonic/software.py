@@ -61,6 +61,12 @@ class Software:
         self.style = style
         self._limbs = limbs
 
+    @property
+    def description(self) -> str:
+        """Node after node, and how the cost of one grows with the precision."""
+        cost = "a unit for each 64 bits of a value" if self._limbs else "one unit at any precision"
+        return f"node after node, an update costing {cost}"
+
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs(precision) if self._limbs else 1

@@ -19,6 +19,9 @@ class Harmonic:
     """Block-synchronous harmonic control: tasks ``load``, ``relax`` and ``decide``."""
 
     name = "harmonic"
+    description = (
+        "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
+    )
     planning_task = "relax"
     problem_model = None
 
