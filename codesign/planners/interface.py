@@ -17,6 +17,9 @@ from pydantic import BaseModel
 
 from codesign.spec import SpecModel
 
+Cell = tuple[int, int]
+"""(row, column), from 0 at the top left."""
+
 
 @dataclass(frozen=True, eq=False)
 class Problem:

@@ -19,6 +19,7 @@ from codesign.planners.breadth_first.parameters import LoadParameters, SearchPar
 from codesign.planners.breadth_first.reference import Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
 from codesign.planners.interface import Messages, Problem, Quality
+from codesign.planners.ways import judge_ways, share_of
 
 NO_START = "no start is given"
 
@@ -68,28 +69,17 @@ class BreadthFirst:
 
         Every reachable cell has its way, as the search is complete; ``local_maxima`` and ``wrong_cells`` are 0.
         """
-        from codesign.maps.reach import clearance, distance_octile, reachable
+        from codesign.maps.reach import reachable
 
-        ways = [search_nearest(problem.free, start, problem.goals) for start in problem.starts]
-        arrived = [way for way in ways if way.reached]
-        shortest, room = distance_octile(problem.free, problem.goals), clearance(problem.free)
-        ratios = [
-            (len(way.path) - 1) / float(shortest[way.start]) for way in arrived if shortest[way.start] > 0.0
-        ]
-        spans = [_clearance(way.path, room) for way in arrived]
-        steps = sum(len(way.path) - 1 for way in arrived)
-        cells = reachable(problem.free, problem.goals)
+        found = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
+        ways = ((way.start, way.path if way.reached else None) for way in found)
+        count = int(reachable(problem.free, problem.goals).sum()) - len(set(problem.goals))
         return Quality(
-            reachable_cells=int(cells.sum()) - len(set(problem.goals)),
+            reachable_cells=count,
             local_maxima=0,
-            share_reaching_goal=1.0,
-            starts=len(ways),
-            starts_arrived=len(arrived),
-            path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
-            path_length_ratio_worst=max(ratios, default=None),
-            clearance_mean=sum(along for along, _ in spans) / steps if steps else None,
-            clearance_least=min((least for _, least in spans), default=None),
+            share_reaching_goal=share_of(count, count),
             wrong_cells=0,
+            **judge_ways(problem, ways),
         )
 
     def identity(self, plan: Search) -> str:
@@ -117,12 +107,6 @@ class BreadthFirst:
         way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
-
-
-def _clearance(path: NDArray[np.int32], room: NDArray[np.float64]) -> tuple[float, float]:
-    """Clearance summed along a path of unit steps, and the least, in cells."""
-    at_cells = room[path[:, 0], path[:, 1]]
-    return float((at_cells[:-1] + at_cells[1:]).sum() / 2.0), float(at_cells.min())
 
 
 PLANNER = BreadthFirst()

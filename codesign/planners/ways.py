@@ -1,0 +1,65 @@
+"""How good ways through a map are, whichever planner found them: the figures that all grid planners share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.interface import Cell, Problem
+
+
+class WaysQuality(TypedDict):
+    """The fields of ``Quality`` that ways alone decide."""
+
+    starts: int
+    starts_arrived: int
+    path_length_ratio_mean: float | None
+    path_length_ratio_worst: float | None
+    clearance_mean: float | None
+    clearance_least: float | None
+
+
+def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]]) -> WaysQuality:
+    """Lengths and clearances of the ways from some starts.
+
+    Args:
+        problem: the map and its goals.
+        ways: each start with the points of its way, n × 2 (row, column) in cells, or None where it does not arrive.
+
+    A length is held against the shortest 8-connected way without corner cutting; a start on a goal has no ratio. The
+    mean clearance weighs every piece of way by its length.
+    """
+    from codesign.maps.reach import clearance, distance_octile
+
+    told = list(ways)
+    arrived = [(start, points) for start, points in told if points is not None]
+    ratios: list[float] = []
+    along = length = 0.0
+    least: list[float] = []
+    if arrived:
+        shortest, room = distance_octile(problem.free, problem.goals), clearance(problem.free)
+        for start, points in arrived:
+            pieces = np.sqrt((np.diff(points, axis=0) ** 2).sum(axis=1))
+            cells = np.floor(points + 0.5).astype(np.int64)
+            at_points = room[cells[:, 0], cells[:, 1]]
+            along += float((pieces * (at_points[:-1] + at_points[1:]) / 2.0).sum())
+            length += float(pieces.sum())
+            least.append(float(at_points.min()))
+            if 0.0 < shortest[start] < np.inf:
+                ratios.append(float(pieces.sum()) / float(shortest[start]))
+    return WaysQuality(
+        starts=len(told),
+        starts_arrived=len(arrived),
+        path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
+        path_length_ratio_worst=max(ratios, default=None),
+        clearance_mean=along / length if length > 0.0 else None,
+        clearance_least=min(least, default=None),
+    )
+
+
+def share_of(arriving: int, cells: int) -> float | None:
+    """The share of ``cells`` that arrive; None where there are none, which is no success."""
+    return arriving / cells if cells else None
