@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from statistics import fmean
 
 import numpy as np
@@ -11,20 +10,21 @@ import numpy as np
 from codesign.architectures.wavefront import published, timing
 from codesign.planners.wavefront.wave import MAX_OCTILE_RATIO, longest_distance, register_bits
 from codesign.reproduce.model import Plot, Progress, Reproduction, Series
-from codesign.reproduce.moeller1998_maps import SAMPLES, SafeWays, Sample, safe_ways, sample, unit_seconds
+from codesign.reproduce.moeller1998_maps import (
+    SAMPLES,
+    AdderRun,
+    SafeWays,
+    Sample,
+    adder_run,
+    safe_ways,
+    sample,
+    unit_seconds,
+)
+from codesign.reproduce.moeller1998_rows import paper_rows
 
 QUICK = ("A quick run: two maps of five, and the adder/comparator circuit not clocked.",)
 QUICK_SAMPLES = 2
 BINS = 100
-
-
-@dataclass(frozen=True)
-class AdderRun:
-    """The adder/comparator circuit clocked on one map: cycles, and the updates of each node that the wave reaches."""
-
-    cycles: int
-    mean_updates: float
-    most_updates: int
 
 
 def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduction:
@@ -34,8 +34,6 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
         quick: fewer maps, and one circuit left out: a second instead of half a minute.
         progress: told in a line what is being computed.
     """
-    from codesign.reproduce.moeller1998_rows import paper_rows
-
     samples = []
     for name in list(SAMPLES)[: QUICK_SAMPLES if quick else None]:
         _tell(progress, f"potentials on {name} cells")
@@ -53,15 +51,6 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
         figures=(front_plot(chosen), direction_plot()),
         findings=(*QUICK * quick, *findings(chosen, safe, adder)),
     )
-
-
-def adder_run(one: Sample) -> AdderRun:
-    """Clock equation 3 on a map until nothing changes."""
-    from codesign.planners.wavefront.reference import adder_circuit
-
-    potentials, cycles, updates = adder_circuit(one.free, [one.goal])
-    reached = updates[potentials > 0]
-    return AdderRun(cycles, float(reached.mean()), int(reached.max()))
 
 
 def front_plot(samples: tuple[Sample, ...]) -> Plot:

@@ -126,3 +126,21 @@ def safe_ways(one: Sample) -> SafeWays:
         clearance=room(safe),
         shortest_clearance=room(shortest),
     )
+
+
+@dataclass(frozen=True)
+class AdderRun:
+    """The adder/comparator circuit clocked on one map: cycles, and the updates of each node that the wave reaches."""
+
+    cycles: int
+    mean_updates: float
+    most_updates: int
+
+
+def adder_run(one: Sample) -> AdderRun:
+    """Clock equation 3 on a map until nothing changes."""
+    from codesign.planners.wavefront.reference import adder_circuit
+
+    potentials, cycles, updates = adder_circuit(one.free, [one.goal])
+    reached = updates[potentials > 0]
+    return AdderRun(cycles, float(reached.mean()), int(reached.max()))

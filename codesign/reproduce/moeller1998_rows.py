@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +14,7 @@ from codesign.figures import Status
 from codesign.planners.wavefront.skeleton import skeleton
 from codesign.planners.wavefront.wave import longest_distance, register_bits, stop_cycle
 from codesign.reproduce.model import Row, row
-from codesign.reproduce.moeller1998_maps import SafeWays, Sample, unit_seconds
-
-if TYPE_CHECKING:
-    from codesign.reproduce.moeller1998 import AdderRun
+from codesign.reproduce.moeller1998_maps import AdderRun, SafeWays, Sample, unit_seconds
 
 BITS = register_bits(published.STOP_POTENTIAL)
 PARTS = ("XC4VLX160-12", "XC2V6000-4", "XC2VP30-6", "XC3S500E-4")

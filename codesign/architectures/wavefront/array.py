@@ -71,8 +71,6 @@ class ArrayStyle(ABC):
 
     def demand(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Demand:
         """Nodes, counter and select lines; the register against the largest potential."""
-        from codesign.architectures.wavefront.tiled import tiled_items
-
         layout = self.layout(problem, parameters)
         largest = self.largest_potential(problem, parameters)
         needed = register_bits(largest)
@@ -84,7 +82,7 @@ class ArrayStyle(ABC):
         map_shape = problem.rows, problem.columns
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Item, ...]:
-            return tiled_items(layout, map_shape, tile, part)
+            return resources.tiled_items(layout, map_shape, tile, part)
 
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)
         return Demand(items, bounds, levers.resource_levers(items, part, other))

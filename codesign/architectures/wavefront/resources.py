@@ -17,6 +17,8 @@ from codesign.architectures.wavefront.published import PAPER, RTL
 from codesign.figures import Status
 from codesign.spec.part import Part
 
+Shape = tuple[int, int]
+
 CORNER_LUT4 = 2
 """LUT more where corners may not be cut: each diagonal input waits for two F, 3 LUT in place of 1."""
 
@@ -206,3 +208,22 @@ def totals(items: Sequence[Item]) -> dict[str, int]:
     for item in items:
         sums[item.resource] = sums.get(item.resource, 0) + item.amount
     return sums
+
+
+def tile_count(map_shape: Shape, tile: Shape) -> int:
+    """Tiles that cover a map, partial ones counted."""
+    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
+
+
+def tiled_items(layout: Layout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
+    """The demand of a tile's array with its memories, at the widths of ``layout``.
+
+    p^d of safe paths goes to the memories too and needs no second register.
+    """
+    tiles = tile_count(map_shape, tile)
+    shown = Layout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
+    words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
+    return (
+        *array_items(delay_line_node(shown), shown),
+        *tile_items(shown, tiles, words, part),
+    )

@@ -24,28 +24,7 @@ from codesign.planners.wavefront.tiles import Visits, run_tiles
 from codesign.planners.wavefront.wave import longest_distance, obstacle_map
 from codesign.spec.part import Part
 
-Shape = tuple[int, int]
-
 _kept = Memo(max_bytes=32 * 2**20)
-
-
-def tile_count(map_shape: Shape, tile: Shape) -> int:
-    """Tiles that cover a map, partial ones counted."""
-    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
-
-
-def tiled_items(layout: Layout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
-    """The demand of a tile's array with its memories, at the widths of ``layout``.
-
-    p^d of safe paths goes to the memories too and needs no second register.
-    """
-    tiles = tile_count(map_shape, tile)
-    shown = Layout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
-    words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
-    return (
-        *resources.array_items(resources.delay_line_node(shown), shown),
-        *resources.tile_items(shown, tiles, words, part),
-    )
 
 
 class Tiled(ArrayStyle):
@@ -67,7 +46,7 @@ class Tiled(ArrayStyle):
 
     def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
-        return tiled_items(layout, (problem.rows, problem.columns), layout.shape, part)
+        return resources.tiled_items(layout, (problem.rows, problem.columns), layout.shape, part)
 
     def memory(self, problem: Problem, parameters: PropagateParameters) -> Memory:
         """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several."""
