@@ -19,34 +19,49 @@ from codesign.explore.space import canonical
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+    from codesign.maps import OccupancyGrid
     from codesign.spec import Platform, Workload
 
 _NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace", "__pycache__"})
 
 
-def fingerprint(platform: Platform, workload: Workload) -> str:
+def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
     """SHA-256 over platform, parts, workload without its ``explore`` section, map, and code.
+
+    ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
 
     Raises:
         MapError: the map cannot be read or made.
     """
     from codesign.spec import list_parts, load_part
-    from codesign.system.bind import load_grid
+    from codesign.system.bind import grid_of
 
     folders = (platform.document.folder / "parts",)
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
-    grid = load_grid(workload)
-    cells = hashlib.sha256(grid.free.tobytes()).hexdigest()
+    grid = grid_of(workload) if grid is None else grid
+    cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
     known = [
         platform.digest(),
         workload.digest(),
         parts,
-        grid.free.shape,
+        None if grid is None else grid.free.shape,
         cells,
-        grid.resolution,
+        None if grid is None else grid.resolution,
         code_digest(),
     ]
     return hashlib.sha256(canonical(known).encode()).hexdigest()
+
+
+def parts_digest(platform: Platform) -> str:
+    """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
+    digest = hashlib.sha256()
+    for path in sorted((platform.document.folder / "parts").glob("*.yaml")):
+        try:
+            content = path.read_bytes()
+        except OSError:
+            content = b""
+        digest.update(f"{path.name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
 
 
 @cache

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import hashlib
 import json
 import os
@@ -15,19 +16,24 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from codesign.errors import CodesignError, InputError, SpecError, StoreError
+from codesign.errors import CodesignError, InputError, RunError, SpecError, StoreError
 from codesign.explore.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
-from codesign.explore.identity import fingerprint
+from codesign.explore.identity import fingerprint, parts_digest
 from codesign.explore.space import DesignPoint, Space, group, group_limit
 from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.explore.study import Outcome, Study, judged
 from codesign.memo import Memo
-from codesign.spec import Platform, Workload, override
+from codesign.spec import Platform, Workload, cross_check, override
 from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.system.bind import grid_of
 from codesign.system.result import Result
 
 if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
     from codesign.spec.exploration import Exploration
+
+MAX_POINTS = 200_000
+"""Most points of one exploration: a study holds them all in memory."""
 
 _TRIED_AT_FIRST = 1000
 _KEYS_AT_ONCE = 500
@@ -55,11 +61,15 @@ class Progress:
 
 
 class Simulator:
-    """Computes a point by simulating it; what points share is computed once in each process."""
+    """Computes a point by simulating it; what points share is computed once in each process.
 
-    def __init__(self, platform: Platform, workload: Workload) -> None:
+    ``grid``: the map that the keys of the points were made for. Every process plans on it, whatever becomes of its file.
+    """
+
+    def __init__(self, platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> None:
         self.platform = platform
         self.workload = workload
+        self.grid = grid
         self._memo: Memo | None = None
 
     def __call__(self, point: DesignPoint) -> Result:
@@ -68,7 +78,8 @@ class Simulator:
 
         if self._memo is None:
             self._memo = Memo()
-        return simulate(*override(self.platform, self.workload, point.axes), memo=self._memo)
+        moved = override(self.platform, self.workload, point.axes)
+        return simulate(*moved, memo=self._memo, grid=self.grid)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_memo": None}
@@ -97,9 +108,10 @@ def explore(
             store for each.
 
     Raises:
-        InputError: the workload has no ``explore`` section.
-        SpecError: none of the first points can be built on this platform; the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died. What was finished is kept.
+        InputError: the workload has no ``explore`` section, or more than ``MAX_POINTS`` points.
+        SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
+        StoreError: the store cannot be used. RunError: a worker process died, or a part file changed meanwhile. What
+            was finished is kept.
     """
     section = workload.explore
     if section is None:
@@ -109,10 +121,20 @@ def explore(
     workers = _processors() if workers is None else workers
     if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
-    space = Space(section.axes, fingerprint(platform, workload))
+    if section.points > MAX_POINTS:
+        raise InputError(
+            f"{section.points:,} points are too many to explore at once",
+            "explore.axes",
+            f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
+        )
     if evaluate is None:
-        _check_some_point(platform, workload, space)
-        evaluate = Simulator(platform, workload)
+        _check_axes(platform, workload, section)
+    parts = parts_digest(platform)
+    grid = grid_of(workload)
+    space = Space(section.axes, fingerprint(platform, workload, grid))
+    if evaluate is None:
+        _check_some_point(platform, workload, space, grid)
+        evaluate = Simulator(platform, workload, grid)
     where = str(store) if isinstance(store, str | Path) else None
     tally = _Tally(space, section.constraints, where, progress)
     with _opened(store) as kept:
@@ -124,6 +146,12 @@ def explore(
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         with contextlib.closing(executor.run(groups, evaluate)) as batches:
             for batch in batches:
+                if parts_digest(platform) != parts:
+                    raise RunError(
+                        "a part file changed while its designs were explored",
+                        str(platform.document.folder / "parts"),
+                        "run again: points finished before are kept",
+                    )
                 kept.put(batch)
                 tally.take(batch)
     return Study(
@@ -274,7 +302,24 @@ def _definition(platform: Platform, workload: Workload, section: Exploration, sp
     return json.dumps(known, ensure_ascii=False, allow_nan=False)
 
 
-def _check_some_point(platform: Platform, workload: Workload, space: Space) -> None:
+def _check_axes(platform: Platform, workload: Workload, section: Exploration) -> None:
+    """Tell what is wrong with the axes at their places in the file.
+
+    Raises:
+        SpecError: every fault.
+    """
+    document = workload.document
+    axes = {name: list(values) for name, values in section.axes.items()}
+    if (document.tree.get("explore") or {}).get("axes", {}) != axes:
+        # A section put in from Python: it stands in no file, and its faults are told of the file as a whole.
+        workload = workload.model_copy()
+        workload._document = dataclasses.replace(document, tree={**document.tree, "explore": {"axes": axes}})
+    cross_check(platform, workload)
+
+
+def _check_some_point(
+    platform: Platform, workload: Workload, space: Space, grid: OccupancyGrid | None
+) -> None:
     """Where no point at all can be bound, say so now, instead of a failure for each.
 
     Raises:
@@ -285,7 +330,7 @@ def _check_some_point(platform: Platform, workload: Workload, space: Space) -> N
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:
-            bind(*override(platform, workload, point.axes))
+            bind(*override(platform, workload, point.axes), grid=grid)
         except (SpecError, InputError) as fault:
             first = first or fault
         else:

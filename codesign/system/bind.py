@@ -51,8 +51,10 @@ class System:
         return self.parameters[self.planner.planning_task]
 
 
-def bind(platform: Platform, workload: Workload) -> System:
+def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
     """Join platform and workload.
+
+    ``grid``: the workload's map, where it was read already; by default it is read.
 
     Raises:
         SpecError: every fault that stands between them, each with its place in the file that holds it.
@@ -74,7 +76,7 @@ def bind(platform: Platform, workload: Workload) -> System:
             )
     architecture, style_fault = _architecture(platform, workload, planner)
     faults += style_fault
-    problem, problem_faults = _problem(workload)
+    problem, problem_faults = _problem(workload, planner, grid)
     faults += problem_faults
     if problem is not None:
         wrong = planner.check(problem, task.parameters)
@@ -118,12 +120,14 @@ def _architecture(
     return None, [fault(workload, ("mapping", task_name, "style"), text, choose_hint(wanted, styles))]
 
 
-def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
+def _problem(
+    workload: Workload, planner: Planner, grid: OccupancyGrid | None
+) -> tuple[Problem | None, list[Fault]]:
     """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
     if not isinstance(workload.problem, ProblemSpec):
         return workload.problem.problem(), []  # type: ignore[attr-defined]
     try:
-        grid = load_grid(workload)
+        grid = load_grid(workload) if grid is None else grid
     except MapError as wrong:
         # A generator names the parameter at fault, which is a key of the workload; a reader names a place in its file.
         generated = workload.map_file is None and wrong.where is not None
@@ -146,6 +150,15 @@ def _problem(workload: Workload) -> tuple[Problem | None, list[Fault]]:
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
 
 
+def grid_of(workload: Workload) -> OccupancyGrid | None:
+    """The workload's map, or None where the planner's problem is of another kind.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    return load_grid(workload) if isinstance(workload.problem, ProblemSpec) else None
+
+
 def load_grid(workload: Workload) -> OccupancyGrid:
     """The workload's map, read or generated; kept in this process, so that a thousand points read it once.
 
@@ -156,8 +169,7 @@ def load_grid(workload: Workload) -> OccupancyGrid:
     wanted = workload.problem.map
     if isinstance(wanted, FileMap):
         file = wanted.path
-        stamp = file.stat().st_mtime_ns if file.is_file() else 0
-        return _grids.get(("file", str(file), stamp), lambda: maps.read_map(file))
+        return _grids.get(("file", maps.map_stamp(file)), lambda: maps.read_map(file))
     parameters = wanted.model_dump(exclude={"generate"})
     key = ("generate", wanted.generate, repr(sorted(parameters.items())))
     return _grids.get(key, lambda: maps.generate(wanted.generate, **parameters))

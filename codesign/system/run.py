@@ -17,6 +17,7 @@ from codesign.system.fit import fit, source
 from codesign.system.result import Energy, Power, Reason, Result, Times
 
 if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
     from codesign.components import Granularity
 
 TRACED_TRAJECTORIES = 16
@@ -29,16 +30,18 @@ def simulate(
     listeners: Sequence[Listener] = (),
     granularity: str = "run_ahead",
     memo: Memo | None = None,
+    grid: OccupancyGrid | None = None,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
     ``listeners`` take the records of the run. ``memo`` shares the functional work of design points that have it in
-    common; the figures are the same with and without.
+    common; the figures are the same with and without. ``grid``: the workload's map, where it was read already.
 
     Raises:
         SpecError: platform, workload and map do not belong together.
     """
-    return simulate_system(bind(platform, workload), listeners=listeners, granularity=granularity, memo=memo)
+    system = bind(platform, workload, grid=grid)
+    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo)
 
 
 def simulate_system(
