@@ -46,7 +46,7 @@ def compare(
     harmonic control, wavefront, breadth-first search and relaxation on a host.
     """
     import codesign
-    from codesign.cli.run import setting
+    from codesign.cli.run import settings_of
     from codesign.report import comparison_table, render_text
     from codesign.system import applicable, problem_from_map, problem_of, with_problem
 
@@ -58,7 +58,7 @@ def compare(
         problem = problem_from_map(map_file, _cell("--goal", goal), _cell("--start", start))
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
-    values = dict(map(setting, settings))
+    values = settings_of(settings)
     results = []
     for design in designs or DEFAULT:
         platform_name, separator, workload_name = design.partition(":")

@@ -42,10 +42,16 @@ def explore(
     Finished points are kept in one file; running again goes on from there.
     """
     import codesign
+    from codesign.cli.outputs import check_outputs
 
     platform_spec = codesign.load_platform(platform)
     workload_spec = codesign.load_workload(workload)
     file = store or Path(f"{platform_spec.name}-{workload_spec.name}.sqlite")
+    check_outputs(
+        {"--csv": csv_file, "--html": page},
+        (platform, workload, workload_spec.map_file),
+        store=("--store", file),
+    )
     with _progress_shown() as progress:
         study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
     _deliver(study, csv_file, page, as_json)
@@ -62,8 +68,10 @@ def explore(
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
 def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
     """Make the tables, the CSV and the HTML page of the exploration kept in STORE, without simulating anything."""
+    from codesign.cli.outputs import check_outputs
     from codesign.explore import load_study
 
+    check_outputs({"--csv": csv_file, "--html": page}, [store])
     _deliver(load_study(store), csv_file, page, as_json)
 
 

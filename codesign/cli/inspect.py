@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import InputError, SpecError
+from codesign.errors import InputError, RunError, SpecError
 
 KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 
@@ -74,6 +74,7 @@ def list_(as_json: bool) -> None:
 @click.argument("folder", type=click.Path(file_okay=False, path_type=Path), default=Path())
 def init(folder: Path) -> None:
     """Write my-platform.yaml and my-workload.yaml into FOLDER, to be run and changed."""
+    from codesign.files import write_atomically
     from codesign.spec import starting_files
 
     texts = starting_files()
@@ -82,10 +83,18 @@ def init(folder: Path) -> None:
         raise InputError(f"{existing[0]} is there already", hint="choose another folder, or remove it first")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in texts.items():
-            (folder / name).write_text(text, encoding="utf-8")
     except OSError as fault:
         raise InputError(f"cannot write into {folder}: {fault.strerror}") from fault
+    written: list[Path] = []
+    try:
+        for name, text in texts.items():
+            write_atomically(folder / name, text.encode())
+            written.append(folder / name)
+    except RunError:
+        # One without the other is no start, and would stand in the way of the next try.
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise
     for name in texts:
         click.echo(f"written: {folder / name}")
     click.echo(f"next: hwsw run {' '.join(str(folder / name) for name in texts)}")

@@ -27,8 +27,11 @@ def reproduce(
     Each name stands for the paper of that planner; without a name, all of them.
     """
     from codesign import reproduce as papers
+    from codesign.cli.outputs import check_folder, check_outputs
     from codesign.report import Picture, render_text, reproduction_page, reproduction_table
 
+    check_outputs({"--html": page})
+    check_folder("--plots", plots, {"--html": page})
     found = [
         papers.PAPERS[name](quick=quick, progress=lambda line: click.echo(line, err=True))
         for name in names or papers.PAPERS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -38,13 +39,19 @@ def run(
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth."""
     import codesign
+    from codesign.cli.outputs import check_outputs
     from codesign.report import render_text, result_page, result_tables, run_pictures
     from codesign.system import point_of
     from codesign.trace import MemoryListener
 
-    point = point_of(
-        codesign.load_platform(platform), codesign.load_workload(workload), dict(map(setting, settings))
+    values = settings_of(settings)
+    workload_spec = codesign.load_workload(workload)
+    check_outputs(
+        {"--trace": trace_file, "--html": page},
+        (platform, workload, workload_spec.map_file),
+        plain=["--trace"],
     )
+    point = point_of(codesign.load_platform(platform), workload_spec, values)
     memory = MemoryListener()
     result = codesign.simulate(
         *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
@@ -61,6 +68,20 @@ def run(
                 click.echo(f"{name}: {path}")
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def settings_of(texts: Iterable[str]) -> dict[str, object]:
+    """The raw value of each axis that ``--set`` names; none may be named twice.
+
+    Raises:
+        InputError: a text is no setting, or an axis comes twice.
+    """
+    values: dict[str, object] = {}
+    for axis, value in map(setting, texts):
+        if axis in values:
+            raise InputError(f"{axis} is set twice", "--set", "keep one of the two")
+        values[axis] = value
+    return values
 
 
 def setting(text: str) -> tuple[str, object]:

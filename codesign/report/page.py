@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
-from codesign.report.files import write_atomically
+from codesign.files import write_atomically
 from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import (
     figure_tables,

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Iterable
 from pathlib import Path
 
-from codesign.report.files import write_atomically
+from codesign.files import write_atomically
 from codesign.report.table import Cell, Column, Table
 
 _WIDTH_OF_FILES = 160

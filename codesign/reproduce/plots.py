@@ -6,6 +6,7 @@ import io
 from pathlib import Path
 
 from codesign.errors import InputError
+from codesign.files import write_atomically
 from codesign.reproduce.model import Plot, Reproduction
 
 MARKERS = "osD^vP*X"
@@ -49,17 +50,17 @@ def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
     """Write every plot into ``folder`` (made if missing) as NAME.svg; returns the files.
 
     Raises:
-        InputError: the folder or a file cannot be written.
+        InputError: the folder cannot be made. RunError: a plot cannot be written; no plot is left half written.
     """
     written = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for plot in reproduction.figures:
-            path = folder / f"{plot.name}.svg"
-            path.write_text(plot_svg(plot), encoding="utf-8")
-            written.append(path)
     except OSError as fault:
         raise InputError(
             f"cannot write plots: {fault.strerror}", str(folder), "choose another folder"
         ) from fault
+    for plot in reproduction.figures:
+        path = folder / f"{plot.name}.svg"
+        write_atomically(path, plot_svg(plot).encode())
+        written.append(path)
     return tuple(written)

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any, BinaryIO
 
 from codesign.errors import TraceError
+from codesign.files import is_special, landing
 from codesign.records import MapRecord, Record, SummaryRecord
 from codesign.trace.encoding import GRIDS, encode, schema_name, schema_of, topic_of
 
@@ -53,7 +54,9 @@ class McapListener:
         from mcap.writer import Writer
 
         self.path = Path(path)
-        self._part = self.path.with_name(f".{self.path.name}.{os.getpid()}-{id(self):x}.part")
+        # A link is followed, and stays; and a long name is cut, as the temporary one is longer still.
+        self._target = landing(self.path)
+        self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[type[Record], str], int] = {}
         self._schemas: dict[str, int] = {}
         self._count = 0
@@ -62,6 +65,8 @@ class McapListener:
         self._stream: BinaryIO | None = None
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
+        if is_special(self.path):
+            raise TraceError("is no regular file", str(self.path), "a trace needs one: name a file")
         with self._guard():
             self._stream = self._part.open("xb")
             self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)
@@ -113,7 +118,7 @@ class McapListener:
         with self._guard():
             self._writer.finish()  # type: ignore[no-untyped-call]
             self._close_stream()
-            self._part.replace(self.path)
+            self._part.replace(self._target)
         self._finished = True
 
     def abort(self) -> None:

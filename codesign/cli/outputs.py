@@ -1,0 +1,119 @@
+"""Refuses, before any work, outputs that would destroy an input or one another, or that cannot be written."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from codesign.errors import InputError
+from codesign.files import is_special, is_stream, landing
+
+_SQLITE = ("-wal", "-shm", "-journal")
+_ROOM = "name a file in a folder that is there and can be written to"
+
+
+def check_outputs(
+    outputs: Mapping[str, Path | None],
+    inputs: Iterable[str | Path | None] = (),
+    *,
+    store: tuple[str, Path] | None = None,
+    plain: Iterable[str] = (),
+) -> None:
+    """Check the files that a command is about to write.
+
+    Args:
+        outputs: by the option that names them; None where it was not given.
+        inputs: what the command reads; what is no file there (the name of a shipped spec) is no matter.
+        store: option and SQLite file of explored points, which is read and written.
+        plain: the options of ``outputs`` that need a regular file, so that no FIFO or device will do.
+
+    Raises:
+        InputError: an output cannot be written, or is an input, another output, or standard output.
+    """
+    taken: dict[object, str] = {}
+    for path in inputs:
+        if path is not None and os.path.isfile(path):
+            taken[_identity(Path(path))] = f"{path}, which is read"
+    wanted = [(option, path) for option, path in outputs.items() if path is not None]
+    if store is not None:
+        option, path = store
+        _check_file(option, path, regular=True)
+        _claim(taken, option, path)
+        for suffix in _SQLITE:
+            taken[_identity(path.with_name(path.name + suffix))] = f"a part of {option}"
+    for descriptor in _standard_streams():
+        taken.setdefault(descriptor, "standard output")
+    for option, path in wanted:
+        _check_file(option, path, regular=option in set(plain))
+        if not is_stream(path):
+            _claim(taken, option, path)
+
+
+def check_folder(option: str, folder: Path | None, files: Mapping[str, Path | None]) -> None:
+    """Check a folder that is made if missing, and that none of ``files`` could be one of its plots.
+
+    Raises:
+        InputError: the folder can neither be made nor written to, or a file may be overwritten by a plot.
+    """
+    if folder is None:
+        return
+    try:
+        nearest = next(each for each in (folder.absolute(), *folder.absolute().parents) if each.exists())
+    except (OSError, ValueError) as fault:
+        raise InputError(_reason(fault), f"{option} {folder}", "choose another folder") from fault
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
+        raise InputError("the folder cannot be made or written to", f"{option} {folder}", "choose another")
+    for other, path in files.items():
+        if path is not None and path.suffix == ".svg" and landing(path).parent == landing(folder):
+            raise InputError(f"a plot may overwrite {path}", option, f"name another file for {other}")
+
+
+def _claim(taken: dict[object, str], option: str, path: Path) -> None:
+    owner = taken.setdefault(_identity(path), option)
+    if owner != option:
+        raise InputError(f"{path} is the file of {owner}", option, "give every output a file of its own")
+
+
+def _check_file(option: str, path: Path, *, regular: bool) -> None:
+    where = f"{option} {path}"
+    if not path.name:
+        raise InputError("an empty name is no file", option, "name a file")
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as fault:
+        raise InputError(_reason(fault), where, _ROOM) from fault
+    if is_special(path) and (regular or not is_stream(path)):
+        raise InputError("is no regular file", where, "name a file")
+    target = landing(path)
+    if not target.parent.is_dir():
+        raise InputError(f"there is no folder {target.parent}", where, "make it first")
+    if target.is_symlink():
+        raise InputError("is a symbolic link to itself", where, "name a file")
+    if not is_stream(path) and not os.access(target.parent, os.W_OK | os.X_OK):
+        raise InputError(f"folder {target.parent} may not be written to", where, _ROOM)
+
+
+def _identity(path: Path) -> object:
+    """Equal for two names of one file, there (links of either kind) or not yet there."""
+    try:
+        status = path.stat()
+    except (OSError, ValueError):
+        return landing(path)
+    return status.st_dev, status.st_ino
+
+
+def _standard_streams() -> Iterable[object]:
+    for stream in (sys.stdout, sys.stderr):
+        # Streams of a test or a notebook have no descriptor.
+        with suppress(OSError, ValueError, AttributeError):
+            status = os.fstat(stream.fileno())
+            yield status.st_dev, status.st_ino
+
+
+def _reason(fault: Exception) -> str:
+    return getattr(fault, "strerror", None) or str(fault)
