@@ -21,7 +21,7 @@ from codesign.maps.reach import (
     nearest_free,
     reachable,
 )
-from codesign.maps.read import read_map
+from codesign.maps.read import map_files, map_stamp, read_map
 from codesign.maps.ros import read_ros
 from codesign.maps.text import read_text, to_text, write_text
 
@@ -38,6 +38,8 @@ __all__ = [
     "distance_steps",
     "empty",
     "generate",
+    "map_files",
+    "map_stamp",
     "maze",
     "nearest_free",
     "random_obstacles",

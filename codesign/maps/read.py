@@ -10,8 +10,10 @@ from codesign.maps.files import read_bytes
 from codesign.maps.grid import OccupancyGrid
 from codesign.maps.images import is_image, parse_image
 from codesign.maps.movingai import parse_movingai
-from codesign.maps.ros import read_ros
+from codesign.maps.ros import image_of, read_ros
 from codesign.maps.text import parse_text
+
+_ROS = (".yaml", ".yml")
 
 
 def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> OccupancyGrid:
@@ -24,7 +26,7 @@ def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
         MapError: whatever the reader of the format finds wrong.
     """
     suffix = Path(path).suffix.lower()
-    if suffix in (".yaml", ".yml"):
+    if suffix in _ROS:
         return read_ros(path, unknown_is_free=unknown_is_free)
     where = str(path)
     content = read_bytes(path)
@@ -37,3 +39,32 @@ def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
             "this is a file of scenarios, not a map", where, "name the .map file that belongs to it"
         )
     return parse_text(content, where)
+
+
+def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
+    """The files that ``read_map`` would read: the file itself and, for a ROS map, its image.
+
+    A YAML file that cannot be read stands alone: reading the map tells what is wrong with it.
+    """
+    file = Path(path)
+    if file.suffix.lower() not in _ROS:
+        return (file,)
+    try:
+        return file, image_of(file)
+    except MapError:
+        return (file,)
+
+
+def map_stamp(path: str | os.PathLike[str]) -> tuple[tuple[str, int, int], ...]:
+    """Name, modification time (ns) and size (bytes) of each of ``map_files``: another stamp, another map.
+
+    A file that is not there has time and size -1.
+    """
+    stamps = []
+    for file in map_files(path):
+        try:
+            status = file.stat()
+            stamps.append((str(file), status.st_mtime_ns, status.st_size))
+        except (OSError, ValueError):
+            stamps.append((str(file), -1, -1))
+    return tuple(stamps)

@@ -74,6 +74,15 @@ def read_ros(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
     )
 
 
+def image_of(path: str | os.PathLike[str]) -> Path:
+    """The image that a map_server YAML file names.
+
+    Raises:
+        MapError: see ``read_ros``.
+    """
+    return _parse_yaml(read_bytes(path, MAX_YAML_BYTES), Path(path)).image
+
+
 def _classify(image: GreyImage, description: _Description) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """(free, unknown), by the rules in ``read_ros``."""
     white = image.full * image.channels
@@ -102,6 +111,9 @@ def _parse_yaml(content: bytes, path: Path) -> _Description:
                 f"the key {name} is missing", str(path), f"map_server needs: {', '.join(_REQUIRED)}"
             )
     image = _text(fields["image"], "image", path)
+    if not image.isprintable():
+        what = f"image is {image!a:.60}, which holds characters that no file name should"
+        raise _fault(fields["image"], path, what, "give the path of the image file, in plain characters")
     resolution = _number(fields["resolution"], "resolution", path)
     if resolution <= 0.0:
         raise _fault(fields["resolution"], path, f"resolution is {resolution}", "metres per cell, above 0")

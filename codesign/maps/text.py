@@ -14,6 +14,7 @@ from codesign.maps.grid import OccupancyGrid, check_size
 
 FREE = b". 0GS"
 OBSTACLE = b"#@X1"
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")
 MAX_LINES = 2**20
 """Most lines of a text file: each costs tens of bytes once split, however short it is."""
 
@@ -32,6 +33,9 @@ def read_text(path: str | os.PathLike[str]) -> OccupancyGrid:
 
 def parse_text(content: bytes, where: str) -> OccupancyGrid:
     """The grid of ``read_text`` from the file's content; ``where`` is the file named in errors."""
+    if content.startswith(_UTF16) or b"\0" in content[:64]:
+        what = "this is not plain text of one byte a cell: it looks like UTF-16, or a binary file"
+        raise MapError(what, where, "save it as UTF-8 (or ASCII) text")
     lines = split_lines(content.removeprefix(b"\xef\xbb\xbf"), where)
     return OccupancyGrid(parse_cells(lines, FREE, OBSTACLE, where), source=where)
 
