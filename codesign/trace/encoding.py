@@ -29,8 +29,14 @@ from codesign.trace.grid import GRID_PROPERTIES, GRID_REQUIRED, decode_base64, d
 MAX_ELEMENTS = 2**24
 """Elements of one array: the largest map that the planners take."""
 
-MAX_MESSAGE_BYTES = 2**27 - 2**22
-"""Bytes of one message: with what else stands in its chunk it stays below what a reader takes."""
+MAX_MESSAGE_BYTES = 2**28 - 2**22
+"""Bytes of one message: the base64 of ``MAX_ELEMENTS`` float64 values takes 171 MiB of it.
+
+With what else stands in its chunk it stays below what a reader takes (``scan.MAX_RECORD_BYTES``).
+"""
+
+MAX_INTEGER = 2**63 - 1
+"""Largest whole number of a record: as picoseconds, 106 days of simulated time."""
 
 MAX_SEPARATORS = 1_000_000
 """Commas, brackets and braces of one message: bounds the objects that parsing it can make."""
@@ -122,6 +128,8 @@ def encode(record: Record, cell_size: float = 1.0) -> bytes:
         TraceError: a field holds what its type does not promise, or an array is too large.
     """
     message: dict[str, Any] = {}
+    if record.time < 0:
+        _refuse(type(record), f"time {record.time}, before the run began")
     for plan in plan_of(type(record)):
         value = getattr(record, plan.name)
         if value is None and plan.optional:
@@ -132,6 +140,8 @@ def encode(record: Record, cell_size: float = 1.0) -> bytes:
         elif plan.kind == "array":
             message[plan.name] = _encode_array(record, plan, value)
         else:
+            if isinstance(value, int) and abs(value) > MAX_INTEGER:
+                _refuse_integer(record, plan.name, value)
             message[plan.name] = value
     try:
         text = json.dumps(message, allow_nan=False, ensure_ascii=False, separators=(",", ":")).encode()
@@ -261,7 +271,9 @@ def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, An
     if plan.kind == "array":
         return _decode_array(record_type, plan, value)
     # bool is a kind of int in Python, but not in JSON.
-    if type(value) not in _PYTHON_TYPES[plan.kind] or (type(value) in (int, float) and abs(value) >= 2**63):
+    if type(value) not in _PYTHON_TYPES[plan.kind] or (
+        type(value) in (int, float) and abs(value) > MAX_INTEGER
+    ):
         _refuse(record_type, f"{plan.name} is no {plan.kind}")
     return float(value) if plan.kind == "number" else value
 
@@ -290,6 +302,14 @@ def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDA
     if len(data) != size * plan.dtype.itemsize:
         _refuse(record_type, f"{plan.name} has {len(data)} bytes for {size} elements")
     return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(shape)
+
+
+def _refuse_integer(record: Record, name: str, value: int) -> NoReturn:
+    raise TraceError(
+        f"no {type(record).__name__}: {name} has {value.bit_length()} bits, more than 63",
+        None,
+        "a trace holds 106 days of simulated time: record a shorter run, or run without a trace",
+    )
 
 
 def _refuse(record_type: type[Record], why: str) -> NoReturn:
