@@ -31,7 +31,7 @@ class Harmonic:
         return {"load": LoadParameters, "relax": RelaxParameters, "decide": DecideParameters}
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
-        """A block must not be larger than the map."""
+        """A block must not be larger than the map, and equal blocks must be able to part it as often as asked."""
         height, width = parameters.block_shape(problem.rows, problem.columns)
         if height > problem.rows or width > problem.columns:
             key = "block" if parameters.block is not None else "blocks"
@@ -39,6 +39,15 @@ class Harmonic:
                 key,
                 f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells",
             )
+        if parameters.blocks is not None:
+            made = -(-problem.rows // height), -(-problem.columns // width)
+            if made != parameters.blocks:
+                asked = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
+                size = f"{problem.rows} × {problem.columns}"
+                what = (
+                    f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
+                )
+                return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
         return None
 
     def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
