@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from codesign.errors import InputError
 from codesign.figures import Status
+from codesign.planners.harmonic import theory
 from codesign.reproduce import PAPERS, Plot, Reproduction, Series, plot_svg, write_plots
 from codesign.reproduce.girau2008_figures import (
     bits_a_doubling,
     environments,
     node_power,
+    plateau,
     settled_spread,
     slope,
 )
+from codesign.reproduce.girau2008_findings import _shares_finding
 from codesign.reproduce.girau2008_speed import software_seconds
 from codesign.reproduce.girau2008_tables import table_rows
+from codesign.reproduce.girau2008_theory import largest_eigenvalue
 from codesign.reproduce.model import row
 
 TOLD: list[str] = []
+THEORY = {"Section 3.2.2", "Section 4.2", "Section 4.4.1", "Section 4.4.2"}
 
 GOLDEN = """\
 Table 1 flip-flops 11 11 fitted
@@ -68,11 +75,14 @@ def test_rows_that_need_no_simulation_are_golden() -> None:
     assert "".join(lines) == GOLDEN
 
 
-def test_the_documented_table_is_the_one_that_is_computed() -> None:
+def test_the_documented_table_is_the_one_that_is_computed(quick: Reproduction) -> None:
     page = (
         (Path(__file__).parent.parent / "docs" / "reproduction.md").read_text(encoding="utf-8").splitlines()
     )
-    for one in table_rows():
+    # What a quick run takes from the same maps as a full one.
+    same = [one for one in quick.rows if one.table in THEORY and not one.quantity.endswith("room")]
+    assert len(same) == 13
+    for one in (*table_rows(), *same):
         error = "" if one.error is None else "0" if one.error == 0 else f"{one.error:+.1%}".replace("%", " %")
         ending = f"| {error} | {'' if one.held_out else 'yes'} | {one.note} |"
         assert any(f"| {one.quantity} |" in line and line.endswith(ending) for line in page), one.quantity
@@ -86,7 +96,7 @@ def quick() -> Reproduction:
 def test_quick_run_covers_every_row_of_the_full_one(quick: Reproduction) -> None:
     places = {one.table for one in quick.rows}
     assert {"Table 1", "Table 2", "Table 3", "Section 5.4", "Section 4.5.2"} <= places
-    assert {f"Figure {number}" for number in (3, 4, 5, 6)} <= places
+    assert {f"Figure {number}" for number in (3, 4, 5, 6)} | THEORY <= places
     assert [plot.name for plot in quick.figures] == ["figure-3", "figure-4", "figure-5", "figure-6"]
     assert any("Figure 5" in line for line in TOLD)
 
@@ -124,6 +134,57 @@ def test_findings_speak_of_the_data(quick: Reproduction) -> None:
     assert "does not reach it on any own maze" in text
     assert f"{flat.modelled:.0f} with steps of 16 bits" in text
     assert "+11%" in text
+    powers = [one for one in quick.rows if one.table == "Figure 4"]
+    assert all(f"exponent {one.modelled:.2f})" in text for one in powers)
+
+
+def test_the_headline_leaves_no_miss_out(quick: Reproduction) -> None:
+    headline = next(text for text in quick.findings if text.startswith("Laws were fitted"))
+    assumed = [one for one in quick.rows if one.status is Status.ASSUMED and one.error is not None]
+    assert len(assumed) == 5
+    for one in assumed:
+        assert f"{one.quantity} {one.error:+.0%}" in headline
+    assert "The other 14 need none: 8 are met exactly" in headline
+
+
+def test_figure_6_gets_a_verdict_on_each_claim() -> None:
+    level = (0.1, 0.3, *[0.5] * 16, 0.3, 0.1)
+    assert plateau(Series("k=2", tuple(range(20)), level)) == (0.1, 0.9)
+    larger = Series("k=3", tuple(range(20)), (0.7,) * 20)
+    curves = Plot("figure-6", "", "", "", "", (Series("k=2", tuple(range(20)), level), larger))
+    told = _shares_finding(curves)
+    assert 'rapidly reaches a constant value": agrees' in told
+    assert '"Until convergence": does not agree, it leaves that level at 90% to 100%' in told
+    assert "the more iterations: agrees, the mean of Î/I goes from 0.44" in told
+    slow = Series("k=2", tuple(range(20)), tuple(index / 20 for index in range(20)))
+    assert 'rapidly reaches a constant value": does not agree' in _shares_finding(
+        replace(curves, series=(slow,))
+    )
+    assert "the more iterations: does not agree" in _shares_finding(replace(curves, series=(larger, slow)))
+
+
+def test_estimates_of_section_4_stand_beside_what_is_counted(quick: Reproduction) -> None:
+    rows = {one.quantity: one for one in quick.rows if one.table in THEORY}
+    gain, first = rows["K, labyrinth"], rows["k_1 at 255 bits, labyrinth"]
+    assert gain.published == pytest.approx(theory.noise_gain(61, 61))
+    assert gain.modelled == pytest.approx(16.726, abs=1e-3)
+    assert first.published == round(theory.first_iterations(255, theory.noise_gain(61, 61), 1))
+    assert first.modelled == 2562
+    assert rows["bits for an error below 2^-16, labyrinth"].modelled == 20
+    assert rows["time with 4 equal stages over one, labyrinth"].modelled == pytest.approx(0.7156, abs=1e-4)
+    assert rows["bits for a corridor of 100 cells"].modelled == 187
+    best = rows["time with the best schedule over one stage, labyrinth"].modelled
+    assert all(
+        best < one.modelled for name, one in rows.items() if name.endswith("equal stages over one, labyrinth")
+    )
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(3, 4), (7, 5)])
+def test_the_largest_eigenvalue_of_open_ground_is_gamma(rows: int, columns: int) -> None:
+    # The goal lies below the rectangle, alone in its row: to the cells above it is one more cell that stays.
+    free = np.ones((rows + 1, columns), bool)
+    free[-1, 1:] = False
+    assert largest_eigenvalue(free, (rows, 0)) == pytest.approx(theory.gamma(rows + 1, columns + 1), rel=1e-9)
 
 
 def test_json_holds_everything(quick: Reproduction) -> None:

@@ -7,12 +7,11 @@ cannot.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from statistics import fmean, pstdev
+from statistics import fmean, median, pstdev
 
 import numpy as np
 from numpy.typing import NDArray
@@ -248,6 +247,13 @@ def settled_spread(series: Series) -> float:
     return pstdev(middle) / fmean(middle)
 
 
+def plateau(series: Series) -> tuple[float, float]:
+    """From where to where, in shares of the run, the curve is within a tenth of its median."""
+    middle = median(series.y)
+    within = [index for index, y in enumerate(series.y) if abs(y - middle) <= middle / 10]
+    return within[0] / len(series.y), (within[-1] + 1) / len(series.y)
+
+
 def figure_rows(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Row, ...]:
     """What each figure shows, as a number where the words of the paper allow one."""
     own = partial(row, status=Status.MEASURED, source="own environments, exact relaxation")
@@ -261,79 +267,18 @@ def figure_rows(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) 
         quantity = f"exponent of iterations against nodes, {curve.name}"
         note = f"{curve.y[0]:.0f} to {curve.y[-1]:.0f} for {curve.x[0]:.0f} to {curve.x[-1]:.0f} nodes"
         rows.append(own("Figure 4", quantity, 1, node_power(curve), note=note))
-    for curve in _partitioned(still):
+    for curve in partitioned(still):
         best = max(curve.y)
         note = f"at I = {curve.x[curve.y.index(best)]:.0f}; {curve.y[-1]:.2f} at I = {curve.x[-1]:.0f}"
         rows.append(own("Figure 5", f"largest ratio of iterations, {curve.name}", "> 1", best, note=note))
     for curve in shares.series:
         quantity = f"spread of Î/I in the middle of the run, {curve.name}"
-        note = f"relative to its mean; mean Î/I {fmean(curve.y):.2f}"
+        begin, end = plateau(curve)
+        note = f"mean Î/I {fmean(curve.y):.2f}; near its median from {begin:.0%} to {end:.0%} of the run"
         rows.append(own("Figure 6", quantity, "constant soon", settled_spread(curve), note=note))
     return tuple(rows)
 
 
-def _partitioned(still: StillBlocks) -> list[Series]:
+def partitioned(still: StillBlocks) -> list[Series]:
     """The curves of Figure 5 with more than one block."""
     return [curve for curve in still.plot.series if curve.name != "k=1"]
-
-
-def figure_findings(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[str, ...]:
-    """What agrees with the paper's words on Figures 3 to 6, and what does not, from the data."""
-    return (
-        _bits_finding(bits),
-        _iterations_finding(iterations),
-        _blocks_finding(still),
-        _shares_finding(shares),
-        f"The published termination ends {still.wrong} of the {still.runs} runs of Figure 5 with wrong bits, so the"
-        " curves are of runs that end only when no bit changes.",
-    )
-
-
-def _bits_finding(plot: Plot) -> str:
-    halves = {curve.name: bits_a_doubling(curve) for curve in plot.series}
-    slower = [
-        f"{name} ({first:.1f} to {last:.1f})" for name, (first, last) in halves.items() if last <= first
-    ]
-    faster = [f"{name} ({first:.1f} to {last:.1f})" for name, (first, last) in halves.items() if last > first]
-    return (
-        f"Figure 3, {plot.published}: bits that a doubling of L adds, first half to last, do not grow for"
-        f" {_listed(slower)}; they grow for {_listed(faster)}."
-    )
-
-
-def _iterations_finding(plot: Plot) -> str:
-    powers = {series.name: node_power(series) for series in plot.series}
-    near = [name for name, power in powers.items() if abs(power - 1) <= 0.15]
-    far = [f"{name} ({power:.2f})" for name, power in powers.items() if abs(power - 1) > 0.15]
-    return (
-        f"Figure 4, {plot.published}: exponent within 15 % of 1 for {_listed(near)}; not for {_listed(far)}."
-    )
-
-
-def _blocks_finding(still: StillBlocks) -> str:
-    curves = _partitioned(still)
-    faster = [series.name for series in curves if max(series.y) > 1]
-    falls = [series.name for series in curves if series.y[-1] < max(series.y)]
-    best = [max(series.y) for series in curves]
-    order = "falls" if all(a >= b for a, b in itertools.pairwise(best)) else "does not fall steadily"
-    return (
-        "Figure 5: blocks take fewer iterations than one synchronous run at some I for"
-        f" {_listed(faster)} (best ratio {max(best):.2f}), and the ratio is past its best at the largest I"
-        f" for {_listed(falls)}, as in the paper; with more blocks the best ratio {order}, where the paper"
-        " sees larger blocks gain more."
-    )
-
-
-def _shares_finding(plot: Plot) -> str:
-    spreads = [settled_spread(series) for series in plot.series]
-    means = [fmean(series.y) for series in plot.series]
-    rises = "rises" if means[-1] > means[0] else "falls"
-    return (
-        f"Figure 6: in the middle of the run Î/I varies by {min(spreads):.0%} to {max(spreads):.0%} of its mean"
-        f" (the paper: constant soon), and its mean {rises} from {means[0]:.2f} with the largest blocks to"
-        f" {means[-1]:.2f} with the smallest (the paper: the smaller the blocks, the more iterations)."
-    )
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names) if names else "none"

@@ -23,8 +23,8 @@ class Row:
     Attributes:
         table: table, figure or section of the paper.
         quantity: what is counted, timed or stated.
-        published, modelled: in ``unit``; text where the paper gives a bound or a sentence; None where it
-        gives nothing.
+        published, modelled: in ``unit``; text where the paper gives a bound or a sentence; the value of
+        its formula where it gives one; None where it gives nothing.
         error: (modelled - published) / published; None where that makes no sense.
         unit: Hz, s, %, "1" for a count or a ratio, or a word.
         status: how the modelled figure is known. source: the law or the run behind it.
