@@ -182,16 +182,17 @@ def relax(
             field = item.field
         elif record_visits:
             batches.append(item)
-    visits = None
-    if record_visits:
-        visits = VisitRecord(
-            stage=np.concatenate(
-                [np.full(len(batch.block), batch.stage_index, np.int32) for batch in batches]
-            ),
-            block=np.concatenate([batch.block for batch in batches]),
-            iterations=np.concatenate([batch.iterations for batch in batches]),
-        )
+    visits = _record(batches) if record_visits else None
     return Relaxation(tuple(stages), field, arguments.reachable, visits)
+
+
+def _record(batches: list[VisitBatch]) -> VisitRecord:
+    """All batches as one."""
+    return VisitRecord(
+        stage=np.concatenate([np.full(len(batch.block), batch.stage_index, np.int32) for batch in batches]),
+        block=np.concatenate([batch.block for batch in batches]),
+        iterations=np.concatenate([batch.iterations for batch in batches]),
+    )
 
 
 def stage_cost(
