@@ -9,7 +9,8 @@ import pytest
 import codesign
 from codesign.errors import InputError, RunError, SpecError
 from codesign.explore import Progress, explore, load_study
-from codesign.spec.locate import parts_folder
+from codesign.spec.part import parts_folder
+from codesign.system import check_files
 
 Specs = tuple[Path, Path]
 
@@ -85,3 +86,46 @@ def test_more_points_than_memory_allows_are_refused(specs: Specs) -> None:
     specs[1].write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match="250,000 points"):
         explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1)
+
+
+WALLED_GOAL = ".@....\n@.....\n......\n......\n"
+WALLED_START = "......\n......\n....@.\n...@.@\n....@.\n"
+
+
+def test_a_walled_in_goal_is_told_and_not_praised(specs: Specs) -> None:
+    put_map(specs, WALLED_GOAL, starts="{count: 4}")
+    with pytest.raises(SpecError, match=r"problem\.goals\[0\]: goal \(0, 0\) is walled in"):
+        codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+
+
+def test_a_start_without_a_way_is_told_with_the_nearest_that_has_one(specs: Specs) -> None:
+    put_map(specs, WALLED_START, starts="[[4, 0], [3, 4]]")
+    with pytest.raises(SpecError) as caught:
+        codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    (fault,) = caught.value.faults
+    assert (fault.key, fault.what) == ("problem.starts[1]", "no way leads from start (3, 4) to a goal")
+    assert fault.hint is not None
+    assert fault.hint.endswith(("(1, 4)", "(2, 3)", "(2, 5)", "(4, 3)"))
+
+
+def test_a_share_of_no_cells_is_no_success(specs: Specs) -> None:
+    put_map(specs, ".@\n@@\n", starts="[[0, 0]]")
+    result = codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    assert result.quality.reachable_cells == 0
+    assert result.quality.share_reaching_goal is None
+
+
+def test_what_a_platform_lacks_for_a_workload_is_told_by_check(specs: Specs) -> None:
+    put_map(specs)
+    platform = specs[0].read_text(encoding="utf-8")
+    specs[0].write_text(platform.partition("links:")[0], encoding="utf-8")
+    (fault,) = check_files(specs)
+    assert fault.file == str(specs[0])
+    assert "no link joins host" in fault.what
+    assert "between: [host, fpga]" in str(fault.hint)
+    specs[0].write_text(platform.replace("costs: {harmonic_node_update: 40 ns}, ", ""), encoding="utf-8")
+    text = specs[1].read_text(encoding="utf-8").replace("component: fpga", "component: host")
+    specs[1].write_text(text, encoding="utf-8")
+    (fault,) = check_files(specs)
+    assert fault.line == 5
+    assert "harmonic_node_update" in str(fault.hint)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import codesign
-from codesign.errors import RunError, SpecError
+from codesign.errors import SpecError
 from codesign.memo import Memo
 from codesign.records import MessageRecord, StageRecord, VisitsRecord
 from codesign.system import bind, point_of, simulate
@@ -167,5 +167,5 @@ def test_what_only_the_map_tells_is_told_at_its_place(
 def test_no_link_no_run(specs: Specs) -> None:
     text = specs[0].read_text(encoding="utf-8").split("links:")[0]
     specs[0].write_text(text, encoding="utf-8")
-    with pytest.raises(RunError, match="no link joins host and fpga"):
+    with pytest.raises(SpecError, match="no link joins host, which wants the plan, and fpga"):
         simulate(*loaded(specs))

@@ -63,7 +63,8 @@ class Progress:
 class Simulator:
     """Computes a point by simulating it; what points share is computed once in each process.
 
-    ``grid``: the map that the keys of the points were made for. Every process plans on it, whatever becomes of its file.
+    ``grid``: the map that the keys of the points were made for: every process plans on it, whatever becomes of its
+    file.
     """
 
     def __init__(self, platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> None:

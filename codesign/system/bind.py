@@ -20,7 +20,7 @@ from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
 from codesign.spec import Part, Platform, Workload, cross_check, fault
-from codesign.spec.platform import FpgaComponent
+from codesign.spec.platform import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.system import catalog
 
@@ -76,6 +76,8 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
             )
     architecture, style_fault = _architecture(platform, workload, planner)
     faults += style_fault
+    if architecture is not None:
+        faults += _platform_faults(platform, task.component, architecture)
     problem, problem_faults = _problem(workload, planner, grid)
     faults += problem_faults
     if problem is not None:
@@ -145,9 +147,44 @@ def _problem(
         faults += _cell_faults(workload, grid, "starts", chosen)
     elif not faults:
         chosen = _drawn(grid, goals, starts.count, starts.seed)
+    if not faults and not getattr(planner, "answers_no_way", False):
+        faults += _way_faults(workload, grid, goals, chosen)
     if faults:
         return None, faults
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
+
+
+def asker_of(platform: Platform, component: str) -> str:
+    """Who wants the plan: the first processor that is not the planning ``component``, or else that itself."""
+    others = [
+        name
+        for name, spec in platform.components.items()
+        if isinstance(spec, ProcessorComponent) and name != component
+    ]
+    return others[0] if others else component
+
+
+def _platform_faults(platform: Platform, name: str, architecture: Architecture) -> list[Fault]:
+    """What the platform lacks for this style on its component ``name``: a cost of the kernel, a way for messages."""
+    faults = []
+    component = platform.components[name]
+    kernel = architecture.kernel
+    if isinstance(component, ProcessorComponent) and kernel and kernel not in component.costs:
+        text = f"{name} has no cost of kernel {kernel}, which style {architecture.style} is counted in"
+        hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
+        faults.append(fault(platform, ("components", name, "costs"), text, hint))
+    asker = asker_of(platform, name)
+    joined = {asker}
+    # Each pass joins what one more link reaches.
+    for _ in platform.links:
+        for link in platform.links.values():
+            if joined.intersection(link.between):
+                joined.update(link.between)
+    if name not in joined:
+        text = f"no link joins {asker}, which wants the plan, and {name}, which plans"
+        hint = f"add a link with between: [{asker}, {name}] under links:"
+        faults.append(fault(platform, ("links",), text, hint))
+    return faults
 
 
 def grid_of(workload: Workload) -> OccupancyGrid | None:
@@ -188,6 +225,41 @@ def _cell_faults(
             hint = f"the nearest free cell is {near}" if near is not None else "no cell of the map is free"
             faults.append(fault(workload, path, f"cell ({row}, {column}) is on an obstacle", hint))
     return faults
+
+
+def _way_faults(
+    workload: Workload,
+    grid: OccupancyGrid,
+    goals: tuple[tuple[int, int], ...],
+    starts: tuple[tuple[int, int], ...],
+) -> list[Fault]:
+    """Goals that no cell leads to, though there are others, and starts that lead to no goal."""
+    reach = maps.reachable(grid.free, goals)
+    elsewhere = int(grid.free.sum()) > len(set(goals))
+    faults = []
+    for index, goal in enumerate(goals):
+        if elsewhere and not _has_free_neighbour(grid, goal):
+            text = f"goal {goal} is walled in: no free cell is beside it"
+            hint = "put it where a robot can come from, or open the map beside it"
+            faults.append(fault(workload, ("problem", "goals", index), text, hint))
+    if faults or not isinstance(getattr(workload.problem, "starts", None), tuple):
+        return faults
+    for index, start in enumerate(starts):
+        if not reach[start]:
+            near = maps.nearest_free(reach, start)
+            hint = f"the nearest cell from which a way leads to a goal is {near}"
+            text = f"no way leads from start {start} to a goal"
+            faults.append(fault(workload, ("problem", "starts", index), text, hint))
+    return faults
+
+
+def _has_free_neighbour(grid: OccupancyGrid, cell: tuple[int, int]) -> bool:
+    row, column = cell
+    around = ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1))
+    return any(
+        0 <= beside < grid.rows and 0 <= across < grid.columns and bool(grid.free[beside, across])
+        for beside, across in around
+    )
 
 
 def _drawn(

@@ -6,10 +6,9 @@ from collections.abc import Generator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from codesign.errors import RunError
 from codesign.records import Listener, Record
 from codesign.spec.platform import FpgaComponent, ProcessorComponent
-from codesign.system.bind import System
+from codesign.system.bind import System, asker_of
 
 if TYPE_CHECKING:
     from codesign.architectures.interface import Step
@@ -32,7 +31,7 @@ class Machine:
         self.by_name = {name: self._component(name) for name in system.platform.components}
         self._links = {name: self._link(name) for name in system.platform.links}
         self.planner = self.by_name[system.component]
-        self.asker_name = _asker(system)
+        self.asker_name = asker_of(system.platform, system.component)
         self._route = _route(system, self.asker_name, system.component)
         self._units: dict[str, int] = {}
         self.map_loaded = self.planned = self.answered = 0
@@ -151,38 +150,20 @@ class Machine:
 
 
 def build(system: System, listeners: Sequence[Listener] = ()) -> Machine:
-    """The components of ``system``, at time 0.
-
-    Raises:
-        RunError: no link joins the component that plans and the one that asks.
-    """
+    """The components of ``system``, at time 0."""
     return Machine(system, listeners)
 
 
-def _asker(system: System) -> str:
-    others = [
-        name
-        for name, spec in system.platform.components.items()
-        if isinstance(spec, ProcessorComponent) and name != system.component
-    ]
-    return others[0] if others else system.component
-
-
 def _route(system: System, origin: str, target: str) -> list[tuple[str, str, str]]:
-    """The links from ``origin`` to ``target`` as (link, sender, receiver), over as few links as possible."""
+    """The links from ``origin`` to ``target`` as (link, sender, receiver), over as few links as possible.
+
+    ``bind`` has refused a platform where there is no such way.
+    """
     import networkx
 
     graph = networkx.MultiGraph()
     graph.add_nodes_from(system.platform.components)
     for name, link in system.platform.links.items():
         networkx.add_path(graph, link.between, link=name)
-    try:
-        way = networkx.shortest_path(graph, origin, target)
-    except networkx.NetworkXNoPath:
-        raise RunError(
-            f"no link joins {origin} and {target}",
-            system.platform.name,
-            "add a link between them under links:",
-        ) from None
-    hops = pairwise(way)
+    hops = pairwise(networkx.shortest_path(graph, origin, target))
     return [(min(edge["link"] for edge in graph[a][b].values()), a, b) for a, b in hops]

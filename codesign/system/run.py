@@ -17,8 +17,8 @@ from codesign.system.fit import fit, source
 from codesign.system.result import Energy, Power, Reason, Result, Times
 
 if TYPE_CHECKING:
-    from codesign.maps import OccupancyGrid
     from codesign.components import Granularity
+    from codesign.maps import OccupancyGrid
 
 TRACED_TRAJECTORIES = 16
 

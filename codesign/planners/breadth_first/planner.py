@@ -40,6 +40,7 @@ class BreadthFirst:
 
     name = "breadth_first"
     planning_task = "search"
+    answers_no_way = True
     problem_model = None
 
     @property
