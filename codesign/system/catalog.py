@@ -1,8 +1,14 @@
-"""The planners and architecture styles that are installed, ours and others', found through entry points."""
+"""The planners and architecture styles that are installed, ours and others', found through entry points.
+
+A plug-in that cannot be loaded disables nothing but itself: it is left out with a warning, kept in ``broken``, and
+refused where a workload asks for it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Container, Mapping
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -12,24 +18,45 @@ from pydantic import BaseModel
 
 from codesign import spec
 from codesign.architectures.interface import Architecture
-from codesign.errors import InputError, choose_hint
+from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.planners.interface import Planner
 from codesign.spec import SpecModel, Workload
+
+_log = logging.getLogger(__name__)
+
+_PLANNERS, _STYLES = "codesign.planners", "codesign.architectures"
+_REMEDY = "mend or uninstall the package that registers it"
+
+
+@dataclass(frozen=True)
+class BrokenPlugIn:
+    """A plug-in that cannot be loaded: the entry point's ``group``, ``name`` and ``value``, and ``why``."""
+
+    group: str
+    name: str
+    value: str
+    why: str
+
+    def __str__(self) -> str:
+        return f"plug-in {self.name} ({self.value}) cannot be loaded: {self.why}"
 
 
 @cache
 def planners() -> Mapping[str, Planner]:
-    """Every installed planner by the name that workloads use."""
-    return {point.name: _loaded(point) for point in entry_points(group="codesign.planners")}
+    """Every installed planner by the name that workloads use; without those that cannot be loaded."""
+    return _loaded(_PLANNERS, _sound_planner)[0]
 
 
 @cache
 def architectures() -> Mapping[tuple[str, str], Architecture]:
-    """Every installed architecture style by (planner, style)."""
-    styles: list[Architecture] = []
-    for point in entry_points(group="codesign.architectures"):
-        styles.extend(_loaded(point))
-    return {(style.planner, style.style): style for style in styles}
+    """Every installed architecture style by (planner, style); without those that cannot be loaded."""
+    found = _loaded(_STYLES, _sound_styles)[0]
+    return {key: style for styles in found.values() for key, style in styles.items()}
+
+
+def broken() -> tuple[BrokenPlugIn, ...]:
+    """The planners and styles that are registered, and cannot be loaded."""
+    return _loaded(_PLANNERS, _sound_planner)[1] + _loaded(_STYLES, _sound_styles)[1]
 
 
 def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
@@ -49,32 +76,72 @@ def load_workload(source: str | Path) -> Workload:
     Raises:
         InputError: no shipped workload of that name. SpecError: all the faults of the file.
     """
-    return spec.load_workload(source, task_models(), problem_models())
+    try:
+        return spec.load_workload(source, task_models(), problem_models())
+    except SpecError as wrong:
+        raise SpecError(_blame_plug_in(fault) for fault in wrong.faults) from None
+
+
+def _blame_plug_in(fault: Fault) -> Fault:
+    """The fault; of a planner that is registered but cannot be loaded, with the reason."""
+    for plug_in in broken():
+        if plug_in.group == _PLANNERS and fault.key == "planner" and repr(plug_in.name) in fault.what:
+            return replace(fault, what=str(plug_in), hint=_REMEDY)
+    return fault
 
 
 def planner(name: str) -> Planner:
     """The planner of that name.
 
     Raises:
-        InputError: no such planner is installed.
+        InputError: no such planner is installed, or it cannot be loaded.
     """
     known = planners()
+    _refuse_broken(_PLANNERS, name, known)
     if name not in known:
         raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, known))
     return known[name]
 
 
 def styles_of(planner_name: str) -> dict[str, Architecture]:
-    """The styles of one planner by name."""
-    return {style: found for (of, style), found in architectures().items() if of == planner_name}
+    """The styles of one planner by name.
+
+    Raises:
+        InputError: it has none, and those registered under its name cannot be loaded.
+    """
+    found = {style: found for (of, style), found in architectures().items() if of == planner_name}
+    if not found:
+        _refuse_broken(_STYLES, planner_name, ())
+    return found
 
 
-def _loaded(point: Any) -> Any:
-    try:
-        return point.load()
-    except Exception as fault:
-        raise InputError(
-            f"plug-in {point.name} ({point.value}) cannot be loaded: {fault}",
-            point.group,
-            "mend or uninstall the package that registers it",
-        ) from fault
+def _refuse_broken(group: str, name: str, known: Container[str]) -> None:
+    for plug_in in broken():
+        if (plug_in.group, plug_in.name) == (group, name) and name not in known:
+            raise InputError(str(plug_in), group, _REMEDY)
+
+
+@cache
+def _loaded(group: str, sound: Callable[[Any], Any]) -> tuple[dict[str, Any], tuple[BrokenPlugIn, ...]]:
+    """What the entry points of a group stand for, each once found ``sound``; and those that are not."""
+    found, failed = {}, []
+    for point in entry_points(group=group):
+        try:
+            found[point.name] = sound(point.load())
+        # The code of others: it may raise anything, and one that ends the process must not end ours.
+        except (Exception, SystemExit) as fault:
+            why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
+            failed.append(BrokenPlugIn(group, point.name, point.value, why))
+            _log.warning("%s; it is left out: %s", failed[-1], _REMEDY)
+    return found, tuple(failed)
+
+
+def _sound_planner(plug_in: Any) -> Planner:
+    """The planner, once what is asked of every planner when a workload is read has been answered."""
+    dict(plug_in.tasks), plug_in.problem_model, plug_in.planning_task
+    planner: Planner = plug_in
+    return planner
+
+
+def _sound_styles(plug_in: Any) -> dict[tuple[str, str], Architecture]:
+    return {(style.planner, style.style): style for style in plug_in}

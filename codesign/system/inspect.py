@@ -87,13 +87,17 @@ def at_hand() -> dict[str, dict[str, str]]:
         f"{planner}.{style}": f"on {found.component_type}: {_described(found)}"
         for (planner, style), found in catalog.architectures().items()
     }
-    return {
+    found = {
         "platforms": platforms,
         "workloads": workloads,
         "parts": parts,
         "planners": planners,
         "styles": styles,
     }
+    broken = {
+        f"{plug_in.name} ({plug_in.group})": f"{plug_in.value}: {plug_in.why}" for plug_in in catalog.broken()
+    }
+    return {**found, "broken plug-ins": broken} if broken else found
 
 
 def _load(source: str | Path) -> Spec | Part:
