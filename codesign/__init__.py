@@ -13,6 +13,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from codesign.kernel_cache import provide_kernel_cache
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = ["explore", "load_platform", "load_workload", "open_trace", "simulate"]
+
+provide_kernel_cache()
 
 
 def load_platform(source: str | Path) -> Platform:

@@ -1,5 +1,20 @@
 """``python -m codesign`` does what ``hwsw`` does."""
 
-from codesign.cli import main
+from __future__ import annotations
 
-main(prog_name="hwsw")
+import sys
+
+
+def main() -> None:
+    """Run the command line; an interrupt while it still loads ends it without a traceback."""
+    try:
+        from codesign.cli import main as command
+
+        command(prog_name="hwsw")
+    except KeyboardInterrupt:
+        print("interrupted", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()

@@ -17,6 +17,28 @@ EXIT_INFEASIBLE = 3
 EXIT_INTERRUPTED = 130
 
 
+_SPACES = "\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}"
+
+
+def printable(text: str, most: int | None = 200) -> str:
+    """Text of foreign origin, fit for a terminal.
+
+    No control characters, no writing direction, no bytes that were no text; and no endless line: at most ``most``
+    characters, where given.
+
+    >>> printable("a\\x1b[31mb")
+    'a�[31mb'
+    """
+    shown = "".join(
+        mark if mark.isprintable() or mark in _SPACES else "\N{REPLACEMENT CHARACTER}" for mark in text[:most]
+    )
+    return shown + "…" if most is not None and len(text) > most else shown
+
+
+def _lines(text: str) -> str:
+    return "\n".join(printable(line, None) for line in text.split("\n"))
+
+
 class CodesignError(Exception):
     """A mistake that the user can mend.
 
@@ -35,8 +57,9 @@ class CodesignError(Exception):
         self.hint = hint
 
     def __str__(self) -> str:
-        head = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{head}\n  hint: {self.hint}" if self.hint else head
+        what = _lines(self.what)
+        head = f"{printable(self.where, None)}: {what}" if self.where else what
+        return f"{head}\n  hint: {_lines(self.hint)}" if self.hint else head
 
 
 class InputError(CodesignError):
@@ -77,8 +100,8 @@ class Fault:
 
     def __str__(self) -> str:
         place = f"{self.file}:{self.line}:{self.column}" if self.line else self.file
-        head = f"{place}: {self.key}: {self.what}" if self.key else f"{place}: {self.what}"
-        return f"{head}\n  hint: {self.hint}" if self.hint else head
+        head = printable(f"{place}: {self.key}" if self.key else place, None) + f": {_lines(self.what)}"
+        return f"{head}\n  hint: {_lines(self.hint)}" if self.hint else head
 
 
 class SpecError(CodesignError):

@@ -10,14 +10,15 @@ from __future__ import annotations
 import os
 import sys
 import threading
+import traceback
 from importlib import import_module
 from typing import Any
 
 import click
 
 from codesign import __version__
-from codesign.cli.pipes import readers_may_leave
-from codesign.errors import EXIT_INTERRUPTED, CodesignError
+from codesign.cli.pipes import Heedless, output_may_fail
+from codesign.errors import EXIT_DONE, EXIT_FAILED, EXIT_INTERRUPTED, CodesignError, InputError, RunError
 
 COMMANDS = {
     "run": (
@@ -80,26 +81,66 @@ class LazyGroup(click.Group):
 
         The threads of a pool whose workers were just killed may wait for ever to be joined at exit.
         """
-        try:
-            return super().main(*args, **kwargs)
-        except SystemExit as leaving:
-            if leaving.code == EXIT_INTERRUPTED and threading.active_count() > 1:
-                sys.stdout.flush()
-                sys.stderr.flush()
-                os._exit(EXIT_INTERRUPTED)
-            raise
+        with output_may_fail() as out:
+            try:
+                return super().main(*args, **kwargs)
+            except SystemExit as leaving:
+                if leaving.code == EXIT_INTERRUPTED and threading.active_count() > 1:
+                    for stream in (sys.stdout, sys.stderr):
+                        if stream is not None:
+                            stream.flush()
+                    os._exit(EXIT_INTERRUPTED)
+                if _was_lost(out) and leaving.code in (None, EXIT_DONE):
+                    raise SystemExit(EXIT_FAILED) from None
+                raise
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; a user's mistake ends in its message and exit code, never in a traceback."""
-        with readers_may_leave():
-            try:
-                return super().invoke(ctx)
-            except CodesignError as fault:
-                click.echo(str(fault), err=True)
-                ctx.exit(fault.exit_code)
-            except KeyboardInterrupt:
-                click.echo("interrupted; what was finished is kept", err=True)
-                ctx.exit(EXIT_INTERRUPTED)
+        try:
+            _check_current_folder()
+            return super().invoke(ctx)
+        except CodesignError as fault:
+            told = fault
+        except KeyboardInterrupt:
+            kept = "; what was finished is kept" if ctx.invoked_subcommand == "explore" else ""
+            click.echo(f"interrupted{kept}", err=True)
+            raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
+        except Exception as fault:
+            if not _is_of_kernel_cache(fault):
+                raise
+            told = RunError(
+                f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}", None, _CACHE
+            )
+        click.echo(str(told), err=True)
+        raise click.exceptions.Exit(told.exit_code)
+
+
+_CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to a new folder that can be written to"
+
+
+def _is_of_kernel_cache(fault: BaseException) -> bool:
+    """Whether numba failed at reading or placing its cache: what is then raised may be of any type."""
+    place = os.path.join("numba", "core", "caching.py")
+    return any(
+        frame.f_code.co_filename.endswith(place) for frame, _ in traceback.walk_tb(fault.__traceback__)
+    )
+
+
+def _check_current_folder() -> None:
+    try:
+        os.getcwd()
+    except OSError as fault:
+        raise InputError("the current folder is no longer there", None, "change to another") from fault
+
+
+def _was_lost(out: Heedless | None) -> bool:
+    """Whether standard output failed; says so."""
+    if out is None:
+        return False
+    out.flush()
+    if out.fault is not None:
+        click.echo(f"the output cannot be written: {out.fault.strerror}", err=True)
+    return out.fault is not None
 
 
 @click.group(

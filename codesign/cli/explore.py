@@ -76,6 +76,7 @@ def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
+    from codesign.cli.again import command_line
     from codesign.report import (
         front_table,
         nearest_table,
@@ -88,7 +89,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
     if csv_file is not None:
         write_study_csv(study, csv_file)
     if page is not None:
-        study_page(study, page)
+        study_page(study, page, command=command_line())
     if as_json:
         click.echo(study.to_json())
         return

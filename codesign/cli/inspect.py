@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import InputError, RunError, SpecError
+from codesign.errors import InputError, RunError, SpecError, printable
 
 KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 
@@ -96,5 +96,5 @@ def init(folder: Path) -> None:
             path.unlink(missing_ok=True)
         raise
     for name in texts:
-        click.echo(f"written: {folder / name}")
-    click.echo(f"next: hwsw run {' '.join(str(folder / name) for name in texts)}")
+        click.echo(f"written: {printable(str(folder / name), None)}")
+    click.echo(f"next: hwsw run {' '.join(printable(str(folder / name), None) for name in texts)}")

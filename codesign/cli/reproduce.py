@@ -27,6 +27,7 @@ def reproduce(
     Each name stands for the paper of that planner; without a name, all of them.
     """
     from codesign import reproduce as papers
+    from codesign.cli.again import command_line
     from codesign.cli.outputs import check_folder, check_outputs
     from codesign.report import Picture, render_text, reproduction_page, reproduction_table
 
@@ -49,7 +50,7 @@ def reproduce(
             for each in found
             for plot in each.figures
         ]
-        reproduction_page(papers.joined(found), page, pictures=pictures)
+        reproduction_page(papers.joined(found), page, pictures=pictures, command=command_line())
     if as_json:
         click.echo(papers.joined(found).to_json())
         return

@@ -39,6 +39,7 @@ def run(
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth."""
     import codesign
+    from codesign.cli.again import command_line
     from codesign.cli.outputs import check_outputs
     from codesign.report import render_text, result_page, result_tables, run_pictures
     from codesign.system import point_of
@@ -57,7 +58,7 @@ def run(
         *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
     )
     if page is not None:
-        result_page(result, page, pictures=run_pictures(memory.records))
+        result_page(result, page, pictures=run_pictures(memory.records), command=command_line())
     if as_json:
         click.echo(result.model_dump_json(indent=2))
     else:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import click
 
+from codesign.errors import printable
+
 _FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
@@ -65,4 +67,4 @@ def show(file: Path, topics: tuple[str, ...], limit: int, as_json: bool) -> None
     for line in trace_thumbnail(opened, shutil.get_terminal_size().columns):
         click.echo(line)
     if opened.fault is not None:
-        click.echo(f"the file is not whole: {opened.fault}", err=True)
+        click.echo(f"the file is not whole: {printable(opened.fault)}", err=True)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.files import write_atomically
+from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import (
     figure_tables,
@@ -36,6 +37,9 @@ from codesign.system.result import Result
 if TYPE_CHECKING:
     from codesign.explore import Study
     from codesign.report.plots import Picture
+
+_INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
+"""Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
 
 _NARROW = 4
 """Tables of at most so many columns stand side by side."""
@@ -137,12 +141,23 @@ def _rendered(template: str, **values: Any) -> str:
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("codesign.report"),
         autoescape=True,
+        finalize=_visible,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     environment.globals.update(style=_text("style.css"), data_address=_data_address, absent=ABSENT)
     return environment.get_template(template).render(**values)
+
+
+def _visible(value: Any) -> Any:
+    """Text with characters that no page may hold, or that would hide or turn what follows, written as escapes.
+
+    What is safe by its type is our own and stays as it is.
+    """
+    if isinstance(value, str) and not hasattr(value, "__html__"):
+        return _INVISIBLE.sub(lambda match: ascii(match[0])[1:-1], value)
+    return value
 
 
 def _text(name: str) -> str:

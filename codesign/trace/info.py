@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from codesign.errors import printable
 from codesign.trace.reader import Channel, Trace
 from codesign.units import format_count, format_time
 
@@ -32,7 +33,7 @@ class TraceInfo:
             else (f"{format_time(self.begin)} to {format_time(self.end)}")
         )
         rows = [
-            ("file", self.path),
+            ("file", printable(self.path, None)),
             ("size", f"{format_count(self.size)} bytes"),
             ("whole", "yes" if self.fault is None else f"no, only what came before: {printable(self.fault)}"),
             ("written by", printable(self.library)),
@@ -70,13 +71,3 @@ def trace_info(trace: Trace) -> TraceInfo:
         metadata=trace.metadata,
         attachments={name: len(attachment.data) for name, attachment in trace.attachments.items()},
     )
-
-
-def printable(text: str, most: int = 200) -> str:
-    """Text from a file, fit for a terminal: no control characters, no endless line.
-
-    >>> printable("a\\x1b[31mb")
-    'a�[31mb'
-    """
-    shown = "".join(mark if mark.isprintable() else "\N{REPLACEMENT CHARACTER}" for mark in text[:most])
-    return shown + "…" if len(text) > most else shown

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import TraceError
+from codesign.errors import TraceError, printable
 from codesign.records import (
     MapRecord,
     MessageRecord,
@@ -23,7 +23,6 @@ from codesign.records import (
     UtilisationRecord,
     VisitsRecord,
 )
-from codesign.trace.info import printable
 from codesign.trace.reader import Trace
 from codesign.units import format_count, format_data, format_time
 

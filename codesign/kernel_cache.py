@@ -1,0 +1,60 @@
+"""A place for numba to keep compiled kernels, where neither this package's folder nor the user's cache is one."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from pathlib import Path
+
+VARIABLE = "NUMBA_CACHE_DIR"
+
+
+def provide_kernel_cache() -> None:
+    """Set ``NUMBA_CACHE_DIR`` to a private folder for temporary files, where numba would find no other.
+
+    Without one, numba refuses to compile at all. Does nothing where the variable is set.
+    """
+    if os.environ.get(VARIABLE) or _may_write(_user_cache()):
+        return
+    package = Path(__file__).parent
+    if all(_may_write(folder / "__pycache__") for folder in (package, package / "planners" / "harmonic")):
+        return
+    folder = _private_folder()
+    if folder is None:
+        return
+    os.environ[VARIABLE] = folder
+    if "numba" in sys.modules:
+        sys.modules["numba"].config.reload_config()
+
+
+def _user_cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "numba"
+
+
+def _may_write(folder: Path) -> bool:
+    """Whether ``folder`` can be written to, or made where the nearest folder around it ends."""
+    path = os.path.abspath(folder)
+    while not os.path.lexists(path):
+        path = os.path.dirname(path)
+    return os.path.isdir(path) and os.access(path, os.W_OK | os.X_OK)
+
+
+def _private_folder() -> str | None:
+    # Imported late: hardly anyone gets here, and it is not light.
+    import tempfile
+
+    try:
+        user = os.getuid() if hasattr(os, "getuid") else 0
+        folder = os.path.join(tempfile.gettempdir(), f"hwsw-codesign-{user}")
+        try:
+            os.mkdir(folder, 0o700)
+        except FileExistsError:
+            # What lies in a cache is run: one that somebody else made or may write to will not do.
+            status = os.lstat(folder)
+            others = stat.S_IMODE(status.st_mode) & 0o077
+            if not stat.S_ISDIR(status.st_mode) or status.st_uid != user or others:
+                return tempfile.mkdtemp(prefix="hwsw-codesign-")
+    except OSError:
+        return None
+    return folder
