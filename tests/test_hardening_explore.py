@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import os
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 
 import codesign
-from codesign.errors import InputError, RunError, SpecError
-from codesign.explore import Progress, explore, load_study
+from codesign.errors import InputError, RunError, SpecError, StoreError
+from codesign.explore import Entry, FileStore, Progress, Space, State, explore, load_study
 from codesign.spec.part import parts_folder
 from codesign.system import check_files
 
@@ -129,3 +134,87 @@ def test_what_a_platform_lacks_for_a_workload_is_told_by_check(specs: Specs) -> 
     (fault,) = check_files(specs)
     assert fault.line == 5
     assert "harmonic_node_update" in str(fault.hint)
+
+
+def test_what_is_no_regular_file_is_no_store(tmp_path: Path) -> None:
+    fifo = tmp_path / "points.sqlite"
+    os.mkfifo(fifo)
+    for read_only in (True, False):
+        with pytest.raises(StoreError, match="not a regular file"):
+            FileStore(fifo, read_only=read_only)
+
+
+def test_a_host_that_costs_nothing_keeps_nobody_busy(specs: Specs) -> None:
+    put_map(specs)
+    text = specs[0].read_text(encoding="utf-8").replace("40 ns", "0 ns").partition("links:")[0]
+    specs[0].write_text(text.replace("  fpga:", "  # fpga:"), encoding="utf-8")
+    text = specs[1].read_text(encoding="utf-8").replace("component: fpga", "component: host")
+    specs[1].write_text(text, encoding="utf-8")
+    result = codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    assert result.time.first_plan_ps == 0
+    assert result.utilisation == {"host": 0.0}
+
+
+def kept(specs: Specs, tmp_path: Path) -> tuple[Path, str, str]:
+    """A file of two points, the definition of its study, and the key of a point."""
+    put_map(specs)
+    file = tmp_path / "points.sqlite"
+    study = explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1, store=file)
+    assert len(study.feasible) == 2
+    with FileStore(file, read_only=True) as store:
+        definition = store.latest()
+    assert definition is not None
+    known = json.loads(definition)
+    return file, definition, Space(known["axes"], known["fingerprint"]).point(0).key
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (
+            '"axes": {"relax.iterations": [1, 4]}',
+            '"axes": {"relax.iterations": ' + "[" * 9000 + "]" * 9000 + "}",
+        ),
+        ('"axes": {"relax.iterations": [1, 4]}', '"axes": {"a.b": [1e999]}'),
+        ('"axes": {"relax.iterations": [1, 4]}', '"axes": [[1, 2]]'),
+        (
+            '"axes": {"relax.iterations": [1, 4]}',
+            '"axes": ' + json.dumps({f"a.x{axis}": list(range(1000)) for axis in range(9)}),
+        ),
+        ('"platform": {', '"platform": {}, "other": {'),
+        ('"workload": {', '"workload": 7, "others": {'),
+        ('"constraints": []', '"constraints": 7'),
+    ],
+)
+def test_a_tampered_study_is_told(specs: Specs, tmp_path: Path, old: str, new: str) -> None:
+    file, definition, _ = kept(specs, tmp_path)
+    assert old in definition
+    with FileStore(file) as store:
+        store.begin("tampered", definition.replace(old, new))
+    with pytest.raises(StoreError):
+        load_study(file)
+
+
+@pytest.mark.parametrize("number", ["1e999", "Infinity", "NaN", "9" * 400, "[" * 100_000])
+def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) -> None:
+    file, _, key = kept(specs, tmp_path)
+    with FileStore(file) as store:
+        text = store.find([key])[key].text
+        changed = re.sub(r'"total_j":[^,}]*', f'"total_j":{number}', text)
+        assert changed != text
+        store.put([Entry(key, State.DONE, changed)])
+    with pytest.raises(StoreError):
+        load_study(file)
+
+
+def test_where_every_point_failed_the_run_failed(
+    specs: Specs, hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put_map(specs)
+
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("broken")
+
+    monkeypatch.setattr("codesign.system.simulate", fail)
+    ran = hwsw("explore", *specs, "--workers", 1)
+    assert ran.exit_code == 1

@@ -6,6 +6,7 @@ import contextlib
 import dataclasses
 import hashlib
 import json
+import math
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -13,8 +14,6 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from pydantic import ValidationError
 
 from codesign.errors import CodesignError, InputError, RunError, SpecError, StoreError
 from codesign.explore.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
@@ -24,19 +23,19 @@ from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.explore.study import Outcome, Study, judged
 from codesign.memo import Memo
 from codesign.spec import Platform, Workload, cross_check, override
-from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.spec.exploration import Constraint, Exploration, ResultFigure
 from codesign.system.bind import grid_of
 from codesign.system.result import Result
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
-    from codesign.spec.exploration import Exploration
 
 MAX_POINTS = 200_000
 """Most points of one exploration: a study holds them all in memory."""
 
 _TRIED_AT_FIRST = 1000
 _KEYS_AT_ONCE = 500
+_MOST_DIGITS = 40
 _OTHER_VERSION = "read it with the version that wrote it, or explore again into another file"
 
 
@@ -187,23 +186,28 @@ def load_study(path: Path | str) -> Study:
         if text is None:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")
         try:
-            known = json.loads(text)
+            known = _read_json(text)
             constraints = tuple(Constraint.model_validate(limit) for limit in known["constraints"])
             objectives = tuple(ResultFigure(name) for name in known["objectives"])
-            tally = _Tally(Space(dict(known["axes"]), known["fingerprint"]), constraints, str(path))
+            axes = Exploration.model_validate({"axes": known["axes"]}).axes
+            space = Space(axes, str(known["fingerprint"]))
+            if len(space) > MAX_POINTS:
+                raise ValueError(f"{len(space)} points")
+            tally = _Tally(space, constraints, str(path))
             tally.take_kept(store, retry=False)
-        except (ValueError, KeyError, TypeError) as wrong:
+            study = Study(
+                str(known["platform"]["name"]),
+                str(known["workload"]["name"]),
+                dict(tally.space.axes),
+                objectives,
+                constraints,
+                tuple(tally.outcomes),
+            )
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), _OTHER_VERSION
             ) from wrong
-    return Study(
-        known["platform"]["name"],
-        known["workload"]["name"],
-        dict(tally.space.axes),
-        objectives,
-        constraints,
-        tuple(tally.outcomes),
-    )
+    return study
 
 
 class _Tally:
@@ -259,8 +263,8 @@ class _Tally:
             self._failed += 1
             return
         try:
-            result = judged(Result.model_validate_json(entry.text), self.constraints)
-        except ValidationError as wrong:
+            result = judged(Result.model_validate(_read_json(entry.text)), self.constraints)
+        except (ValueError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, _OTHER_VERSION
             ) from wrong
@@ -287,6 +291,28 @@ class _Tally:
                 left_s=left_s,
             )
         )
+
+
+def _read_json(text: str) -> Any:
+    """JSON whose numbers all are finite, as those of results are.
+
+    Raises:
+        ValueError: the text is none. RecursionError: it is nested too deep.
+    """
+    return json.loads(text, parse_float=_finite, parse_int=_bounded, parse_constant=_finite)
+
+
+def _finite(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
+
+
+def _bounded(text: str) -> int:
+    if len(text) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(text)} digits")
+    return int(text)
 
 
 def _definition(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:

@@ -195,6 +195,9 @@ class FileStore:
             raise StoreError("is a folder, not a file", str(self.path), "give the name of a file")
         if self.read_only and not self.path.exists():
             raise StoreError("no such file", str(self.path), "hwsw explore makes one")
+        if self.path.exists() and not self.path.is_file():
+            # A FIFO or a device would keep SQLite waiting, or give it what is no database.
+            raise StoreError("is not a regular file", str(self.path), "give the name of a file")
         if not self.path.parent.is_dir():
             raise StoreError(f"there is no folder {self.path.parent}", str(self.path), "make it first")
 

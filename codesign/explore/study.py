@@ -84,6 +84,11 @@ class Study:
         """Indices of the points whose computation failed."""
         return tuple(point.index for point in self.points if point.state == "failed")
 
+    @property
+    def broken(self) -> bool:
+        """Whether every point failed: the exploration tells nothing about what is feasible."""
+        return len(self.failed) == len(self.points) > 0
+
     @cached_property
     def missing(self) -> tuple[int, ...]:
         """Indices of the points that were not computed."""

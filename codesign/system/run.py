@@ -145,7 +145,11 @@ def _run_fields(
         "cycles": machine.cycles(),
         **planner.figures(plan),
         "energy": _energy(machine, power),
-        "utilisation": {component.name: component.busy / machine.now for component in machine.components},
+        "utilisation": {
+            # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
+            component.name: component.busy / max(machine.now, 1)
+            for component in machine.components
+        },
         "quality": quality,
     }
 
