@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -10,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.errors import EXIT_INFEASIBLE
+from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
     from codesign.explore import Progress, Study
 
+_SECONDS_BETWEEN_LINES = 10.0
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
 
@@ -56,9 +58,9 @@ def explore(
         study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
     _deliver(study, csv_file, page, as_json)
     if not as_json:
-        click.echo(f"points kept in {file}")
+        click.echo(f"points kept in {printable(str(file), None)}")
     if not study.feasible:
-        raise click.exceptions.Exit(EXIT_INFEASIBLE)
+        raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
 
 
 @click.command(short_help="Make the tables and the page of an exploration again.")
@@ -98,7 +100,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         click.echo(render_text(reasons_table(study)))
     for name, path in (("csv", csv_file), ("page", page)):
         if path is not None:
-            click.echo(f"{name}: {path}")
+            click.echo(f"{name}: {printable(str(path), None)}")
 
 
 @contextmanager
@@ -124,15 +126,17 @@ def _progress_shown() -> Iterator[Any]:
 
 
 class _PlainLines:
-    """One line on standard error at each tenth of the way."""
+    """One line on standard error at each tenth of the way, and after ten seconds without one."""
 
     def __init__(self) -> None:
         self.told = -1
+        self.at = 0.0
 
     def __call__(self, progress: Progress) -> None:
         tenth = 10 * progress.done // max(1, progress.total)
-        if tenth > self.told:
-            self.told = tenth
+        now = time.monotonic()
+        if tenth > self.told or now - self.at >= _SECONDS_BETWEEN_LINES:
+            self.told, self.at = tenth, now
             left = "" if progress.left_s is None else f", {progress.left_s:.0f} s left"
             click.echo(f"{progress.done}/{progress.total} {_words(progress)}{left}", err=True)
 

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from codesign.errors import printable
+
 NAMES = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
 
 
@@ -63,4 +65,4 @@ def reproduce(
         for finding in each.findings:
             click.echo(f"- {finding}")
     for path in (*written, *([page] if page else [])):
-        click.echo(f"written: {path}")
+        click.echo(f"written: {printable(str(path), None)}")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import EXIT_INFEASIBLE, InputError
+from codesign.errors import EXIT_INFEASIBLE, InputError, printable
 
 
 @click.command(short_help="Simulate one design point.")
@@ -66,7 +66,7 @@ def run(
             click.echo(render_text(table))
         for name, path, written in (("trace", trace_file, result.feasible), ("page", page, True)):
             if path is not None and written:
-                click.echo(f"{name}: {path}")
+                click.echo(f"{name}: {printable(str(path), None)}")
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
