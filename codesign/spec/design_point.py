@@ -14,7 +14,7 @@ from codesign.spec.base import Spec, declared_in, placed
 from codesign.spec.exploration import MAX_AXES, MAX_VALUES
 from codesign.spec.marks import Document, KeyPath, dotted
 from codesign.spec.platform import COMPONENTS, Platform
-from codesign.spec.scalars import clip
+from codesign.spec.scalars import clip, show
 from codesign.spec.validate import translate
 from codesign.spec.workload import RawParameters, TaskMapping, Workload, map_task
 
@@ -185,6 +185,7 @@ def _component_axis_faults(platform: Platform, document: Document, axis: str, al
         hint = choose_hint(clip(keys[0], 60), fields)
         return [document.fault(("explore", "axes", axis), what, hint, at_key=True)]
     faults: list[Fault] = []
+    made: list[BaseModel] = []
     for index, value in enumerate(document.tree["explore"]["axes"][axis]):
         place = ("explore", "axes", axis, index)
         tried = substitute(raw, {keys: value})
@@ -193,9 +194,15 @@ def _component_axis_faults(platform: Platform, document: Document, axis: str, al
                 document.fault(place[:-1], f"{keys[0]} is not a mapping", "write it out there", at_key=True)
             ]
         try:
-            model.model_validate(tried, context={"document": platform.document})
+            component = model.model_validate(tried, context={"document": platform.document})
         except ValidationError as error:
             faults += _placed_faults(error, document, tried, keys, place, alone)
+        else:
+            # Two ways to write one value, such as 100 MHz and 100000 kHz, are one point.
+            if component in made:
+                what = f"{show(value)} says the same as a value before it"
+                faults.append(document.fault(place, what, "list each value once"))
+            made.append(component)
     return faults
 
 
@@ -225,6 +232,10 @@ def override(
             axis = dotted((target, *next(iter(given))))
             hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components))
             what = "no axis: write TASK.PARAMETER or COMPONENT.FIELD"
+            if is_task or target in platform.components:
+                keys = workload.mapping[target].parameters if is_task else platform.components[target]
+                accepted = [key for key in type(keys).model_fields if key != "type"]
+                hint = f"name what to set of {target}: {', '.join(f'{target}.{key}' for key in accepted)}"
             faults.append(Fault(f"{where}{axis}", 0, 0, "", what, hint))
             continue
         model = (workload.task_models or {}).get(target, RawParameters)

@@ -129,11 +129,15 @@ class FileMap(SpecModel):
         document = (info.context or {}).get("document")
         path = (document.folder if document else Path()) / self.file
         try:
-            wrong = None if path.is_file() else "is not a file" if path.exists() else "does not exist"
+            there, is_file, is_folder = path.exists(), path.is_file(), path.is_dir()
         except (OSError, ValueError):
-            wrong = "does not exist"
-        if wrong:
-            raise RefusalError(f"{clip(self.file)} {wrong}", _near(path, self.file), ("file",))
+            there = is_file = is_folder = False
+        if there and not is_file:
+            what = f"{clip(self.file)} is not a file but a {'folder' if is_folder else 'device or a pipe'}"
+            hint = "name a regular file: an image, a text, or the YAML of map_server"
+            raise RefusalError(what, hint, ("file",))
+        if not there:
+            raise RefusalError(f"{clip(self.file)} does not exist", _near(path, self.file), ("file",))
         self._path = path
         return self
 
