@@ -8,14 +8,18 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import Result
 
 import codesign
 from codesign.errors import InputError, RunError, SpecError, StoreError
 from codesign.explore import Entry, FileStore, Progress, Space, State, explore, load_study
+from codesign.maps import OccupancyGrid
+from codesign.memo import approximate_bytes
+from codesign.spec import override
 from codesign.spec.part import parts_folder
-from codesign.system import check_files
+from codesign.system import check_files, simulate
 
 Specs = tuple[Path, Path]
 
@@ -218,3 +222,33 @@ def test_where_every_point_failed_the_run_failed(
     monkeypatch.setattr("codesign.system.simulate", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1
+
+
+def test_a_study_keeps_what_its_points_have_in_common_once(specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
+    text = text.replace("[12, 18]", "[24, 36]")
+    text += f"explore: {{axes: {{fpga.part: [XC3S500E-4], relax.iterations: {list(range(1, 201))}}}}}\n"
+    specs[1].write_text(text, encoding="utf-8")
+    platform, workload = codesign.load_platform(specs[0]), codesign.load_workload(specs[1])
+    study = explore(platform, workload, workers=1)
+    assert study.feasible == ()
+    for point in study.points[::40]:
+        assert point.result is not None
+        alone = simulate(*override(platform, workload, point.axes))
+        assert point.result == alone
+        assert point.result.model_dump_json() == alone.model_dump_json()
+    assert approximate_bytes(study.points) / len(study.points) < 6000
+
+
+def test_a_run_that_no_memory_holds_is_refused_with_its_size(specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
+    text = text.replace(
+        "generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3", "file: m.txt"
+    )
+    text = text.replace("{first: 7, step: 8, last: 63}", "[1023]").replace("{count: 12, seed: 1}", "[[3, 3]]")
+    text = text.replace("component: fpga", "component: host")
+    specs[1].write_text(text, encoding="utf-8")
+    (specs[1].parent / "m.txt").write_text("...\n...\n...\n", encoding="utf-8")
+    big = OccupancyGrid(np.ones((4096, 4096), np.bool_))
+    with pytest.raises(InputError, match=r"16,777,216 cells at 1023 bits would need about 9\.0 GiB"):
+        simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), grid=big)

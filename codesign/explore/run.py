@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from codesign.errors import CodesignError, InputError, RunError, SpecError, StoreError
 from codesign.explore.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
 from codesign.explore.identity import fingerprint, parts_digest
+from codesign.explore.shared import Shared
 from codesign.explore.space import DesignPoint, Space, group, group_limit
 from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.explore.study import Outcome, Study, judged
@@ -226,6 +227,7 @@ class _Tally:
         self.progress = progress
         self.points = list(space.points())
         self.outcomes = [Outcome(point.index, point.axes) for point in self.points]
+        self._shared = Shared()
         self._place = {point.key: point.index for point in self.points}
         self._started = time.monotonic()
         self._first_batch: tuple[float, int] | None = None
@@ -263,7 +265,8 @@ class _Tally:
             self._failed += 1
             return
         try:
-            result = judged(Result.model_validate(_read_json(entry.text)), self.constraints)
+            read = self._shared.result(Result.model_validate(_read_json(entry.text)))
+            result = judged(read, self.constraints)
         except (ValueError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, _OTHER_VERSION

@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 
 TRACED_TRAJECTORIES = 16
 
+MAX_BYTES = 4 * 2**30
+"""Most memory that the field of one run may need, by an estimate."""
+
+# Assumed: the field of a stage, that of the stage before, its planes and the block under way; distances and labels.
+_WORDS_AT_ONCE = 4
+_BYTES_A_CELL = 64
+
 
 def simulate(
     platform: Platform,
@@ -51,7 +58,11 @@ def simulate_system(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
 ) -> Result:
-    """Simulate a bound system: fit it, and where it fits, run it."""
+    """Simulate a bound system: fit it, and where it fits, run it.
+
+    Raises:
+        InputError: an unknown granularity, or a run that would need more than ``MAX_BYTES`` of memory.
+    """
     from codesign.components import Granularity
 
     if granularity not in list(Granularity):
@@ -65,6 +76,7 @@ def simulate_system(
     head |= fields
     if reasons:
         return Result(**head, feasible=False, reasons=reasons)
+    _check_memory(system)
     machine = build(system, listeners)
     plan = _plan_once(system, machine, Granularity(granularity), memo)
     result = Result(**head, feasible=True, **_run_fields(system, machine, plan, head.get("power"), memo))
@@ -73,6 +85,26 @@ def simulate_system(
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result
+
+
+def _check_memory(system: System) -> None:
+    """Refuse what this machine would be ended for: a field of long words on a large map.
+
+    Raises:
+        InputError: with the size.
+    """
+    precisions = getattr(system.planning, "precisions", None)
+    if not precisions or not hasattr(system.problem, "free"):
+        return
+    words = max(precisions) // 64 + 1
+    needed = system.problem.free.size * (_WORDS_AT_ONCE * 8 * words + _BYTES_A_CELL)
+    if needed > MAX_BYTES:
+        raise InputError(
+            f"{system.problem.free.size:,} cells at {max(precisions)} bits would need about"
+            f" {needed / 2**30:.1f} GiB of memory, more than {MAX_BYTES // 2**30}",
+            f"mapping.{system.planner.planning_task}",
+            "end the schedule at a lower precision, or take a smaller map",
+        )
 
 
 def _plan_once(system: System, machine: Machine, granularity: Granularity, memo: Memo | None) -> Any:

@@ -1,0 +1,58 @@
+"""One object for what equal results have in common, so that a study of many points fits in memory.
+
+The points of an exploration differ in few figures, yet each is read from a text of its own: laws and their sources,
+lines of demand, levers and parameters come up thousands of times.
+"""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
+
+from codesign.system.result import ResourceItem, ResourceUse, Result, Source
+
+T = TypeVar("T")
+
+_WHOLE = (ResourceItem, ResourceUse)
+
+
+class Shared:
+    """What was met so far. Results that went through one ``Shared`` hold equal parts as one object."""
+
+    def __init__(self) -> None:
+        self._known: dict[Any, Any] = {}
+
+    def result(self, result: Result) -> Result:
+        """The same result, of shared parts; ``result`` itself is used up."""
+        self._fields(result)
+        return result
+
+    def _fields(self, model: BaseModel) -> None:
+        # Frozen models are changed here by equal values only, which nobody can tell from what was there.
+        for name, value in model.__dict__.items():
+            model.__dict__[name] = self._part(value)
+        fields = frozenset(model.model_fields_set)
+        object.__setattr__(model, "__pydantic_fields_set__", self._known.setdefault(fields, set(fields)))
+
+    def _part(self, value: Any) -> Any:
+        if isinstance(value, str):
+            return self._known.setdefault(value, value)
+        if isinstance(value, tuple):
+            parts = tuple(map(self._part, value))
+            # Numbers of different types may be equal: only what holds none that could be told apart is shared whole.
+            whole = all(isinstance(part, (str, *_WHOLE)) for part in parts)
+            return self._known.setdefault(parts, parts) if whole else parts
+        if isinstance(value, dict):
+            return self._same(value, {self._part(key): self._part(part) for key, part in value.items()})
+        if isinstance(value, BaseModel):
+            self._fields(value)
+            if isinstance(value, _WHOLE):
+                return self._known.setdefault(value, value)
+            return self._same(value, value) if isinstance(value, Source) else value
+        return value
+
+    def _same(self, value: Any, made: T) -> T:
+        """What was met with the same text: equal to the last digit and in every type."""
+        found: T = self._known.setdefault((type(value), repr(value)), made)
+        return found
