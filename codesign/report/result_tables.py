@@ -315,6 +315,8 @@ def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
     for use in result.resources:
         for item in use.items:
             yield label(use.resource), item.name, item.status.value, item.source
+    for name, figure in result.processor.items():
+        yield name, "", figure.status.value, figure.source
     if result.clock is not None:
         yield "clock limit", "", result.clock.limit.status.value, result.clock.limit.source
     if result.power is not None:

@@ -33,7 +33,7 @@ class Machine:
         self.planner = self.by_name[system.component]
         self.asker_name = asker_of(system.platform, system.component)
         self._route = _route(system, self.asker_name, system.component)
-        self._units: dict[str, int] = {}
+        self._spent: dict[str, int] = {}
         self.map_loaded = self.planned = self.answered = 0
 
     @property
@@ -68,9 +68,10 @@ class Machine:
             listener(record)
 
     def cycles(self) -> dict[str, int]:
-        """Clock cycles of the planning component by phase; on a processor, units of the style's kernel."""
+        """Clock cycles of the planning component by phase."""
         if self.system.part is None:
-            return dict(self._units)
+            clock = self.planner.clock
+            return {phase: clock.cycle_at_or_after(spent) for phase, spent in self._spent.items()}
         return {phase: use.cycles for phase, use in self.planner.phases.items()}
 
     def carry_to_planner(self, name: str, bits: int) -> Generator[Any, Any, None]:
@@ -99,7 +100,7 @@ class Machine:
             begin, units = self.now, int(step.cycles.sum())
             if units:
                 yield from self.planner.execute(kernel, units, step.phase)
-                self._units[step.phase] = self._units.get(step.phase, 0) + units
+                self._spent[step.phase] = self._spent.get(step.phase, 0) + self.now - begin
             if self.listening and step.record is not None:
                 self.tell(step.record(begin, self.now, self.planner.name))
 

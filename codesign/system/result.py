@@ -138,6 +138,9 @@ class Result(_Model):
     resources: tuple[ResourceUse, ...] = ()
     clock: Clock | None = None
     power: Power | None = None
+    processor: dict[str, Source] = Field(
+        default={}, description="cost of the kernel (ps a unit) and power (W) of the processor that plans"
+    )
     time: Times | None = None
     cycles: dict[str, int] | None = Field(
         default=None, description="clock cycles of the planning component by phase"

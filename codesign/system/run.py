@@ -11,10 +11,11 @@ from codesign.errors import InputError, choose_hint
 from codesign.memo import Memo
 from codesign.records import Listener, MapRecord, SummaryRecord, TrajectoryRecord
 from codesign.spec import Platform, Workload
+from codesign.spec.platform import ProcessorComponent
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.fit import fit, source
-from codesign.system.result import Energy, Power, Reason, Result, Times
+from codesign.system.result import Energy, Power, Reason, Result, Source, Times
 
 if TYPE_CHECKING:
     from codesign.components import Granularity
@@ -156,11 +157,19 @@ def _fitted(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
     problem, parameters, part = system.problem, system.planning, system.part
     demand = system.architecture.demand(problem, parameters, part)
     if part is None:
-        return {}, fit(demand, None, system.clock, None).reasons
+        return {"processor": _processor_figures(system)}, fit(demand, None, system.clock, None).reasons
     held = fit(demand, part, system.clock, system.architecture.clock_limit(problem, parameters, part))
     static, dynamic = system.architecture.power(demand, system.clock, part)
     power = Power(static=source(static), dynamic=source(dynamic))
     return {"resources": held.resources, "clock": held.clock, "power": power}, held.reasons
+
+
+def _processor_figures(system: System) -> dict[str, Source]:
+    """What the time and the energy of a processor rest on."""
+    spec = system.platform.components[system.component]
+    assert isinstance(spec, ProcessorComponent), "what has no part is a processor"
+    figures = {f"cost of {kernel}": source(cost) for kernel, cost in spec.costs.items()}
+    return figures | {"power busy": source(spec.power.busy), "power idle": source(spec.power.idle)}
 
 
 def _run_fields(
