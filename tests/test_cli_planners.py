@@ -11,6 +11,7 @@ import yaml
 from click.testing import Result
 
 from codesign.spec import list_workloads
+from codesign.spec.locate import data_folder
 
 Run = Callable[..., Result]
 
@@ -47,6 +48,31 @@ def test_every_workload_runs_traces_and_reports(hwsw: Run, tmp_path: Path, workl
     told_of = {json.loads(line)["what"].split()[0] for line in shown.stdout.splitlines()}
     assert {"map", "trajectory"} <= told_of
     assert page.stat().st_size > 3000
+
+
+@pytest.mark.parametrize(
+    "workload", [name for name in PLATFORMS if name not in ("labyrinth", "wavefront-rooms")]
+)
+def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: str) -> None:
+    """With one value of each axis, so that it is quick: every axis is bound, computed and reported."""
+    source = yaml.safe_load((data_folder("workloads") / f"{workload}.yaml").read_text(encoding="utf-8"))
+    if "explore" not in source:
+        pytest.skip("nothing to explore")
+    axes = source["explore"]["axes"]
+    source["explore"]["axes"] = {
+        axis: values[:2] if index == 0 else values[:1] for index, (axis, values) in enumerate(axes.items())
+    }
+    file = tmp_path / "short.yaml"
+    if "file" in source["problem"].get("map", {}):
+        source["problem"]["map"]["file"] = str(data_folder("workloads") / source["problem"]["map"]["file"])
+    file.write_text(yaml.safe_dump(source), encoding="utf-8")
+    result = hwsw(
+        "explore", PLATFORMS[workload], file, "--workers", 1, "--json", "--store", tmp_path / "s.sqlite"
+    )
+    assert result.exit_code in (0, 3), result.output
+    points = json.loads(result.stdout)["points"]
+    assert len(points) == min(2, len(next(iter(axes.values()))))
+    assert all(point["result"] is not None for point in points)
 
 
 def test_compare_puts_designs_of_four_planners_side_by_side(hwsw: Run) -> None:
