@@ -22,7 +22,7 @@ from codesign.errors import InputError
 from codesign.figures import Status
 from codesign.planners.interface import Problem
 from codesign.planners.relaxation import Method
-from codesign.planners.relaxation.parameters import RelaxParameters
+from codesign.planners.relaxation.parameters import RelaxParameters, settle
 from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
 from codesign.records import StageRecord
 from codesign.spec import load_platform
@@ -172,6 +172,12 @@ def test_software_has_no_law_of_clock_or_power() -> None:
 def test_parameters_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         RelaxParameters.model_validate(wrong)
+
+
+def test_the_hint_says_how_a_workload_loses_its_omega() -> None:
+    with pytest.raises(InputError) as caught:
+        settle(Method.DIRECT, 1.95, None)
+    assert "--set relax.omega=null" in str(caught.value.hint)
 
 
 def test_this_machine_is_measured() -> None:

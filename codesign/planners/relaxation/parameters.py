@@ -89,7 +89,7 @@ def settle(method: Method, omega: Any, r: Any) -> tuple[float | None, float | No
             continue
         if default is None:
             takers = [str(other) for other, pair in ACCELERATION.items() if pair[index] is not None]
-            hint = f"leave it out, or choose a method that has one: {', '.join(takers)}"
+            hint = f"leave it out (--set relax.{name}=null), or choose a method that has one: {', '.join(takers)}"
             raise InputError(f"{method} takes no {name}, but {given!r:.80} is given", name, hint)
         if isinstance(given, bool) or not isinstance(given, int | float):
             raise InputError(f"{given!r:.80} is not a number", name, "give a number between 0 and 2")
