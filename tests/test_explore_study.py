@@ -146,3 +146,18 @@ def test_json_has_every_point_with_all_figures() -> None:
     assert (second["figures"]["time"], second["figures"]["slices"]) == (None, 110)
     assert second["result"]["reasons"][0]["levers"] == ["shrink"]
     assert (third["state"], third["failure"], third["result"]) == ("failed", "no way", None)
+
+
+def test_sharing_keeps_words_of_enumerations_what_they_are(recwarn: pytest.WarningsRecorder) -> None:
+    from report_samples import a_result
+
+    from codesign.explore.shared import Shared
+    from codesign.figures import Status
+
+    shared = Shared()
+    plain = a_result().model_copy(update={"workload": "published"})
+    for each in (plain, a_result()):
+        made = shared.result(each)
+        assert all(type(item.status) is Status for use in made.resources for item in use.items)
+        made.model_dump_json()
+    assert not recwarn.list

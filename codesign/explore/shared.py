@@ -36,7 +36,8 @@ class Shared:
         object.__setattr__(model, "__pydantic_fields_set__", self._known.setdefault(fields, set(fields)))
 
     def _part(self, value: Any) -> Any:
-        if isinstance(value, str):
+        # Text only: a word of an enumeration equals its text, and must stay what it is.
+        if type(value) is str:
             return self._known.setdefault(value, value)
         if isinstance(value, tuple):
             parts = tuple(map(self._part, value))
