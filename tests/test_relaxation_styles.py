@@ -91,6 +91,8 @@ def test_the_potential_is_told_when_it_stands() -> None:
     assert isinstance(record, StageRecord)
     assert (record.begin, record.time) == (1_000_000, end)
     assert record.iterations == plan.solution.iterations
+    # Units of the kernel are no cycles, and an iteration is no visit.
+    assert (record.sweeps, record.visits, record.cycles) == (0, 0, 0)
     assert record.potential[2, 2] == 1.0
     assert (record.potential[~ROOMS] == 0.0).all()
     assert record.potential.max() <= 1.0

@@ -151,10 +151,11 @@ def _told(solution: Solution, flat: int, total: int, last: int) -> Callable[[int
             begin=end - total * cost,
             stage=0,
             precision=DOUBLE_BITS,
-            sweeps=solution.iterations,
-            visits=solution.iterations,
+            # Of the costs that a stage may have it has iterations: a processor counts units of a kernel, no cycles.
+            sweeps=0,
+            visits=0,
             iterations=solution.iterations,
-            cycles=total,
+            cycles=0,
             local_maxima=flat,
             potential=(solution.potential - wall) / (goal - wall),
         )
