@@ -234,6 +234,22 @@ def test_hybrid_with_8_robots_is_infeasible_by_three_budgets_and_says_what_mends
         assert levers.shortages(Style.HYBRID, 8, more, part)
 
 
+@pytest.mark.parametrize("kind", ["update_units", "detect_units"])
+def test_the_sequential_style_refuses_units_that_it_cannot_have(kind: str, part: Part) -> None:
+    problem = generate("circle", 8)
+    for style, circuit in CIRCUITS.items():
+        for count in (None, 1, 2, 4):
+            parameters = AvoidParameters.model_validate({kind: count})
+            limit = circuit.clock_limit(problem, parameters, part)
+            held = fit(circuit.demand(problem, parameters, part), part, 50_000_000, limit)
+            refused = [reason for reason in held.reasons if reason.name == f"{kind} of the sequential style"]
+            assert bool(refused) == (style == "sequential" and (count or 1) > 1)
+            for reason in refused:
+                assert (reason.demand, reason.limit) == (count, 1)
+                assert f"avoid.{kind}: 1, or left out" in " ".join(reason.levers)
+                assert not held.feasible
+
+
 @pytest.mark.parametrize("robots", [2, 4])
 def test_hybrid_with_2_and_4_robots_fits(robots: int, part: Part) -> None:
     assert not levers.shortages(Style.HYBRID, robots, AvoidParameters(), part)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codesign.architectures.interface import Bound, Lever
 from codesign.architectures.velocity_obstacle import resources
-from codesign.architectures.velocity_obstacle.published import Style
+from codesign.architectures.velocity_obstacle.published import PAPER, Style
 from codesign.architectures.velocity_obstacle.resources import items
 from codesign.architectures.velocity_obstacle.timing import cycles_of_trial
 from codesign.figures import Status, label
@@ -74,6 +74,29 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Bound:
         status=Status.ASSUMED,
         source=f"block RAM of {part.name}, the shape that is deep enough",
         levers=() if words <= depth else (Lever("avoid.speeds", f"at most {most} with these directions"),),
+    )
+
+
+def unit_bounds(style: Style, parameters: AvoidParameters) -> tuple[Bound, ...]:
+    """One unit of each kind where one datapath does all: a count given above that would change nothing."""
+    if style is not Style.SEQUENTIAL:
+        return ()
+    counts = {"update_units": parameters.update_units, "detect_units": parameters.detect_units}
+    return tuple(
+        Bound(
+            name=f"{name} of the sequential style",
+            demand=count,
+            limit=1,
+            unit="units",
+            status=Status.PUBLISHED,
+            source=f"{PAPER}, section III: one datapath does the work of either unit in turn",
+            levers=(
+                Lever(f"avoid.{name}", "1, or left out"),
+                Lever("avoid.style", f"{Style.PIPELINED} or {Style.HYBRID} can have more"),
+            ),
+        )
+        for name, count in counts.items()
+        if count is not None and count > 1
     )
 
 

@@ -47,7 +47,7 @@ class Circuit:
         units = resources.units_of(self._style, robots, parameters)
         return CircuitDemand(
             items=resources.items(self._style, robots, parameters, part),
-            bounds=(levers.array_bound(parameters, part),),
+            bounds=(levers.array_bound(parameters, part), *levers.unit_bounds(self._style, parameters)),
             levers=levers.resource_levers(self._style, robots, parameters, part),
             style=resources.rest_style(self._style, units),
             robots=robots,

@@ -109,7 +109,7 @@ class AvoidParameters(SpecModel):
     )
     update_units: UnitCount | None = Field(
         default=None,
-        description="Units that update; by default what the style has. The sequential one has one datapath anyway.",
+        description="Units that update; by default what the style has. The sequential one has one datapath: 1 at most.",
     )
     detect_units: UnitCount | None = Field(default=None, description="Units that detect; as above.")
 
