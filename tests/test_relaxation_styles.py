@@ -146,6 +146,14 @@ def test_platforms_carry_the_costs() -> None:
         assert set(load_platform(name).components["pc"].costs) == set(PROBES)  # type: ignore[union-attr]
 
 
+def test_platforms_say_how_many_cores_their_power_is_of() -> None:
+    """``two_core`` draws the busy power once: what that leaves out stands where the figure does."""
+    for name, said in (("pc-3400mhz", "one core is busy or two"), ("pc-epyc", "two_core would draw")):
+        busy = load_platform(name).components["pc"].power.busy  # type: ignore[union-attr]
+        assert busy.status == Status.ASSUMED
+        assert said in busy.source
+
+
 def test_software_has_no_law_of_clock_or_power() -> None:
     parameters = RelaxParameters(method="gs")
     demand = SEQUENTIAL.demand(PROBLEM, parameters)

@@ -5,7 +5,8 @@ platform gives a cost (see ``costs``). On two cores a cycle is one that either s
 
 Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
 does. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster order
-(Gauss-Seidel, SOR) and the direct solution stay on one.
+(Gauss-Seidel, SOR) and the direct solution stay on one. The platform's busy power counts once, be it one core or two:
+assumed, and too little where that power is a core's share.
 """
 
 from __future__ import annotations
