@@ -194,6 +194,56 @@ def test_ctrl_c_ends_the_workers_without_a_word_of_theirs(tmp_path: Path) -> Non
     assert all(map(gone, workers))
 
 
+STRUCK = """
+import multiprocessing, signal, sys
+from concurrent.futures import ProcessPoolExecutor
+from explore_fakes import Fake
+from codesign.explore.executor import ProcessExecutor
+from codesign.explore.space import Space, group
+from test_explore_executor import gone
+
+class Pool(ProcessPoolExecutor):
+    submissions = 0
+
+    def submit(self, *arguments):
+        Pool.submissions += 1
+        future = super().submit(*arguments)
+        if Pool.submissions == int(sys.argv[1]):
+            # As where a thread of some library takes the signal, whatever this one has masked.
+            signal.getsignal(signal.SIGINT)(signal.SIGINT, None)
+        return future
+
+if __name__ == "__main__":
+    from codesign.explore import executor
+    executor.ProcessPoolExecutor = Pool
+    groups = group(list(Space({"slices": list(range(10, 30))}, "").points()), cheap=["slices"], limit=1)
+    try:
+        for batch in ProcessExecutor(2).run(groups, Fake()):
+            pass
+    except KeyboardInterrupt:
+        print("left", [child.pid for child in multiprocessing.active_children() if not gone(child.pid)], flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
+@pytest.mark.parametrize("submission", [1, 2, 4, 5])
+def test_ctrl_c_while_work_is_handed_over_leaves_no_worker_and_nothing_to_wait_for(
+    tmp_path: Path, submission: int
+) -> None:
+    """At 1 and 4 a worker has just been started; the end of the process waits for all of them."""
+    script = tmp_path / "script.py"
+    script.write_text(STRUCK)
+    process = subprocess.run(
+        [sys.executable, str(script), str(submission)],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        timeout=60,
+        check=False,
+    )
+    assert (process.returncode, process.stdout, process.stderr) == (0, "left []\n", "")
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
 def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     process, workers = start(tmp_path)

@@ -7,6 +7,11 @@ the store keeps.
 
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
 Ctrl-C, which is the parent's to handle, and end when the parent does.
+
+Ctrl-C may strike between any two instructions here, and a pool forgives little: a worker that is killed may
+hold the lock of the queue that the others wait for, and the pool's thread, which Python joins when it ends,
+then waits for those. So all workers are ended, each that was ever started, and before the pool is told to
+shut down; and while a pool hands work over, or is ended, Ctrl-C is held back.
 """
 
 from __future__ import annotations
@@ -18,12 +23,14 @@ import threading
 import time
 import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
 from pathlib import PurePath
+from queue import SimpleQueue
 from typing import TYPE_CHECKING, Protocol
 
 from codesign.errors import CodesignError, RunError
@@ -83,32 +90,36 @@ class ProcessExecutor:
         waiting = _first_alone(groups)
         pool = ProcessPoolExecutor(self.workers, get_context("spawn"), _start_worker, (evaluate,))
         running: dict[Future[tuple[Entry, ...]], Group] = {}
+        finished: SimpleQueue[Future[tuple[Entry, ...]]] = SimpleQueue()
         ahead, hint = 1, _HINT_AT_START
         processes: list[BaseProcess] = []
         try:
             while True:
                 for group in islice(waiting, ahead - len(running)):
-                    running[_submitted(pool, group)] = group
+                    with _interrupts_later():
+                        future = pool.submit(_work, group)
+                        future.add_done_callback(finished.put)
+                        running[future] = group
                 processes = _processes(pool)
                 if not running:
                     break
-                done = wait(running, return_when=FIRST_COMPLETED).done
-                # Where a worker died, what the others had finished comes in first.
-                for future in sorted(done, key=lambda future: future.exception() is not None):
-                    entries = future.result()
-                    del running[future]
-                    hint = _HINT_LATER
-                    if _was_run(entries):
-                        ahead = _GROUPS_AHEAD * self.workers
-                    yield entries
+                # In the order in which they came: where a worker died, what the others had finished is first.
+                future = finished.get()
+                entries = future.result()
+                del running[future]
+                hint = _HINT_LATER
+                if _was_run(entries):
+                    ahead = _GROUPS_AHEAD * self.workers
+                yield entries
             pool.shutdown()
         except BrokenProcessPool as fault:
             points = _named(running.values())
             what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
             raise RunError(what, hint=hint) from fault
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)
-            _end(processes)
+            with _interrupts_later():
+                _end(_processes(pool))
+                pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _was_run(entries: tuple[Entry, ...]) -> bool:
@@ -169,15 +180,29 @@ def _work(group: Group) -> tuple[Entry, ...]:
     return evaluate_group(_worker_evaluate, group)
 
 
-def _submitted(pool: ProcessPoolExecutor, group: Group) -> Future[tuple[Entry, ...]]:
-    """Submit with Ctrl-C held back, which a worker that starts here inherits: it is deaf from its first moment."""
-    if not hasattr(signal, "pthread_sigmask"):
-        return pool.submit(_work, group)
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold Ctrl-C back; a worker that starts meanwhile is deaf to it from its first moment.
+
+    The mask is what such a worker inherits. It does not do for this process: a thread of some library takes the signal
+    in the place of this one, and Python interrupts this one all the same. So the handler only takes note.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    struck: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _frame: struck.append(number))
+    masks = hasattr(signal, "pthread_sigmask")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
-        return pool.submit(_work, group)
+        yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.signal(signal.SIGINT, handler)
+        if struck:
+            handler(signal.SIGINT, None)
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
