@@ -5,9 +5,11 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from report_samples import SampleReproduction, a_result, a_study
+from report_samples import QUALITY, SampleReproduction, a_result, a_study
 
+from codesign.errors import CodesignError, Fault, SpecError
 from codesign.explore.study import Outcome
+from codesign.planners.interface import Quality
 from codesign.report import (
     best_table,
     comparison_table,
@@ -27,7 +29,7 @@ from codesign.report.study_tables import fixed_axes, short_names, study_counts, 
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Reason
+from codesign.system.result import Reason, Result
 
 FRONT = """\
 Front
@@ -263,6 +265,61 @@ def test_a_comparison_shows_multiples_of_the_first() -> None:
     assert [cell.text for cell in rows["time"]] == ["3.21 ms", "6.42 ms (×2)", "–"]
     assert [cell.value for cell in rows["feasible"]] == [True, True, False]
     assert rows["slices"][2].text == "50,000 (×1.59)"
+
+
+def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
+    lost = a_result(
+        time_ps=1_000_000_000,
+        quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": 0})),
+    )
+    fault = Fault(
+        "a.yaml", 3, 1, "relax.block", "a block of 36 × 66 nodes on a map of 40 × 60 cells", "change block"
+    )
+    results: list[tuple[str, Result | CodesignError]] = [
+        ("refused", SpecError([fault])),
+        ("large", a_result(slices=50_000)),
+        ("lost", lost),
+        ("base", a_result()),
+        ("slow", a_result(time_ps=6_420_000_000)),
+    ]
+    table = comparison_table(results)
+    rows = {row[0].text: [cell.text for cell in row[1:]] for row in table.rows}
+    assert rows["feasible"] == ["not run", "no", "yes", "yes", "yes"]
+    assert rows["starts that arrive"] == ["–", "–", "0 of 64", "63 of 64", "63 of 64"]
+    assert rows["time"] == ["–", "–", "1 ms (×0.312)", "3.21 ms", "6.42 ms (×2)"]
+    why = zip(
+        *([c.text for c in row[1:]] for row in table.rows if row[0].text in {"why infeasible", ""}),
+        strict=True,
+    )
+    assert [" ".join(lines).strip() for lines in why] == [
+        fault.what,
+        "slices: 50,000 against 33,792",
+        "–",
+        "–",
+        "–",
+    ]
+    assert "in brackets: as a multiple of base" in table.notes
+    alone = comparison_table(results[:3])
+    assert not any("×" in cell.text for row in alone.rows if row[0].text == "time" for cell in row)
+    assert not any("in brackets" in note for note in alone.notes)
+
+
+def test_a_plan_that_fails_is_told_beside_feasible() -> None:
+    def overview(arrived: int) -> dict[str, str]:
+        result = a_result(
+            quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": arrived}))
+        )
+        return {row[0].text: row[1].text for row in result_tables(result)[0].rows}
+
+    assert overview(0)["starts that arrive"] == "0 of 64"
+    assert overview(63)["starts that arrive"] == "63 of 64"
+    assert "starts that arrive" not in overview(64)
+
+
+def test_path_length_ratios_say_what_the_shortest_is() -> None:
+    notes = named(result_tables(a_result()), "Plan quality").notes
+    assert notes == ("path length: the shortest is 8-connected without corner cutting",)
+    assert notes[0] in comparison_table([("a", a_result())]).notes
 
 
 def test_a_row_of_the_wrong_length_is_refused() -> None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import zip_longest
+from textwrap import wrap
 
+from codesign.errors import CodesignError, SpecError
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.table import Cell, Column, Table, left, pairs, right, words
@@ -24,6 +27,8 @@ from codesign.spec.exploration import ResultFigure
 from codesign.system.result import Reason, Result, Source
 
 _MOST_SOURCES = 100
+_WIDTH_OF_REASON = 28
+_SHORTEST = "path length: the shortest is 8-connected without corner cutting"
 
 
 def result_tables(result: Result) -> tuple[Table, ...]:
@@ -65,8 +70,26 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
     if result.time is not None:
         rows.append(("time to the first plan", time_cell(result.time.first_plan_ps)))
-    rows.append(("feasible", Cell("yes" if result.feasible else "no", result.feasible)))
+    rows.append(("feasible", _feasible(result)))
+    arrivals = _arrivals(result)
+    if arrivals is not None and arrivals[1] < arrivals[2]:
+        # A design that can be built, and yet its plan fails.
+        rows.append((arrivals[0], _arrived(arrivals)))
     return pairs("Design point", rows)
+
+
+def _arrivals(result: Result) -> tuple[str, int, int] | None:
+    """Where ways were tried: what should arrive, how many did, and of how many."""
+    quality = result.quality
+    if isinstance(quality, RobotsQuality):
+        return "robots that arrive", quality.robots_arrived, quality.robots
+    if quality is None or quality.starts == 0:
+        return None
+    return "starts that arrive", quality.starts_arrived, quality.starts
+
+
+def _arrived(arrivals: tuple[str, int, int]) -> Cell:
+    return Cell(f"{arrivals[1]} of {arrivals[2]}", arrivals[1])
 
 
 def headline(result: Result) -> tuple[tuple[str, str], ...]:
@@ -184,7 +207,8 @@ def _quality_table(result: Result) -> Table:
         ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
         ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
     ]
-    return pairs("Plan quality", [*rows, *ratios])
+    notes = () if isinstance(quality, RobotsQuality) else (_SHORTEST,)
+    return pairs("Plan quality", [*rows, *ratios], notes)
 
 
 def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
@@ -324,30 +348,69 @@ def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
         yield "dynamic power", "", result.power.dynamic.status.value, result.power.dynamic.source
 
 
-def comparison_table(results: Sequence[tuple[str, Result]]) -> Table:
-    """Named results side by side; from the second on, each figure also as a multiple of the first's."""
+def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> Table:
+    """Named results side by side, or why there is none; figures also as multiples of the first design with a plan."""
+    results = [result if isinstance(result, Result) else None for _, result in designs]
+    base = next((number for number, result in enumerate(results) if result and _has_plan(result)), None)
     rows: list[tuple[Cell, ...]] = [
-        (
-            _word("feasible"),
-            *(Cell("yes" if result.feasible else "no", result.feasible) for _, result in results),
-        ),
-        (_word("part"), *(_word(result.part or ABSENT) for _, result in results)),
+        (_word("feasible"), *map(_feasible, results)),
+        *((_word(name), *cells) for name, cells in _arrivals_rows(results)),
     ]
+    if not all(result and result.feasible for result in results):
+        rows += _why_not_rows([_why_not(result) for _, result in designs])
+    rows.append((_word("part"), *(_word((result and result.part) or ABSENT) for result in results)))
+    notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
     for figure in ResultFigure:
-        values = [result.figure(figure) for _, result in results]
+        values = [result.figure(figure) if result else None for result in results]
         if any(value is not None for value in values):
-            rows.append((_word(label(figure)), *_against_first(figure, values)))
-    columns = (*left("figure"), *(Column(name, align="right") for name, _ in results))
-    return Table("Comparison", columns, tuple(rows), ("in brackets: as a multiple of the first",))
+            rows.append((_word(label(figure)), *_against(base, figure, values)))
+            notes += [_SHORTEST] if figure is ResultFigure.PATH_LENGTH_RATIO else []
+    columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
+    return Table("Comparison", columns, tuple(rows), tuple(notes))
 
 
-def _against_first(figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
-    first = values[0]
+def _has_plan(result: Result) -> bool:
+    arrivals = _arrivals(result)
+    return result.feasible and (arrivals is None or arrivals[1] > 0)
+
+
+def _feasible(result: Result | None) -> Cell:
+    return Cell("yes" if result.feasible else "no", result.feasible) if result else Cell("not run")
+
+
+def _arrivals_rows(results: Sequence[Result | None]) -> Iterable[tuple[str, list[Cell]]]:
+    arrivals = [_arrivals(result) if result else None for result in results]
+    for name in dict.fromkeys(each[0] for each in arrivals if each):
+        yield name, [_arrived(each) if each and each[0] == name else Cell(ABSENT) for each in arrivals]
+
+
+def _why_not(result: Result | CodesignError) -> str:
+    """In one line: what was wrong with a design that did not run, or the first reason against one that did."""
+    if isinstance(result, SpecError):
+        return result.faults[0].what
+    if isinstance(result, CodesignError):
+        return result.what
+    if not result.reasons:
+        return ABSENT
+    reason = result.reasons[0]
+    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
+    return f"{label(reason.name)}: {demand} against {limit}"
+
+
+def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
+    """The reasons in as many rows as they take: columns of figures are not wrapped, and these should stay narrow."""
+    lines = [wrap(reason, _WIDTH_OF_REASON, break_long_words=False) for reason in reasons]
+    for number, row in enumerate(zip_longest(*lines, fillvalue="")):
+        yield _word("" if number else "why infeasible"), *map(_word, row)
+
+
+def _against(base: int | None, figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
+    unit = None if base is None else values[base]
     cells = []
     for number, value in enumerate(values):
         cell = figure_cell(figure, value)
-        if number and value is not None and first:
-            cell = Cell(f"{cell.text} (×{value / first:.3g})", cell.value)
+        if number != base and value is not None and unit:
+            cell = Cell(f"{cell.text} (×{value / unit:.3g})", cell.value)
         cells.append(cell)
     return tuple(cells)
 
