@@ -106,8 +106,41 @@ def test_compare_takes_a_map_and_refuses_half_a_problem(hwsw: Run, tmp_path: Pat
         "30,50",
     )
     assert whole.exit_code == 0, whole.output
-    assert hwsw("compare", "nexys2:robots-4").exit_code == 2
+    assert hwsw("compare", "nexys2:robots-4").exit_code == 1
     assert hwsw("compare", "labyrinth").exit_code == 2
+
+
+def test_a_design_that_cannot_take_the_map_does_not_end_the_comparison(hwsw: Run, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("\n".join(["." * 60] * 40) + "\n", encoding="utf-8")
+    where = ("--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "30,50")
+    designs = ("virtex4-pci:labyrinth", "virtex2pro:breadth-first")
+    told = hwsw("compare", *designs, *where, "--json")
+    assert told.exit_code == 0, told.output
+    results = json.loads(told.stdout)
+    assert "36 × 66" in results[designs[0]]["error"]
+    assert results[designs[1]]["quality"]["starts_arrived"] == 1
+    shown = hwsw("compare", *designs, *where)
+    assert shown.exit_code == 0
+    assert "virtex4-pci:labyrinth did not run: " in shown.stderr
+    assert "in brackets: as a multiple of virtex2pro:breadth-first" in shown.stdout
+    assert hwsw("compare", designs[0], *where).exit_code == 1
+    assert hwsw("compare", *designs, *where, "--set", "relax.block=[999, 1]").exit_code == 2
+
+
+def test_faults_of_the_map_given_name_the_options_that_gave_it(hwsw: Run, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("....\n..#.\n....\n", encoding="utf-8")
+
+    def compare(goal: str, start: str) -> Result:
+        given = ("--map", tmp_path / "map.txt", "--goal", goal, "--start", start)
+        return hwsw("compare", "virtex2pro:breadth-first", "virtex4-pci:wavefront-tiles", *given)
+
+    outside = compare("2,300", "0,0")
+    assert outside.exit_code == 1
+    assert "did not run: --goal: cell (2, 300) is outside of the map" in outside.stderr
+    assert "did not run: --start: cell (1, 2) is on an obstacle" in compare("2,3", "1,2").stderr
+    assert "--goal: -2 is out of bounds" in compare("-2,3", "0,0").stderr
+    (tmp_path / "map.txt").write_text("abc\n", encoding="utf-8")
+    assert "did not run: --map: " in compare("0,0", "0,1").stderr
 
 
 def test_calibrate_prints_costs_that_a_platform_takes(hwsw: Run, tmp_path: Path) -> None:

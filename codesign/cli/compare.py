@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.errors import InputError
+from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
+
+if TYPE_CHECKING:
+    from codesign.spec import Platform, Workload
+    from codesign.spec.problem import ProblemSpec
+    from codesign.system.result import Result
 
 DEFAULT = (
     "virtex4-pci:labyrinth",
@@ -23,7 +30,10 @@ DEFAULT = (
     "--on", "like", metavar="WORKLOAD", help="Take map, goals and starts from this one.  [default: labyrinth]"
 )
 @click.option(
-    "--map", "map_file", type=click.Path(dir_okay=False, path_type=Path), help="Take this map instead."
+    "--map",
+    "map_file",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    help="Take this map instead.",
 )
 @click.option("--goal", metavar="ROW,COLUMN", help="Goal on --map.")
 @click.option("--start", metavar="ROW,COLUMN", help="Start on --map.")
@@ -43,12 +53,13 @@ def compare(
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
 
     All run on the same map: that of --on, or of --map with --goal and --start. Without designs, the shipped ones of
-    harmonic control, wavefront, breadth-first search and relaxation on a host.
+    harmonic control, wavefront, breadth-first search and relaxation on a host. A design that cannot take the map
+    does not end the comparison: its column says why. Exit code 1 where none could.
     """
     import codesign
     from codesign.cli.run import settings_of
     from codesign.report import comparison_table, render_text
-    from codesign.system import applicable, problem_from_map, problem_of, with_problem
+    from codesign.system import problem_from_map, problem_of
 
     if map_file is not None:
         if goal is None or start is None:
@@ -59,24 +70,57 @@ def compare(
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
     values = settings_of(settings)
-    results = []
+    results: list[tuple[str, Result | CodesignError]] = []
     for design in designs or DEFAULT:
         platform_name, separator, workload_name = design.partition(":")
         if not separator:
             raise InputError(
                 f"{design!r} is no design", "DESIGNS", "write PLATFORM:WORKLOAD, as in virtex4-pci:labyrinth"
             )
-        point = (
-            codesign.load_platform(platform_name),
-            with_problem(codesign.load_workload(workload_name), problem),
-        )
-        results.append((design, codesign.simulate(*applicable(*point, values))))
+        platform, workload = codesign.load_platform(platform_name), codesign.load_workload(workload_name)
+        results.append((design, _simulated(platform, workload, problem, values, map_file is not None)))
     if as_json:
-        click.echo(
-            json.dumps({design: result.model_dump(mode="json") for design, result in results}, indent=2)
-        )
-        return
-    click.echo(render_text(comparison_table(results)))
+        told = {design: _as_json(result) for design, result in results}
+        click.echo(json.dumps(told, indent=2))
+    else:
+        click.echo(render_text(comparison_table(results)))
+    _tell_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
+    if all(isinstance(result, CodesignError) for _, result in results):
+        raise click.exceptions.Exit(EXIT_FAILED)
+
+
+def _simulated(
+    platform: Platform,
+    workload: Workload,
+    problem: ProblemSpec,
+    values: dict[str, object],
+    from_options: bool,
+) -> Result | CodesignError:
+    """What a design gives on the map, or why it gives nothing; a mistake in --set is raised."""
+    from codesign.system import applicable, simulate, with_problem
+    from codesign.system.comparison import at_options
+
+    try:
+        return simulate(*applicable(platform, with_problem(workload, problem), values))
+    except SpecError as wrong:
+        if any(fault.file.startswith("--set") for fault in wrong.faults):
+            raise
+        return at_options(wrong) if from_options else wrong
+    except CodesignError as wrong:
+        return wrong
+
+
+def _tell_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
+    """Each fault once, with its place and remedy, for which the table has no room."""
+    told: dict[str, list[str]] = {}
+    for design, failure in failures:
+        told.setdefault(str(failure), []).append(printable(design))
+    for text, names in told.items():
+        click.echo(f"{', '.join(names)} did not run: {text}", err=True)
+
+
+def _as_json(result: Result | CodesignError) -> Any:
+    return {"error": str(result)} if isinstance(result, CodesignError) else result.model_dump(mode="json")
 
 
 def _cell(option: str, text: str) -> tuple[int, int]:

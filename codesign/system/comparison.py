@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import InputError, SpecError
+from codesign.errors import Fault, InputError, SpecError
 from codesign.spec import Platform, Workload, override
 from codesign.spec.marks import Document
 from codesign.spec.problem import ProblemSpec
@@ -31,10 +31,13 @@ def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) 
     """The problem of one goal and one start, (row, column), on a map file.
 
     Raises:
-        SpecError: the file is none.
+        SpecError: the file is none, or a cell is on no map; told at --map, --goal and --start.
     """
     tree = {"map": {"file": str(file.resolve())}, "goals": [list(goal)], "starts": [list(start)]}
-    return validate(ProblemSpec, Document("command line", Path(), tree))
+    try:
+        return validate(ProblemSpec, Document("command line", Path(), tree))
+    except SpecError as wrong:
+        raise at_options(wrong) from None
 
 
 def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
@@ -67,3 +70,17 @@ def applicable(
         if any("unknown" in fault.what for fault in wrong.faults):
             return platform, workload
         raise
+
+
+_OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
+
+
+def at_options(wrong: SpecError) -> SpecError:
+    """The same faults, those of the map, its goal and its start at the options that gave them."""
+    return SpecError(_at_option(fault) for fault in wrong.faults)
+
+
+def _at_option(fault: Fault) -> Fault:
+    first = fault.key.removeprefix("problem.").partition(".")[0].partition("[")[0]
+    option = _OPTIONS.get(first)
+    return fault if option is None else Fault(option, 0, 0, "", fault.what, fault.hint)
