@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
+import codesign
 from codesign import maps
 from codesign.architectures.host_costs import PROBES, measure_host
 from codesign.architectures.interface import Step
 from codesign.architectures.relaxation import ARCHITECTURES, Host, published
 from codesign.architectures.relaxation.costs import (
     BARRIER_UNITS,
+    DIRECT_KERNEL,
     FITTED,
     SEARCH_UNITS,
+    direct_units,
     level_3_units,
     mean_units,
     unit,
 )
-from codesign.errors import InputError
+from codesign.errors import InputError, RunError
 from codesign.figures import Status
 from codesign.planners.interface import Problem
 from codesign.planners.relaxation import Method
@@ -26,7 +31,9 @@ from codesign.planners.relaxation.parameters import RelaxParameters, settle
 from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
 from codesign.records import StageRecord
 from codesign.spec import load_platform
-from codesign.system import catalog
+from codesign.spec.locate import data_folder
+from codesign.spec.platform import Platform
+from codesign.system import Result, catalog, point_of, simulate
 
 SEQUENTIAL, TWO_CORE = ARCHITECTURES
 ROOMS = maps.rooms(24, 32, room=(11, 15), door=3, seed=5).free
@@ -141,9 +148,37 @@ def test_platforms_carry_the_costs() -> None:
     assert cost.value == round(unit().value * 1e12)
     assert cost.status == Status.CALIBRATED
     kernels = {style.kernel for style in catalog.architectures().values() if style.kernel}
-    assert set(PROBES) <= kernels
+    assert set(PROBES) <= kernels | {DIRECT_KERNEL}
+    assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
+    assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]
     for name in ("pc-3400mhz", "pc-epyc"):
         assert set(load_platform(name).components["pc"].costs) == set(PROBES)  # type: ignore[union-attr]
+
+
+def direct_on(platform: Platform) -> Result:
+    axes = {"relax.method": "direct", "relax.omega": None}
+    return simulate(*point_of(platform, codesign.load_workload("floor-plan"), axes))
+
+
+def test_a_direct_solution_has_a_cost_of_its_own(tmp_path: Path) -> None:
+    parameters = RelaxParameters(method=Method.DIRECT)
+    for style in ARCHITECTURES:
+        factorise, search = drained(style, parameters, False)[0]
+        assert (factorise.kernel, search.kernel or style.kernel) == (DIRECT_KERNEL, style.kernel)
+
+    epyc = load_platform("pc-epyc")
+    costs = epyc.components["pc"].costs  # type: ignore[union-attr]
+    result = direct_on(epyc)
+    assert result.time is not None
+    solved = direct_units(result.details["node_updates"]) * costs[DIRECT_KERNEL].value  # type: ignore[arg-type]
+    steps, rest = divmod(result.time.planned_ps - solved, SEARCH_UNITS * costs[SEQUENTIAL.kernel].value)
+    assert rest == 0
+    assert 0 < steps < 600
+
+    text = (data_folder("platforms") / "pc-epyc.yaml").read_text(encoding="utf-8")
+    (tmp_path / "old.yaml").write_text(text.replace(DIRECT_KERNEL, "another_kernel"), encoding="utf-8")
+    with pytest.raises(RunError, match=DIRECT_KERNEL):
+        direct_on(load_platform(tmp_path / "old.yaml"))
 
 
 def test_platforms_say_how_many_cores_their_power_is_of() -> None:

@@ -2,7 +2,7 @@
 
 The kernels are those of the planners, as they are compiled here: a platform with these costs predicts this package on
 this machine. Costs of other hosts stand in ``platforms/`` with their sources. ``relaxation_node_update`` is that of the
-vectorised sweeps; a plain loop takes seven times as long (``codesign.architectures.relaxation.costs``).
+vectorised sweeps; a direct solution is counted in another (``codesign.architectures.relaxation.costs``).
 """
 
 from __future__ import annotations
@@ -117,6 +117,20 @@ def _relaxation() -> Probe:
     return Probe((_LONG - _SHORT) * free.size, sweeps(_LONG), sweeps(_SHORT))
 
 
+def _relaxation_direct() -> Probe:
+    """A direct solution over rooms of a quarter of that area, shared out over the units of its law."""
+    from codesign import maps
+    from codesign.architectures.relaxation.costs import direct_units
+    from codesign.planners.relaxation import Solution, solve
+
+    free = maps.rooms(135, 165, room=(32, 40), door=6, wall=2, seed=1).free
+
+    def run() -> Solution:
+        return solve(free, [(10, 10)], method="direct")
+
+    return Probe(direct_units(run().updates), run)
+
+
 def _breadth_first() -> Probe:
     """A search that pops every cell of a map without obstacles."""
     import numpy as np
@@ -140,6 +154,7 @@ def _wavefront() -> Probe:
 PROBES: Mapping[str, Callable[[], Probe]] = {
     "harmonic_node_update": _harmonic,
     "relaxation_node_update": _relaxation,
+    "relaxation_direct_cell": _relaxation_direct,
     "breadth_first_cell": _breadth_first,
     "wavefront_cell": _wavefront,
 }

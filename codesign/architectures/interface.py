@@ -77,13 +77,15 @@ class Step:
     ``cycles``: int64, one entry an indivisible unit of work (a visit, a pass), in order. ``record`` says how to tell
     listeners of it: called with (begin ps, end ps, source), only when somebody listens; None for a step with no story.
     ``phase`` names the phase that the cycles are booked under. ``ram_addresses``: addresses that each block RAM is
-    given in every one of the cycles; all block RAMs of a design are driven alike.
+    given in every one of the cycles; all block RAMs of a design are driven alike. ``kernel``: on a processor, what the
+    cycles are units of, where that is not the style's kernel.
     """
 
     phase: str
     cycles: NDArray[np.int64]
     record: Any = None
     ram_addresses: int = 0
+    kernel: str = ""
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ class Machine:
     ) -> Generator[Any, Any, Any]:
         """Process generator: run the planner's steps on the planning component; returns the plan.
 
-        On a processor a step is one task, and its cycles are units of the style's kernel.
+        On a processor a step is one task, and its cycles are units of its kernel, or else of the style's.
         """
         if self.system.part is not None:
             return (yield from self.planner.execute(steps, granularity))
@@ -99,7 +99,7 @@ class Machine:
                 return done.value
             begin, units = self.now, int(step.cycles.sum())
             if units:
-                yield from self.planner.execute(kernel, units, step.phase)
+                yield from self.planner.execute(step.kernel or kernel, units, step.phase)
                 self._spent[step.phase] = self._spent.get(step.phase, 0) + self.now - begin
             if self.listening and step.record is not None:
                 self.tell(step.record(begin, self.now, self.planner.name))

@@ -30,13 +30,18 @@ BARRIER_UNITS = 60
 SEARCH_UNITS = 2
 """Units of a step of the search: eight neighbours compared, in place of four averaged. Assumed."""
 
-DIRECT_COEFFICIENT, DIRECT_EXPONENT = 22.0, 1.31
-"""Units of a direct solution over n unknowns: 22 n^1.31.
+DIRECT_KERNEL = "relaxation_direct_cell"
+"""What a direct solution is counted in: one cell passed by a sweep in raster order as a compiled loop, node after node.
 
-Measured on our machine, for empty squares of 10,000 to 260,000 cells: SciPy's SuperLU against a sweep in raster order
-as a compiled loop, node after node, which is what the unit of the paper's machine is. The floor plan needs 20 % less.
-The vectorised sweeps of ``codesign.planners.relaxation`` are seven times as fast as that loop: on a machine whose unit
-is theirs, the law makes the direct solution as many times too fast. ``benchmarks/bench_relaxation`` repeats it.
+On the paper's machine that is the unit of the sweeps. Where the sweeps are vectorised it is about seven of theirs, so
+platforms give it a cost of its own.
+"""
+
+DIRECT_COEFFICIENT, DIRECT_EXPONENT = 22.0, 1.31
+"""Units of ``DIRECT_KERNEL`` of a direct solution over n unknowns: 22 n^1.31.
+
+Measured on our machine, for empty squares of 10,000 to 260,000 cells: SciPy's SuperLU against that loop. The floor plan
+needs 20 % less. ``benchmarks/bench_relaxation`` repeats it.
 """
 
 

@@ -1,7 +1,8 @@
 """Styles ``sequential`` and ``two_core``: the relaxation on one core of a processor, or on two of them.
 
-A processor has no clock law: a cycle of a step stands for one unit of the kernel ``relaxation_node_update``, which the
-platform gives a cost (see ``costs``). On two cores a cycle is one that either spends, so that cycles are time.
+A processor has no clock law: a cycle of a step stands for one unit of the kernel ``relaxation_node_update``, or of
+``relaxation_direct_cell`` in the direct solution, which the platform gives costs (see ``costs``). On two cores a cycle
+is one that either spends, so that cycles are time.
 
 Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
 does. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster order
@@ -18,6 +19,7 @@ import numpy as np
 from codesign.architectures.interface import Demand, Step
 from codesign.architectures.relaxation.costs import (
     BARRIER_UNITS,
+    DIRECT_KERNEL,
     MEANS,
     SEARCH_UNITS,
     direct_units,
@@ -97,7 +99,9 @@ class Host:
         phase, units = relaxation[-1]
         total = sum(units for _, units in relaxation)
         told = _told(plan.solution, int(search.flat().sum()), total, units) if detail else None
-        yield Step(phase, np.array([units], np.int64), told)
+        direct = plan.solution.method is Method.DIRECT
+        kernel = DIRECT_KERNEL if direct else self.kernel
+        yield Step(phase, np.array([units], np.int64), told, kernel=kernel)
         # Where nobody has started yet, the answer is a single step.
         entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
         yield _step("search", SEARCH_UNITS * max(1, entered))
