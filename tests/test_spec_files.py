@@ -12,7 +12,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 from jsonschema import Draft202012Validator
-from test_spec_faults import PLATFORM, TASKS, WORKLOAD
+from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
 from codesign.errors import InputError, SpecError

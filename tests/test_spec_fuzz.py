@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from test_spec_faults import PLATFORM, TASKS, WORKLOAD
+from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.spec import cross_check, load_platform, load_workload, override

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from test_spec_faults import PLATFORM, TASKS, WORKLOAD, Relax
+from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax
 
 from codesign.errors import SpecError
 from codesign.figures import Status
