@@ -12,7 +12,7 @@ from click.testing import Result
 
 from codesign.figures import Status
 from codesign.reproduce import Plot, Reproduction, Series
-from codesign.reproduce.model import row
+from codesign.reproduce.model import Use, row
 from codesign.spec.exploration import ResultFigure
 
 Run = Callable[..., Result]
@@ -66,9 +66,13 @@ def test_a_reproduction_is_what_its_schema_says(hwsw: Run) -> None:
         assert each["additionalProperties"] is False
         assert each["required"] == list(each["properties"])
     rows = (
-        row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node", held_out=False),
-        row("Section 4", "speed", "about 270", 263.5, status=Status.CALIBRATED, source="costs"),
-        row("Section 5", "clock", None, None, status=Status.ASSUMED, source="none", unit="Hz"),
+        row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node", use=Use.FITTED),
+        row(
+            "Section 4", "speed", "about 270", 263.5, status=Status.CALIBRATED, source="costs", use=Use.KNOWN
+        ),
+        row(
+            "Section 5", "clock", None, None, status=Status.ASSUMED, source="none", unit="Hz", use=Use.NOTHING
+        ),
     )
     plot = Plot("figure-3", "Figure 3", "falls", "p", "cells", (Series("a", (1.0, 2.0), (3.0, 4.0)),))
     check(told(Reproduction("Girau 2008", rows, (plot,), ("It fits.",)).to_json()), schema)

@@ -11,6 +11,7 @@ from codesign import maps
 from codesign.architectures.relaxation import published
 from codesign.planners.relaxation import Boundary, Method
 from codesign.reproduce import Reproduction, saudi2016, saudi2016_findings, saudi2016_runs
+from codesign.reproduce.model import Use
 from codesign.reproduce.saudi2016_map import GOAL, floor_plan
 from codesign.reproduce.saudi2016_runs import Key, Outcome, run_all, seconds, tabulated, until_followed
 
@@ -71,7 +72,7 @@ def test_iterations_on_the_floor_plan(reproduction: Reproduction) -> None:
 
 
 def test_rows_say_what_was_fitted(reproduction: Reproduction) -> None:
-    fitted = [one.quantity for one in reproduction.rows if not one.held_out]
+    fitted = [one.quantity for one in reproduction.rows if one.use is Use.FITTED]
     assert fitted[:2] == ["GS, iterations", "GS, time of 51,454 iterations"]
     assert [name for name in fitted if name.startswith("AM")] == ["AM ω=1.9, time of 3,263 iterations"]
     misprint = next(one for one in reproduction.rows if one.published == 2784 and one.unit == "s")

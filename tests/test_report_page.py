@@ -72,7 +72,7 @@ def evil_study() -> Study:
 
 
 def evil_pages() -> dict[str, str]:
-    rows = (SampleRow(EVIL, EVIL, EVIL, EVIL, None, EVIL, EVIL, EVIL, False, EVIL),)
+    rows = (SampleRow(EVIL, EVIL, EVIL, EVIL, None, EVIL, EVIL, EVIL, EVIL, EVIL),)
     result = a_result(platform=EVIL, workload=EVIL, part=EVIL, parameters={EVIL: {EVIL: EVIL}})
     return {
         "study": study_html(evil_study(), pictures=[PICTURE], command=EVIL),

@@ -11,7 +11,7 @@ from codesign.architectures.breadth_first import published
 from codesign.figures import Status
 from codesign.planners.breadth_first import search
 from codesign.planners.breadth_first.parameters import MicroArchitecture
-from codesign.reproduce.model import Reproduction
+from codesign.reproduce.model import Reproduction, Use
 from codesign.reproduce.vacariu2008 import breadth_first
 from codesign.reproduce.vacariu2008_fit import fit, java_cell_seconds, least_popped
 from codesign.reproduce.vacariu2008_maps import Family, sample
@@ -42,7 +42,7 @@ def test_every_row_of_every_table_is_there(quick: Reproduction, table: str) -> N
 
 def test_fit_is_made_on_three_rows_and_held_against_the_others(quick: Reproduction) -> None:
     second = {one.quantity.split(", ")[1]: one for one in quick.rows if one.table == "Table 2"}
-    assert {size for size, one in second.items() if one.held_out} == {"10×10", "40×40"}
+    assert {size for size, one in second.items() if one.use is Use.HELD_OUT} == {"10×10", "40×40"}
     assert all(abs(one.error or 0) < 0.1 for one in second.values())
     chosen = fit(quick=True)
     assert chosen.candidate.micro_architecture is MicroArchitecture.THREE_CYCLES

@@ -25,7 +25,7 @@ from codesign.reproduce.girau2008_findings import _shares_finding
 from codesign.reproduce.girau2008_speed import software_seconds
 from codesign.reproduce.girau2008_tables import table_rows
 from codesign.reproduce.girau2008_theory import largest_eigenvalue
-from codesign.reproduce.model import row
+from codesign.reproduce.model import Use, row
 
 TOLD: list[str] = []
 THEORY = {"Section 3.2.2", "Section 4.2", "Section 4.4.1", "Section 4.4.2"}
@@ -69,9 +69,7 @@ def test_rows_that_need_no_simulation_are_golden() -> None:
     lines = []
     for one in table_rows():
         modelled = shown(one.modelled) if not one.error else f"{one.error:+.1%}"
-        lines.append(
-            f"{one.table} {one.quantity} {shown(one.published)} {modelled} {'held out' if one.held_out else 'fitted'}\n"
-        )
+        lines.append(f"{one.table} {one.quantity} {shown(one.published)} {modelled} {one.use}\n")
     assert "".join(lines) == GOLDEN
 
 
@@ -84,7 +82,7 @@ def test_the_documented_table_is_the_one_that_is_computed(quick: Reproduction) -
     assert len(same) == 13
     for one in (*table_rows(), *same):
         error = "" if one.error is None else "0" if one.error == 0 else f"{one.error:+.1%}".replace("%", " %")
-        ending = f"| {error} | {'' if one.held_out else 'yes'} | {one.note} |"
+        ending = f"| {error} | {one.use} | {one.note} |"
         assert any(f"| {one.quantity} |" in line and line.endswith(ending) for line in page), one.quantity
 
 
@@ -108,7 +106,7 @@ def test_speed_up_of_the_maze_is_golden(quick: Reproduction) -> None:
     assert flat.modelled == pytest.approx(90.3, abs=0.1)
     assert limbs.modelled == pytest.approx(4 * flat.modelled)  # type: ignore[operator]
     assert flat.status is Status.ASSUMED
-    assert flat.held_out
+    assert flat.use is Use.HELD_OUT
 
 
 def test_every_row_has_a_source_and_errors_are_relative(quick: Reproduction) -> None:
@@ -120,7 +118,7 @@ def test_every_row_has_a_source_and_errors_are_relative(quick: Reproduction) -> 
 
 
 def test_fitted_rows_are_those_the_laws_were_made_from(quick: Reproduction) -> None:
-    fitted = {(one.table, one.quantity) for one in quick.rows if not one.held_out}
+    fitted = {(one.table, one.quantity) for one in quick.rows if one.use is Use.FITTED}
     assert len(fitted) == 10
     assert all(
         table in {"Table 1", "Table 2", "Table 3"}
@@ -225,8 +223,8 @@ def test_shapes_of_known_curves() -> None:
 
 
 def test_error_is_left_out_where_a_side_is_no_number() -> None:
-    assert row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s").error is None
-    assert row("T", "q", 2, 3, status=Status.MEASURED, source="s").error == 0.5
+    assert row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error is None
+    assert row("T", "q", 2, 3, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error == 0.5
 
 
 def test_software_takes_100_microseconds_for_a_block_and_400_for_four() -> None:

@@ -31,7 +31,7 @@ from codesign.planners.velocity_obstacle import AvoidParameters, RobotsProblem, 
 from codesign.planners.velocity_obstacle.parameters import Detection, Detector, Responsibility, Unit
 from codesign.planners.velocity_obstacle.planner import PLANNER
 from codesign.reproduce.dubey2013 import velocity_obstacle
-from codesign.reproduce.model import Reproduction
+from codesign.reproduce.model import Reproduction, Use
 from codesign.spec import load_part, load_platform
 from codesign.spec.part import Part
 from codesign.system.fit import fit
@@ -396,7 +396,7 @@ def test_every_row_of_the_paper_is_there(reproduction: Reproduction) -> None:
     held_out = [
         row
         for row in reproduction.rows
-        if row.held_out and row.table == "Table III" and row.error is not None
+        if row.use is Use.HELD_OUT and row.table == "Table III" and row.error is not None
     ]
     assert len(held_out) == 2
     assert all(abs(row.error or 1.0) < 0.04 for row in held_out)

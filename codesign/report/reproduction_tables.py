@@ -17,7 +17,7 @@ class Row(Protocol):
     """One figure of a paper and what the model makes of it.
 
     ``published`` and ``modelled`` in ``unit``; ``error``: (modelled - published) / published, None where
-    there is none; ``held_out``: the row was not used to fit the law behind it.
+    there is none; ``use``: what the published figure was used for before.
     """
 
     @property
@@ -53,8 +53,8 @@ class Row(Protocol):
         """Where the law comes from."""
 
     @property
-    def held_out(self) -> bool:
-        """Whether the row was left out of the fit."""
+    def use(self) -> str:
+        """Whether a law was fitted to the row, or it was held out, or known when something was chosen."""
 
     @property
     def note(self) -> str:
@@ -76,7 +76,7 @@ class Reproduction(Protocol):
 def reproduction_table(reproduction: Reproduction) -> Table:
     """All rows in the order given, under the names that JSON has, with the relative error; notes come last.
 
-    ``held out``: no law was fitted to the row.
+    ``use``: whether a law was fitted to the row, or it was held out, or known when something was chosen.
     """
     rows = []
     previous = None
@@ -91,7 +91,7 @@ def reproduction_table(reproduction: Reproduction) -> Table:
                 _figure(row.modelled, row.unit),
                 Cell(ABSENT if row.error is None else error_text(row.error), row.error),
                 Cell(str(row.status), str(row.status)),
-                Cell("yes" if row.held_out else "no", row.held_out),
+                Cell(str(row.use), str(row.use)),
                 Cell(row.note, row.note),
             )
         )
@@ -99,7 +99,7 @@ def reproduction_table(reproduction: Reproduction) -> Table:
         *left("table", "quantity"),
         *right("published", "modelled"),
         *right("error", unit="1"),
-        *left("status", "held out", "note"),
+        *left("status", "use", "note"),
     )
     return Table("Published against modelled", columns, tuple(rows))
 

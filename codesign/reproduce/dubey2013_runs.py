@@ -25,7 +25,7 @@ from codesign.planners.velocity_obstacle.arithmetic import fixed
 from codesign.planners.velocity_obstacle.parameters import Detection, Responsibility
 from codesign.planners.velocity_obstacle.problem import ARRANGEMENTS
 from codesign.planners.velocity_obstacle.reference import STAY, Robot
-from codesign.reproduce.model import Plot, Progress, Row, Series, row
+from codesign.reproduce.model import Plot, Progress, Row, Series, Use, row
 
 ROBOTS = (2, 4, 8)
 RUN_STYLES = {2: Style.HYBRID, 4: Style.HYBRID, 8: Style.PIPELINED}
@@ -147,6 +147,7 @@ def run_rows(runs: dict[int, Run], verdicts: Counter[Verdict]) -> tuple[Row, ...
             unit="%",
             status=Status.MEASURED,
             source=f"{total:,} choices along the run of 8 robots, 16 bits",
+            use=Use.NOTHING,
             note=f"the others within the bound of a threshold; {verdicts[Verdict.BEYOND_BOUND]} beyond it",
         )
     )
@@ -166,16 +167,25 @@ def _rows_of_run(robots: int, run: Run) -> list[Row]:
             run.quality.updates,
             "1",
             "speed and size of the robots were chosen with this in view",
+            Use.KNOWN,
         ),
-        ("collisions", "none shown", run.quality.collisions, "1", "pairs that touched at or between updates"),
-        ("robots that arrived", robots, run.quality.robots_arrived, "1", ""),
-        ("closest approach, edge to edge", None, run.quality.closest_approach, "cells", ""),
+        (
+            "collisions",
+            "none shown",
+            run.quality.collisions,
+            "1",
+            "pairs that touched at or between updates",
+            Use.HELD_OUT,
+        ),
+        ("robots that arrived", robots, run.quality.robots_arrived, "1", "", Use.HELD_OUT),
+        ("closest approach, edge to edge", None, run.quality.closest_approach, "cells", "", Use.NOTHING),
         (
             f"time in the circuit, {style}",
             published.UPDATES_A_RUN * published.TABLE_II[style][robots] / CLOCK,
             total / CLOCK,
             "s",
             "published: 500 updates of one trial; modelled: all trials, and all other modules (assumed)",
+            Use.HELD_OUT,
         ),
         (
             "trials an update, slowest robot",
@@ -183,6 +193,7 @@ def _rows_of_run(robots: int, run: Run) -> list[Row]:
             float(np.mean(cycles.trials)),
             "1",
             f"Table II counts one; up to {int(cycles.trials.max())}",
+            Use.HELD_OUT,
         ),
     )
     return [
@@ -194,9 +205,10 @@ def _rows_of_run(robots: int, run: Run) -> list[Row]:
             unit=unit,
             status=Status.ASSUMED if unit == "s" else Status.MEASURED,
             source=source,
+            use=use,
             note=note,
         )
-        for name, said, found, unit, note in listed
+        for name, said, found, unit, note, use in listed
     ]
 
 

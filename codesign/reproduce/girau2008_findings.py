@@ -15,7 +15,7 @@ from codesign.reproduce.girau2008_figures import (
     partitioned,
     plateau,
 )
-from codesign.reproduce.model import Plot, Row
+from codesign.reproduce.model import Plot, Row, Use
 
 SOON = 0.2
 """Share of a run within which Figure 6 must have come to its level to agree with "rapidly"."""
@@ -23,8 +23,8 @@ SOON = 0.2
 
 def law_findings(rows: Sequence[Row]) -> tuple[str, ...]:
     """How the laws fare on rows that they were not fitted to, those that rest on an assumption among them."""
-    fitted = sum(not one.held_out for one in rows)
-    held_out = [one for one in rows if one.held_out and one.error is not None]
+    fitted = sum(one.use is Use.FITTED for one in rows)
+    held_out = [one for one in rows if one.use is Use.HELD_OUT and one.error is not None]
     assumed = [one for one in held_out if one.status is Status.ASSUMED]
     known = [one for one in held_out if one.status is not Status.ASSUMED]
     worst = max(known, key=_miss)

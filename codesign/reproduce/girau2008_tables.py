@@ -6,7 +6,7 @@ from codesign.architectures.harmonic import published, resources, timing
 from codesign.architectures.harmonic.published import Synthesis
 from codesign.architectures.harmonic.software import limbs
 from codesign.figures import Status
-from codesign.reproduce.model import Row, row
+from codesign.reproduce.model import Row, Use, row
 
 TEXT = "Section 5.4"
 
@@ -52,7 +52,7 @@ def _synthesis(synthesis: Synthesis) -> list[Row]:
                 a_node * synthesis.nodes + (constant if array else 0),
                 status=Status.CALIBRATED if array else Status.PUBLISHED,
                 source=f"{law}, N = {synthesis.nodes}",
-                held_out=held_out,
+                use=Use.HELD_OUT if held_out else Use.FITTED,
                 note=note,
             )
         )
@@ -66,7 +66,7 @@ def _synthesis(synthesis: Synthesis) -> list[Row]:
             unit="Hz",
             status=Status.CALIBRATED,
             source=f"period {fit.offset:.2f} ns + {fit.slope:.3f} ns × {fit.form}",
-            held_out=False,
+            use=Use.FITTED,
             note=f"{synthesis.part}; one of the three points of the fit",
         )
     )
@@ -84,7 +84,7 @@ def _count_rows() -> list[Row]:
     budget = published.SLICES_OF_XC2V6000
     law = "two logic cells a slice, 13 slices a node"
     return [
-        row(TEXT, "logic cells a node", 26, cells, status=Status.PUBLISHED, source=law),
+        row(TEXT, "logic cells a node", 26, cells, status=Status.PUBLISHED, source=law, use=Use.HELD_OUT),
         row(
             TEXT,
             "logic cells a cluster",
@@ -92,6 +92,7 @@ def _count_rows() -> list[Row]:
             cells * published.CLUSTER.nodes,
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
             note="Table 2 has 235 slices; 18 nodes have 234",
         ),
         row(
@@ -102,6 +103,7 @@ def _count_rows() -> list[Row]:
             unit="%",
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
             note="holds" if share < 92 else "does not hold",
         ),
         row(
@@ -111,6 +113,7 @@ def _count_rows() -> list[Row]:
             resources.cluster_count(*shape),
             status=Status.PUBLISHED,
             source="one a 3×6 cluster",
+            use=Use.HELD_OUT,
         ),
         row(
             TEXT,
@@ -119,6 +122,7 @@ def _count_rows() -> list[Row]:
             resources.border_rams(*shape),
             status=Status.PUBLISHED,
             source="one for 18 border nodes",
+            use=Use.HELD_OUT,
         ),
         row(
             TEXT,
@@ -128,7 +132,7 @@ def _count_rows() -> list[Row]:
             unit="%",
             status=Status.CALIBRATED,
             source="13N + 10, 844, 3p + 682, 10, and the border nodes",
-            held_out=False,
+            use=Use.FITTED,
             note=f"border nodes ({resources.SLICES_A_BORDER_NODE:.2f} slices each) are fitted to this row; all"
             f" else is published and comes to {100 * listed / budget:.1f} %",
         ),
@@ -149,6 +153,7 @@ def _depth_rows() -> list[Row]:
             unit="bit",
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
         ),
         row(
             TEXT,
@@ -158,6 +163,7 @@ def _depth_rows() -> list[Row]:
             unit="bit",
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
         ),
         row(
             "Section 1",
@@ -166,6 +172,7 @@ def _depth_rows() -> list[Row]:
             most_blocks,
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
             note=f"64 bits with the flag, p = 63; p = 64 would take {resources.words(16, 64):,} words",
         ),
         row(
@@ -175,6 +182,7 @@ def _depth_rows() -> list[Row]:
             most_blocks * 96 * 48,
             status=Status.PUBLISHED,
             source=law,
+            use=Use.HELD_OUT,
         ),
     ]
 
@@ -191,6 +199,7 @@ def _largest_block_rows() -> list[Row]:
             large["block_rams"],
             status=Status.PUBLISHED,
             source="clusters and borders, 18 nodes a block RAM",
+            use=Use.HELD_OUT,
             note="fits" if large["block_rams"] <= BLOCK_RAMS_OF_XC4VLX160 else "does not fit",
         ),
         row(
@@ -200,6 +209,7 @@ def _largest_block_rows() -> list[Row]:
             largest["block_rams"],
             status=Status.PUBLISHED,
             source="clusters and borders, 18 nodes a block RAM",
+            use=Use.HELD_OUT,
             note=f"{BLOCK_RAMS_OF_LARGEST_VIRTEX_4} is what the XC4VLX200 has; the paper says the block fits,"
             f" {largest['block_rams'] - BLOCK_RAMS_OF_LARGEST_VIRTEX_4} would be missing",
         ),
@@ -221,6 +231,7 @@ def _clock_rows() -> list[Row]:
             unit="Hz",
             status=Status.CALIBRATED,
             source=f"period linear in {timing.clock_fit().form}, fitted to Tables 1 to 3",
+            use=Use.HELD_OUT,
             note="an estimate of the paper; the interval of the law is twice this miss",
         ),
         row(
@@ -230,6 +241,7 @@ def _clock_rows() -> list[Row]:
             software / hardware,
             status=Status.PUBLISHED,
             source="100 µs an iteration of 36×66 nodes over (p + 2) / 150 MHz",
+            use=Use.HELD_OUT,
             note=f'"up to 100x"; exactly 100 would be p = {break_even}',
         ),
         row(
@@ -239,6 +251,7 @@ def _clock_rows() -> list[Row]:
             limbs(128) * software / hardware,
             status=Status.ASSUMED,
             source=f"the same, {limbs(128)} limbs of software",
+            use=Use.HELD_OUT,
             note="so the paper's 100 µs cannot be for one limb of several",
         ),
     ]

@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from enum import StrEnum
 from typing import Any, Literal
 
 from codesign.figures import Status
@@ -14,6 +15,19 @@ SCHEMA_VERSION = 1
 
 Progress = Callable[[str], None]
 """Told in a line what is being computed now."""
+
+
+class Use(StrEnum):
+    """What the figure of a paper was used for before the model was held against it."""
+
+    FITTED = "fitted"
+    """A law was fitted to it, or a map chosen by it."""
+    HELD_OUT = "held out"
+    """No law has seen it."""
+    KNOWN = "known when chosen"
+    """Nothing was fitted to it, but a rule or an assumption was chosen in view of it."""
+    NOTHING = "nothing to hold out"
+    """The paper gives no figure."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +42,7 @@ class Row:
         error: (modelled - published) / published; None where that makes no sense.
         unit: Hz, s, %, "1" for a count or a ratio, or a word.
         status: how the modelled figure is known. source: the law or the run behind it.
-        held_out: no law was fitted to this row.
+        use: what the published figure was used for before.
         note: what a reader should know about the row.
     """
 
@@ -40,7 +54,7 @@ class Row:
     unit: str
     status: Status
     source: str
-    held_out: bool
+    use: Use
     note: str = ""
 
 
@@ -53,18 +67,26 @@ def row(
     status: Status,
     source: str,
     unit: str = "1",
-    held_out: bool = True,
+    use: Use = Use.HELD_OUT,
     note: str = "",
 ) -> Row:
     """A row with its relative error, where both sides are numbers.
 
-    >>> row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node").error
+    ``use`` is left out by estimates of a paper that nothing was made from; every other row says it.
+
+    Raises:
+        ValueError: ``use`` is of a published figure and there is none, or the reverse.
+
+    >>> row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node", use=Use.HELD_OUT).error
     -0.00425531914893617
     """
+    missing, number = published is None, isinstance(published, int | float)
+    if (missing and use is not Use.NOTHING) or (number and use is Use.NOTHING):
+        raise ValueError(f"{table}, {quantity}: {use} with {published} published")
     error = None
     if isinstance(published, int | float) and isinstance(modelled, int | float) and published:
         error = (modelled - published) / published
-    return Row(table, quantity, published, modelled, error, unit, status, source, held_out, note)
+    return Row(table, quantity, published, modelled, error, unit, status, source, use, note)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from codesign.architectures.wavefront.resources import Layout
 from codesign.figures import Status
 from codesign.planners.wavefront.skeleton import skeleton
 from codesign.planners.wavefront.wave import longest_distance, register_bits, stop_cycle
-from codesign.reproduce.model import Row, row
+from codesign.reproduce.model import Row, Use, row
 from codesign.reproduce.moeller1998_maps import AdderRun, SafeWays, Sample, unit_seconds
 
 BITS = register_bits(published.STOP_POTENTIAL)
@@ -52,6 +52,7 @@ def _node_rows() -> Iterator[Row]:
         line,
         status=Status.PUBLISHED,
         source="as many as the longest delay",
+        use=Use.HELD_OUT,
     )
     yield row(
         HARDWARE,
@@ -60,6 +61,7 @@ def _node_rows() -> Iterator[Row]:
         1,
         status=Status.PUBLISHED,
         source="Y, Figure 2",
+        use=Use.HELD_OUT,
         note=f"{BITS} for adders and comparators",
     )
     yield row(
@@ -69,6 +71,7 @@ def _node_rows() -> Iterator[Row]:
         bare,
         status=Status.MEASURED,
         source=own,
+        use=Use.HELD_OUT,
         note=f"{read_out:.1f} where the registers can be read out",
     )
     yield row(
@@ -78,6 +81,7 @@ def _node_rows() -> Iterator[Row]:
         flip_flops[1] / flip_flops[0],
         status=Status.MEASURED,
         source=own,
+        use=Use.HELD_OUT,
         note=f"{flip_flops[1]} against {flip_flops[0]}: not saved",
     )
     yield row(
@@ -87,6 +91,7 @@ def _node_rows() -> Iterator[Row]:
         layout.nodes * flip_flops[0],
         status=Status.MEASURED,
         source=own,
+        use=Use.NOTHING,
         note=f"{BITS} bits hold {published.STOP_POTENTIAL} and infinity",
     )
 
@@ -101,6 +106,7 @@ def _footnote_rows() -> Iterator[Row]:
         ours / octagon,
         status=Status.PUBLISHED,
         source="closed form",
+        use=Use.HELD_OUT,
         note=f"{ours:.1%} against {octagon:.1%}; together {math.sqrt(1.25) - 1:.1%}",
     )
 
@@ -116,6 +122,7 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
         stop_cycle(published.STOP_POTENTIAL),
         status=Status.PUBLISHED,
         source=f"D + 1, D = {published.STOP_POTENTIAL}",
+        use=Use.HELD_OUT,
     )
     for one in samples:
         yield row(
@@ -125,7 +132,7 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
             one.stop_potential,
             status=Status.MEASURED,
             source="own map, chosen for this figure",
-            held_out=False,
+            use=Use.FITTED,
             note=f"{one.reached:,} of {int(one.free.sum()):,} free nodes reached",
         )
     wrong = sum(
@@ -139,6 +146,7 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
         wrong,
         status=Status.MEASURED,
         source="own maps, heap",
+        use=Use.HELD_OUT,
         note="holds" if wrong == 0 else "does not hold",
     )
     one = samples[0]
@@ -151,6 +159,7 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
         cycles,
         status=Status.MEASURED,
         source="Figure 2, clocked; infinity is the counter at the stop",
+        use=Use.HELD_OUT,
         note=f"{differ} registers differ from the potentials",
     )
 
@@ -167,6 +176,7 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         unit="s",
         status=Status.PUBLISHED,
         source="D + 1 cycles",
+        use=Use.HELD_OUT,
     )
     yield row(
         SHORTEST,
@@ -176,7 +186,7 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         unit="s",
         status=Status.CALIBRATED,
         source=f"{1e6 * unit:.2f} µs a node reached",
-        held_out=False,
+        use=Use.FITTED,
         note="the one cost is fitted to this row; the number of nodes is that of own maps",
     )
     yield row(
@@ -186,6 +196,7 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         published.SOFTWARE_SECONDS / wave,
         status=Status.PUBLISHED,
         source="63 ms over D + 1 cycles",
+        use=Use.HELD_OUT,
     )
     gains = [unit * one.reached * published.CLOCK / stop_cycle(one.stop_potential) for one in samples]
     yield row(
@@ -194,7 +205,7 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         published.SPEED_UP,
         fmean(gains),
         status=Status.CALIBRATED,
-        held_out=False,
+        use=Use.FITTED,
         source="the fitted cost of the Pentium",
         note=f"mean; {min(gains):.0f} to {max(gains):.0f}",
     )
@@ -211,6 +222,7 @@ def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator
         unit="%",
         status=Status.MEASURED,
         source="own maps",
+        use=Use.HELD_OUT,
         note="mean, of all nodes",
     )
     if adder is None:
@@ -223,6 +235,7 @@ def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator
         adder.mean_updates,
         status=Status.MEASURED,
         source=own,
+        use=Use.HELD_OUT,
         note=f"mean of the nodes reached; at most {adder.most_updates}",
     )
     yield row(
@@ -232,6 +245,7 @@ def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator
         stop_cycle(samples[0].stop_potential) / adder.cycles,
         status=Status.MEASURED,
         source=own,
+        use=Use.HELD_OUT,
         note=f"{adder.cycles} cycles for the whole map, which cannot stop early",
     )
 
@@ -246,6 +260,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         stop_cycle(longest),
         status=Status.PUBLISHED,
         source="longest distance + 1",
+        use=Use.HELD_OUT,
         note=f"768 = 3 × 256; 255 diagonal steps are {longest}",
     )
     yield row(
@@ -256,6 +271,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         unit="s",
         status=Status.PUBLISHED,
         source="longest distance + 1",
+        use=Use.HELD_OUT,
     )
     farthest = [int(one.obstacle_potentials.max()) for one in samples]
     yield row(
@@ -265,6 +281,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         max(farthest),
         status=Status.MEASURED,
         source="own maps",
+        use=Use.NOTHING,
         note=f"{min(farthest)} to {max(farthest)}: how long the wave does anything",
     )
     yield row(
@@ -275,6 +292,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         unit="%",
         status=Status.MEASURED,
         source="own maps, equations 4 and 5",
+        use=Use.HELD_OUT,
         note="least over the maps",
     )
     yield row(
@@ -284,6 +302,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         fmean(one.longer for one in safe),
         status=Status.MEASURED,
         source="own maps, octile",
+        use=Use.NOTHING,
         note=f"{min(one.longer for one in safe):.2f} to {max(one.longer for one in safe):.2f}",
     )
     crest = [float(skeleton(one.obstacle_potentials)[one.free].mean()) for one in samples]
@@ -295,6 +314,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         unit="%",
         status=Status.MEASURED,
         source="own rule in 5 × 5 nodes; the paper gives none",
+        use=Use.NOTHING,
         note=f"{100 * min(crest):.0f} to {100 * max(crest):.0f} %",
     )
 
@@ -314,5 +334,6 @@ def _part_rows() -> Iterator[Row]:
             side,
             status=Status.MEASURED,
             source=f"{node.slices} slices a node, R = {BITS}",
+            use=Use.NOTHING,
             note=f"{side * side:,} of {published.SIDE**2:,} nodes; counter and selection left out",
         )

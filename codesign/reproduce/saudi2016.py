@@ -6,7 +6,7 @@ from codesign.architectures.relaxation import published
 from codesign.architectures.relaxation.costs import FITTED
 from codesign.figures import Status
 from codesign.planners.relaxation import Boundary, Method
-from codesign.reproduce.model import Plot, Progress, Reproduction, Row, Series, row
+from codesign.reproduce.model import Plot, Progress, Reproduction, Row, Series, Use, row
 from codesign.reproduce.saudi2016_findings import findings
 from codesign.reproduce.saudi2016_runs import (
     Key,
@@ -75,7 +75,7 @@ def _table_rows(runs: tuple[published.Run, ...], outcomes: Outcomes) -> list[Row
                 outcomes[key].iterations,
                 status=Status.CALIBRATED,
                 source=OWN_MAP,
-                held_out=not fitted,
+                use=Use.FITTED if fitted else Use.HELD_OUT,
                 note="the size of the hall is fitted to this row" if fitted else "",
             )
         )
@@ -88,7 +88,7 @@ def _table_rows(runs: tuple[published.Run, ...], outcomes: Outcomes) -> list[Row
                 unit="s",
                 status=Status.CALIBRATED,
                 source=COST_LAW,
-                held_out=not (fitted or run in FITTED),
+                use=Use.FITTED if fitted or run in FITTED else Use.HELD_OUT,
                 note="misprinted: the number of iterations once more" if run is published.MISPRINT else "",
             )
         )
@@ -135,6 +135,7 @@ def _reduction_rows(outcomes: Outcomes) -> list[Row]:
                         unit="%",
                         status=Status.CALIBRATED,
                         source=OWN_MAP if what == "iterations" else f"{OWN_MAP}; {COST_LAW}",
+                        use=Use.HELD_OUT,
                     )
                 )
     return rows
@@ -152,6 +153,7 @@ def _text_rows(outcomes: Outcomes) -> list[Row]:
             unit=unit,
             status=Status.CALIBRATED,
             source=OWN_MAP,
+            use=Use.HELD_OUT,
         )
         for quantity, said, value, unit in (
             ("best ω of AM", "1.95 to 1.975", am[0].omega, "1"),
@@ -186,7 +188,17 @@ def _beyond_rows(outcomes: Outcomes) -> list[Row]:
 
 def _unpublished(quantity: str, value: float, unit: str) -> Row:
     note = "fewest iterations without flat cells" if unit == "1" else ""
-    return row("Beyond", quantity, None, value, unit=unit, status=Status.ASSUMED, source=COST_LAW, note=note)
+    return row(
+        "Beyond",
+        quantity,
+        None,
+        value,
+        unit=unit,
+        status=Status.ASSUMED,
+        source=COST_LAW,
+        use=Use.NOTHING,
+        note=note,
+    )
 
 
 def _omega_plot(runs: tuple[published.Run, ...], outcomes: Outcomes) -> Plot:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.architectures.relaxation import published
 from codesign.architectures.relaxation.costs import FITTED, mean_units, seconds_an_iteration
 from codesign.planners.relaxation import Boundary, Method
-from codesign.reproduce.model import Progress, Row
+from codesign.reproduce.model import Progress, Row, Use
 from codesign.reproduce.saudi2016_runs import (
     Key,
     Outcomes,
@@ -41,7 +41,7 @@ def _errors(rows: tuple[Row, ...], table: str, word: str, *, misprint: bool = Fa
         for one in rows
         if one.table == table
         and word in one.quantity
-        and one.held_out
+        and one.use is Use.HELD_OUT
         and one.error is not None
         and (misprint or not one.note.startswith("misprinted"))
     ]

@@ -6,7 +6,7 @@ from statistics import fmean
 
 from codesign.architectures.breadth_first import published
 from codesign.planners.breadth_first.parameters import MicroArchitecture
-from codesign.reproduce.model import Plot, Progress, Reproduction, Row, Series
+from codesign.reproduce.model import Plot, Progress, Reproduction, Row, Series, Use
 from codesign.reproduce.vacariu2008_fit import Fit, fit, java_cell_seconds, least_popped
 from codesign.reproduce.vacariu2008_tables import CLOCKS, all_rows, expansion_cycles, hardware_microseconds
 
@@ -61,12 +61,12 @@ def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[str, ...]:
     best = chosen.candidate
     timed = [name for name, on in (("Init", best.init_timed), ("Path", best.path_timed)) if on]
     second = [one for one in rows if one.table == "Table 2" and one.error is not None]
-    fitted = [one.error or 0.0 for one in second if not one.held_out]
-    held_out = [one.error or 0.0 for one in second if one.held_out]
+    fitted = [one.error or 0.0 for one in second if one.use is Use.FITTED]
+    held_out = [one.error or 0.0 for one in second if one.use is Use.HELD_OUT]
     sparse = chosen.sample(30, 0.25)
     spread = float(sparse.popped.std() / sparse.popped.mean())
     first = [one for one in rows if one.table == "Table 1"]
-    apart = [one for one in first if one.held_out]
+    apart = [one for one in first if one.use is Use.HELD_OUT]
     outside = [one.quantity.split(", ", 1)[1] for one in apart if one.note.startswith("outside")]
     reading = f"{len(apart) - len(outside)} of the {len(apart)} times held out"
     return (
@@ -78,8 +78,8 @@ def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[str, ...]:
         f" the cycles at 30×30 scatter by {spread:.0%} (one standard deviation). State ±10 % on means of many"
         " maps, and nothing on one map.",
         f"Java: {java_cell_seconds(chosen) * 1e6:.1f} µs a popped cell, from the two 100×100 rows, which it misses by"
-        f" {_percent([one.error or 0.0 for one in first if not one.held_out])}; {reading} are met within the tick of"
-        f" {published.SOFTWARE_TICK_MS} ms" + (f"; {' and '.join(outside)} is not." if outside else "."),
+        f" {_percent([one.error or 0.0 for one in first if one.use is Use.FITTED])}; {reading} are met within the tick"
+        f" of {published.SOFTWARE_TICK_MS} ms" + (f"; {' and '.join(outside)} is not." if outside else "."),
     )
 
 

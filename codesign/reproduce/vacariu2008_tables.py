@@ -12,7 +12,7 @@ from codesign.architectures.breadth_first.software import JAVA_BYTES_A_CELL, JAV
 from codesign.figures import Status
 from codesign.planners.breadth_first import search
 from codesign.planners.breadth_first.parameters import Display, SearchParameters
-from codesign.reproduce.model import Row, row
+from codesign.reproduce.model import Row, Use, row
 from codesign.reproduce.vacariu2008_fit import FIT_SIDES, SOFTWARE_FIT_SIDE, Fit, java_cell_seconds
 from codesign.spec.part import Part, load_part
 
@@ -59,7 +59,7 @@ def table_1(chosen: Fit) -> list[Row]:
                 unit="s",
                 status=Status.CALIBRATED,
                 source="one cost for a popped cell, on the maps fitted to Table 2",
-                held_out=one.side != SOFTWARE_FIT_SIDE,
+                use=Use.FITTED if one.side == SOFTWARE_FIT_SIDE else Use.HELD_OUT,
                 note=f"{'within' if inside else 'outside of'} the tick of ±{published.SOFTWARE_TICK_MS} ms; published"
                 f" spreading {one.spreading}; {spreading(chosen, one.side, one.obstacles)}",
             )
@@ -73,7 +73,7 @@ def table_1(chosen: Fit) -> list[Row]:
             wall,
             status=Status.ASSUMED,
             source=f"{JAVA_BYTES_A_CELL:,.0f} bytes a cell in a heap of {JAVA_HEAP >> 20} MB",
-            held_out=False,
+            use=Use.FITTED,
             note="the geometric mean of what the two sizes bound; nothing else is known",
         )
     )
@@ -96,7 +96,7 @@ def tables_2_and_3(chosen: Fit) -> list[Row]:
                     unit="s",
                     status=Status.CALIBRATED,
                     source=f"b(V - 1), mean over {chosen.maps} maps: {chosen.candidate.family(one.obstacles)}",
-                    held_out=one.side not in FIT_SIDES,
+                    use=Use.FITTED if one.side in FIT_SIDES else Use.HELD_OUT,
                     note=f"10th to 90th percentile {low:.2f} to {high:.2f} µs;"
                     f" {spreading(chosen, one.side, one.obstacles)}",
                 )
@@ -112,6 +112,7 @@ def tables_2_and_3(chosen: Fit) -> list[Row]:
             unit="s",
             status=Status.CALIBRATED,
             source="the same cycles; the paper gives the clock and no time",
+            use=Use.NOTHING,
         )
     )
     return rows
@@ -127,6 +128,7 @@ def proportion_rows() -> list[Row]:
             150 / 120,
             status=Status.PUBLISHED,
             source="the same cycles at both clocks",
+            use=Use.HELD_OUT,
             note=f"{one.cycles_at_120:,.0f} cycles at 120 MHz, {one.cycles_at_150:,.0f} at 150 MHz",
         )
         for one in published.HARDWARE
@@ -151,7 +153,7 @@ def speed_up_rows(chosen: Fit) -> list[Row]:
                 software_milliseconds(chosen, one.side, one.obstacles) * 1e3 / mean,
                 status=Status.CALIBRATED,
                 source="Table 1 over Table 2, and the same of the models",
-                held_out=one.side not in FIT_SIDES,
+                use=Use.FITTED if one.side in FIT_SIDES else Use.HELD_OUT,
                 note='"at least two orders of magnitude"'
                 + (": the paper's own numbers give less" if ratio < 100 else ""),
             )
@@ -175,6 +177,7 @@ def memory_rows(part: Part) -> list[Row]:
             need,
             status=Status.MEASURED,
             source=f"{law}; own RTL: 18",
+            use=Use.HELD_OUT,
             note=f"of {budget} (assumed)",
         ),
         row(
@@ -184,6 +187,7 @@ def memory_rows(part: Part) -> list[Row]:
             resources.largest_side(alone, part),
             status=Status.MEASURED,
             source=law,
+            use=Use.HELD_OUT,
             note=f"{resources.block_ram_total(256, 256, alone, part)} block RAMs for 256×256",
         ),
         row(
@@ -194,6 +198,7 @@ def memory_rows(part: Part) -> list[Row]:
             unit="%",
             status=Status.ASSUMED,
             source="own RTL, Yosys: 268 to 274 LUT; the display and the part's budget are assumed",
+            use=Use.HELD_OUT,
             note=f"its block RAMs: {100 * need / budget:.0f} %",
         ),
     ]
@@ -210,6 +215,7 @@ def display_rows() -> list[Row]:
             unit="Hz",
             status=Status.PUBLISHED,
             source=f"65 MHz over {pixels:,} pixel periods a frame (VESA)",
+            use=Use.HELD_OUT,
             note=note,
         )
         for name, pixels, note in (
@@ -236,6 +242,7 @@ def optimal_row() -> Row:
         unit="%",
         status=Status.MEASURED,
         source=f"{OPTIMAL_MAPS} maps of 30×30, 25 %, against an independent distance",
+        use=Use.HELD_OUT,
         note="breadth-first search finds a shortest path always",
     )
 

@@ -24,7 +24,7 @@ Slices
     The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record
     2666). Up to there slices are LUT/2 times a ratio that Table I gives for each style; then they stay at 97 %
     until all slices are packed, LUT/2. So a hybrid design for 4 robots fits, which at the ratio of 2 robots would
-    miss by 39 slices: held out, and it ran.
+    miss by 39 slices. It ran, and the rule was chosen knowing that: no row held out.
 """
 
 from __future__ import annotations
