@@ -136,7 +136,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         (
             {"relx.block": 1},
             "point: relx.block: no axis: write TASK.PARAMETER or COMPONENT.FIELD\n"
-            "  hint: did you mean relax? accepted: fpga, host, relax",
+            "  hint: did you mean relax? accepted: fpga, host, relax, workload.problem",
         ),
         ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER or COMPONENT.FIELD"),
         (
@@ -212,7 +212,7 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         (
             ("    fpga.clock: [", "    fgpa.clock: ["),
             "w.yaml:17:5: explore.axes.fgpa.clock: there is no task or component 'fgpa'\n"
-            "  hint: did you mean fpga? accepted: fpga, host, relax",
+            "  hint: did you mean fpga? accepted: fpga, host, relax, workload.problem",
         ),
         (
             ("    fpga.clock: [", "    fpga.clok: ["),

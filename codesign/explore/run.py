@@ -80,7 +80,7 @@ class Simulator:
         if self._memo is None:
             self._memo = Memo()
         moved = override(self.platform, self.workload, point.axes)
-        return simulate(*moved, memo=self._memo, grid=self.grid)
+        return simulate(*moved, memo=self._memo, grid=_grid_for(moved[1], self.workload, self.grid))
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_memo": None}
@@ -347,6 +347,11 @@ def _check_axes(platform: Platform, workload: Workload, section: Exploration) ->
     cross_check(platform, workload)
 
 
+def _grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -> OccupancyGrid | None:
+    """The map read before, unless an axis moved the problem."""
+    return grid if moved.problem is workload.problem else None
+
+
 def _check_some_point(
     platform: Platform, workload: Workload, space: Space, grid: OccupancyGrid | None
 ) -> None:
@@ -360,7 +365,8 @@ def _check_some_point(
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:
-            bind(*override(platform, workload, point.axes), grid=grid)
+            moved = override(platform, workload, point.axes)
+            bind(*moved, grid=_grid_for(moved[1], workload, grid))
         except (SpecError, InputError) as fault:
             first = first or fault
         else:

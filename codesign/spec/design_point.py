@@ -20,6 +20,7 @@ from codesign.spec.workload import RawParameters, TaskMapping, Workload, map_tas
 
 S = TypeVar("S", bound=Spec)
 
+_PROBLEM = "workload.problem"
 _MAPPING_KEYS = ("component", "style")
 _CHOSEN = "chosen for this design point"
 
@@ -161,8 +162,10 @@ def cross_check(platform: Platform, workload: Workload) -> None:
         elif target in platform.components:
             alone = not any(other != axis and other.startswith(f"{target}.") for other in axes)
             faults += _component_axis_faults(platform, document, axis, alone)
+        elif _moves_problem(axis):
+            faults += _problem_axis_faults(workload, axis)
         else:
-            hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components))
+            hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components, _PROBLEM))
             what = f"there is no task or component {clip(target)!r}"
             faults.append(document.fault(("explore", "axes", axis), what, hint, at_key=True))
     if faults:
@@ -172,6 +175,55 @@ def cross_check(platform: Platform, workload: Workload) -> None:
 def _no_component(name: str, platform: Platform) -> tuple[str, str]:
     what = f"platform {platform.name} has no component {clip(name)!r}"
     return what, choose_hint(clip(name, 60), platform.components)
+
+
+def _moves_problem(axis: str) -> bool:
+    """Whether an axis moves the workload's problem, the whole of it or a key inside: ``workload.problem.map.seed``."""
+    return axis == _PROBLEM or axis.startswith(f"{_PROBLEM}.")
+
+
+def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
+    document = workload.document
+    faults: list[Fault] = []
+    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
+        place = ("explore", "axes", axis, index)
+        raw = substitute({"problem": document.tree["problem"]}, {_problem_keys(axis): value})
+        if raw is None:
+            return [
+                document.fault(place[:-1], "is not a mapping", "write it out in the problem", at_key=True)
+            ]
+        try:
+            type(workload.problem).model_validate(raw["problem"], context={"document": document})
+        except ValidationError as error:
+            faults += _placed_faults(error, document, raw["problem"], _problem_keys(axis)[1:], place, True)
+    return faults
+
+
+def _problem_keys(axis: str) -> KeyPath:
+    return tuple(axis.split(".")[1:])
+
+
+def _with_problem(workload: Workload, values: Mapping[str, Any], where: str) -> Workload:
+    """The workload with the values of the axes that move its problem."""
+    if not values:
+        return workload
+    document = workload.document
+    raw = substitute(
+        {"problem": document.tree["problem"]}, {_problem_keys(axis): each for axis, each in values.items()}
+    )
+    axes = ", ".join(values)
+    if raw is None:
+        raise SpecError([Fault(f"{where}{axes}", 0, 0, "", "is not inside a mapping", "set the whole of it")])
+    sources = {_problem_keys(axis): f"{where}{axis}" for axis in values}
+    try:
+        problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
+    except ValidationError as error:
+        point = Document(f"{where}{axes}", document.folder, raw["problem"])
+        raise SpecError(translate(error, point, raw["problem"], lambda path: path)) from None
+    made = workload.model_copy(update={"problem": problem})
+    moved = {**document.moved, **sources}
+    made._document = dataclasses.replace(document, tree={**document.tree, **raw}, moved=moved)
+    return made
 
 
 def _component_axis_faults(platform: Platform, document: Document, axis: str, alone: bool) -> list[Fault]:
@@ -215,13 +267,17 @@ def override(
 
     Args:
         platform: and ``workload``: loaded specs.
-        values: by axis, ``TASK.PARAMETER`` or ``COMPONENT.FIELD``, as YAML would give them.
+        values: by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD`` or ``workload.problem``, as YAML would give them.
         where: what stands before the axis where a fault of its value is told, now or later: the files hold no such
             value.
 
     Raises:
         SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
     """
+    workload = _with_problem(
+        workload, {axis: each for axis, each in values.items() if _moves_problem(axis)}, where
+    )
+    values = {axis: each for axis, each in values.items() if not _moves_problem(axis)}
     faults: list[Fault] = []
     tasks: dict[str, tuple[dict[str, Any], TaskMapping]] = {}
     components: dict[str, tuple[dict[str, Any], BaseModel]] = {}
