@@ -136,7 +136,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         (
             {"relx.block": 1},
             "point: relx.block: no axis: write TASK.PARAMETER or COMPONENT.FIELD\n"
-            "  hint: did you mean relax? accepted: fpga, host, relax, workload.problem",
+            "  hint: did you mean relax? accepted: fpga, host, relax",
         ),
         ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER or COMPONENT.FIELD"),
         (
