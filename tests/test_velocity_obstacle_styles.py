@@ -399,6 +399,9 @@ def test_every_row_of_the_paper_is_there(reproduction: Reproduction) -> None:
         if row.use is Use.HELD_OUT and row.table == "Table III" and row.error is not None
     ]
     assert len(held_out) == 2
+    known = [row.quantity for row in reproduction.rows if row.use is Use.KNOWN]
+    runs = [f"{robots} robots, full run: updates" for robots in (2, 4, 8)]
+    assert known == ["hybrid, 4 robots, on XC3S500E", *runs]
     assert all(abs(row.error or 1.0) < 0.04 for row in held_out)
     assert all(row.error == 0 for row in reproduction.rows if row.table == "Table II")
     fits = {
