@@ -24,7 +24,7 @@ TIMELINE = """
 1.235 us|6.765 us|fpga|visits of stage 0|p = 7: 50 visits of 4 blocks, 234 iterations (1 to 8 each)
 1.235 us|6.765 us|fpga|stage 0|p = 7: 3 sweeps, 50 visits, 222 iterations, 1,998 cycles; 4 local maxima
 8 us||fpga|visits of stage 1|p = 15: 0 visits
-8 us|1 us|fpga|stage 1|p = 15: 1 sweep, 0 visits, 0 iterations, 0 cycles; 0 local maxima
+8 us|1 us|fpga|stage 1|p = 15: 1 sweep; 0 local maxima
 9 us|100 ns|host|task decide|99 cycles
 9.1 us||host|trajectory|(1, 0.25) to (0, 2), 2.016 cells long, arrives
 10 us||fpga|utilisation|busy 7 us, 70.0% of 10 us

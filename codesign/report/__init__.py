@@ -11,12 +11,13 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 
 from __future__ import annotations
 
+from codesign.report.comparison_tables import comparison_table
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures, timeline_picture
 from codesign.report.plots import Picture, front_picture, map_picture
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
-from codesign.report.result_tables import comparison_table, result_tables
+from codesign.report.result_tables import result_tables
 from codesign.report.study_tables import (
     best_table,
     front_table,

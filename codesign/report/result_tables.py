@@ -1,15 +1,12 @@
-"""One result, and several side by side, as tables."""
+"""One result as tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import zip_longest
-from textwrap import wrap
+from collections.abc import Iterable, Mapping
 
-from codesign.errors import CodesignError, SpecError
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
-from codesign.report.table import Cell, Column, Table, left, pairs, right, words
+from codesign.report.table import Cell, Table, left, pairs, right, words
 from codesign.report.wording import (
     ABSENT,
     axis_text,
@@ -27,8 +24,8 @@ from codesign.spec.exploration import ResultFigure
 from codesign.system.result import Reason, Result, Source
 
 _MOST_SOURCES = 100
-_WIDTH_OF_REASON = 28
-_SHORTEST = "path length: the shortest is 8-connected without corner cutting"
+SHORTEST = "path length: the shortest is 8-connected without corner cutting"
+"""What a ratio of path lengths is held against."""
 
 
 def result_tables(result: Result) -> tuple[Table, ...]:
@@ -51,15 +48,15 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
 def overview_table(result: Result) -> Table:
     """What was run, and whether it can be built."""
     rows = [
-        ("platform", _word(result.platform)),
-        ("workload", _word(result.workload)),
-        ("planner", _word(result.planner)),
-        ("style", _word(f"{result.style} on {result.component}")),
+        ("platform", word(result.platform)),
+        ("workload", word(result.workload)),
+        ("planner", word(result.planner)),
+        ("style", word(f"{result.style} on {result.component}")),
     ]
     if result.part is not None:
-        rows.append(("part", _word(result.part)))
+        rows.append(("part", word(result.part)))
     rows += [
-        (f"{task}.{name}", _word(axis_text(name, value)))
+        (f"{task}.{name}", word(axis_text(name, value)))
         for task, parameters in result.parameters.items()
         for name, value in parameters.items()
         if value is not None
@@ -70,15 +67,15 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
     if result.time is not None:
         rows.append(("time to the first plan", time_cell(result.time.first_plan_ps)))
-    rows.append(("feasible", _feasible(result)))
-    arrivals = _arrivals(result)
+    rows.append(("feasible", feasible_cell(result)))
+    arrivals = arrivals_of(result)
     if arrivals is not None and arrivals[1] < arrivals[2]:
         # A design that can be built, and yet its plan fails.
-        rows.append((arrivals[0], _arrived(arrivals)))
+        rows.append((arrivals[0], arrived_cell(arrivals)))
     return pairs("Design point", rows)
 
 
-def _arrivals(result: Result) -> tuple[str, int, int] | None:
+def arrivals_of(result: Result) -> tuple[str, int, int] | None:
     """Where ways were tried: what should arrive, how many did, and of how many."""
     quality = result.quality
     if isinstance(quality, RobotsQuality):
@@ -88,7 +85,8 @@ def _arrivals(result: Result) -> tuple[str, int, int] | None:
     return "starts that arrive", quality.starts_arrived, quality.starts
 
 
-def _arrived(arrivals: tuple[str, int, int]) -> Cell:
+def arrived_cell(arrivals: tuple[str, int, int]) -> Cell:
+    """How many of them, as ``63 of 64``."""
     return Cell(f"{arrivals[1]} of {arrivals[2]}", arrivals[1])
 
 
@@ -120,13 +118,13 @@ def result_reasons_table(result: Result) -> Table:
 def reason_cells(reason: Reason) -> tuple[Cell, ...]:
     """One reason as kind, what, demand, limit, gap and levers."""
     return (
-        _word(reason.kind),
-        _word(label(reason.name)),
+        word(reason.kind),
+        word(label(reason.name)),
         *(
             Cell(quantity_text(value, reason.unit), value)
             for value in (reason.demand, reason.limit, reason.gap)
         ),
-        _word("; ".join(reason.levers) or ABSENT),
+        word("; ".join(reason.levers) or ABSENT),
     )
 
 
@@ -153,7 +151,7 @@ def _run_tables(result: Result) -> list[Table]:
             Table(
                 "Utilisation",
                 (*left("component or link"), *right("busy", unit="1")),
-                tuple((_word(name), share_cell(share)) for name, share in busy),
+                tuple((word(name), share_cell(share)) for name, share in busy),
             )
         )
     if result.quality is not None:
@@ -166,12 +164,12 @@ def _run_tables(result: Result) -> list[Table]:
 def _cycles_table(cycles: dict[str, int]) -> Table:
     total = sum(cycles.values())
     lines = [
-        (_word(label(phase)), count_cell(count), _share_of(count, total)) for phase, count in cycles.items()
+        (word(label(phase)), count_cell(count), _share_of(count, total)) for phase, count in cycles.items()
     ]
     return Table(
         "Clock cycles by phase",
         (*left("phase"), *right("cycles"), *right("share", unit="1")),
-        (*lines, (_word("all"), count_cell(total), _share_of(total, total))),
+        (*lines, (word("all"), count_cell(total), _share_of(total, total))),
         strong=frozenset([len(lines)]),
     )
 
@@ -207,7 +205,7 @@ def _quality_table(result: Result) -> Table:
         ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
         ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
     ]
-    notes = () if isinstance(quality, RobotsQuality) else (_SHORTEST,)
+    notes = () if isinstance(quality, RobotsQuality) else (SHORTEST,)
     return pairs("Plan quality", [*rows, *ratios], notes)
 
 
@@ -256,8 +254,8 @@ def resource_table(result: Result) -> Table:
         strong.append(len(rows))
         rows.append(
             (
-                _word(label(use.resource)),
-                _word("all"),
+                word(label(use.resource)),
+                word("all"),
                 count_cell(use.demand),
                 count_cell(use.budget),
                 _share_of(use.demand, use.budget),
@@ -268,12 +266,12 @@ def resource_table(result: Result) -> Table:
         rows += [
             (
                 Cell(""),
-                _word(item.name),
+                word(item.name),
                 count_cell(item.amount),
                 Cell(""),
                 Cell(""),
                 Cell(""),
-                _word(item.status),
+                word(item.status),
             )
             for item in use.items
         ]
@@ -292,12 +290,12 @@ def physical_table(result: Result) -> Table:
     rows = []
     if result.clock is not None:
         rows.append(
-            (_word("clock"), Cell(quantity_text(result.clock.hz, "Hz"), result.clock.hz), Cell(""), Cell(""))
+            (word("clock"), Cell(quantity_text(result.clock.hz, "Hz"), result.clock.hz), Cell(""), Cell(""))
         )
-        rows.append((_word("clock limit"), *_source_cells(result.clock.limit)))
+        rows.append((word("clock limit"), *_source_cells(result.clock.limit)))
     if result.power is not None:
-        rows.append((_word("static power"), *_source_cells(result.power.static)))
-        rows.append((_word("dynamic power"), *_source_cells(result.power.dynamic)))
+        rows.append((word("static power"), *_source_cells(result.power.static)))
+        rows.append((word("dynamic power"), *_source_cells(result.power.dynamic)))
     if result.energy is not None:
         energy = result.energy
         for name, joules in (
@@ -305,7 +303,7 @@ def physical_table(result: Result) -> Table:
             ("energy of processors", energy.processors_j),
             ("energy up to the first plan", energy.total_j),
         ):
-            rows.append((_word(name), Cell(quantity_text(joules, "J"), joules), Cell(""), Cell("")))
+            rows.append((word(name), Cell(quantity_text(joules, "J"), joules), Cell(""), Cell("")))
     columns = (*left("figure"), *right("value"), *left("interval", "status"))
     return Table("Clock, power and energy", columns, tuple(rows))
 
@@ -348,78 +346,11 @@ def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
         yield "dynamic power", "", result.power.dynamic.status.value, result.power.dynamic.source
 
 
-def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> Table:
-    """Named results side by side, or why there is none; figures also as multiples of the first design with a plan."""
-    results = [result if isinstance(result, Result) else None for _, result in designs]
-    base = next((number for number, result in enumerate(results) if result and _has_plan(result)), None)
-    rows: list[tuple[Cell, ...]] = [
-        (_word("feasible"), *map(_feasible, results)),
-        *((_word(name), *cells) for name, cells in _arrivals_rows(results)),
-    ]
-    if not all(result and result.feasible for result in results):
-        rows += _why_not_rows([_why_not(result) for _, result in designs])
-    rows.append((_word("part"), *(_word((result and result.part) or ABSENT) for result in results)))
-    notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
-    for figure in ResultFigure:
-        values = [result.figure(figure) if result else None for result in results]
-        if any(value is not None for value in values):
-            rows.append((_word(label(figure)), *_against(base, figure, values)))
-            notes += [_SHORTEST] if figure is ResultFigure.PATH_LENGTH_RATIO else []
-    columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
-    return Table("Comparison", columns, tuple(rows), tuple(notes))
-
-
-def _has_plan(result: Result) -> bool:
-    arrivals = _arrivals(result)
-    return result.feasible and (arrivals is None or arrivals[1] > 0)
-
-
-def _feasible(result: Result | None) -> Cell:
-    return Cell("yes" if result.feasible else "no", result.feasible) if result else Cell("not run")
-
-
-def _arrivals_rows(results: Sequence[Result | None]) -> Iterable[tuple[str, list[Cell]]]:
-    arrivals = [_arrivals(result) if result else None for result in results]
-    for name in dict.fromkeys(each[0] for each in arrivals if each):
-        yield name, [_arrived(each) if each and each[0] == name else Cell(ABSENT) for each in arrivals]
-
-
-def _why_not(result: Result | CodesignError) -> str:
-    """In one line: what was wrong with a design that did not run, or the first reason against one that did."""
-    if isinstance(result, SpecError):
-        return result.faults[0].what
-    if isinstance(result, CodesignError):
-        return result.what
-    if not result.reasons:
-        return ABSENT
-    reason = result.reasons[0]
-    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    return f"{label(reason.name)}: {demand} against {limit}"
-
-
-def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
-    """The reasons in as many rows as they take: columns of figures are not wrapped, and these should stay narrow."""
-    lines = [wrap(reason, _WIDTH_OF_REASON, break_long_words=False) for reason in reasons]
-    for number, row in enumerate(zip_longest(*lines, fillvalue="")):
-        yield _word("" if number else "why infeasible"), *map(_word, row)
-
-
-def _against(base: int | None, figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
-    unit = None if base is None else values[base]
-    cells = []
-    for number, value in enumerate(values):
-        cell = figure_cell(figure, value)
-        if number != base and value is not None and unit:
-            cell = Cell(f"{cell.text} (×{value / unit:.3g})", cell.value)
-        cells.append(cell)
-    return tuple(cells)
-
-
 def _source_cells(figure: Source) -> tuple[Cell, Cell, Cell]:
     return (
         Cell(quantity_text(figure.value, figure.unit), figure.value),
-        _word(interval_text(figure.low, figure.high, figure.unit)),
-        _word(figure.status),
+        word(interval_text(figure.low, figure.high, figure.unit)),
+        word(figure.status),
     )
 
 
@@ -431,5 +362,11 @@ def _share_of(part: int, whole: int) -> Cell:
     return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
 
 
-def _word(text: str) -> Cell:
+def feasible_cell(result: Result | None) -> Cell:
+    """Whether a result is feasible, as a word."""
+    return Cell("yes" if result.feasible else "no", result.feasible) if result else Cell("not run")
+
+
+def word(text: str) -> Cell:
+    """A word as a cell."""
     return Cell(text, text)

@@ -96,6 +96,7 @@ def _tell_stage(record: StageRecord) -> _Told:
             (record.iterations, "iteration"),
             (record.cycles, "cycle"),
         )
+        if count
     )
     details = (
         f"p = {record.precision}: {costs}; {_some(record.local_maxima, 'local maximum', 'local maxima')}"

@@ -61,6 +61,7 @@ class Software:
 
     planner = "breadth_first"
     component_type = "processor"
+    description = "one popped cell after the other"
 
     def __init__(self, style: str, kernel: str, *, java: bool = False) -> None:
         self.style = style

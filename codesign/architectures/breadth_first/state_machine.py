@@ -37,6 +37,7 @@ class StateMachine:
 
     planner = "breadth_first"
     style = "state_machine"
+    description = "one cell after the other by a state machine, its memories in block RAM or outside"
     component_type = "fpga"
     kernel = ""
 

@@ -48,6 +48,7 @@ class Host:
 
     planner = "relaxation"
     component_type = "processor"
+    description = "sweeps in raster order, in doubles; levels 1 and 2 side by side where there are two cores"
     kernel = "relaxation_node_update"
 
     def __init__(self, style: str, *, cores: int = 1) -> None:

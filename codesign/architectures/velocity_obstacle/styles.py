@@ -35,6 +35,7 @@ class Circuit:
 
     planner = "velocity_obstacle"
     component_type = "fpga"
+    description = "update and detection units on a schedule: one of each, pipelined, or one for each robot"
     kernel = ""
 
     def __init__(self, style: Style) -> None:

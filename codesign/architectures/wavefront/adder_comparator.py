@@ -30,6 +30,7 @@ class AdderComparator(ArrayStyle):
     """A cycle an update, as many updates as the longest shortest way has steps, and one that changes nothing."""
 
     style = "adder_comparator"
+    description = "a node with adders and comparators for every cell (Hassoun and Sanghvi)"
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """The largest potential of the whole map: nothing stops the updates before."""

@@ -21,6 +21,7 @@ class DelayLine(ArrayStyle):
     """Figure 2. The wave is the computation: D_stop + 1 cycles, and fewer nodes reached where it stops early."""
 
     style = "delay_line"
+    description = "a node of delay lines for every cell: the wave is the computation"
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """D_stop, or the largest potential of the map where the wave runs to its end."""

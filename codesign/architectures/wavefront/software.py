@@ -32,6 +32,7 @@ class Software:
 
     planner = "wavefront"
     style = "software"
+    description = "one node after the other as the wave reaches it"
     component_type = "processor"
     kernel = "wavefront_cell"
 

@@ -31,6 +31,7 @@ class Tiled(ArrayStyle):
     """Visits of tiles, the one with the earliest change first."""
 
     style = "tiled"
+    description = "delay-line nodes for one tile, which visits the tiles of a larger map"
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """The largest that a register meets on the way: potentials of the plan, and of p^d."""

@@ -42,6 +42,7 @@ class BreadthFirst:
     planning_task = "search"
     answers_no_way = True
     problem_model = None
+    description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:

@@ -138,4 +138,3 @@ class DecideParameters(SpecModel):
 
 class LoadParameters(SpecModel):
     """The task that brings the map to the planner has nothing to choose."""
-

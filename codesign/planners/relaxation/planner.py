@@ -37,6 +37,7 @@ class Relaxation:
     name = "relaxation"
     planning_task = "relax"
     problem_model = None
+    description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:

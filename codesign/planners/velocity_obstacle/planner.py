@@ -25,6 +25,7 @@ class VelocityObstacle:
     name = "velocity_obstacle"
     planning_task = "avoid"
     problem_model = RobotsWorkload
+    description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:

@@ -27,6 +27,7 @@ class Wavefront:
     name = "wavefront"
     planning_task = "propagate"
     problem_model = None
+    description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:

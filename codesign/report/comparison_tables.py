@@ -1,0 +1,80 @@
+"""Several results side by side, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
+from textwrap import wrap
+
+from codesign.errors import CodesignError, SpecError
+from codesign.figures import label
+from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell, word
+from codesign.report.table import Cell, Column, Table, left
+from codesign.report.wording import ABSENT, figure_cell, quantity_text
+from codesign.spec.exploration import ResultFigure
+from codesign.system.result import Result
+
+_WIDTH_OF_REASON = 28
+
+
+def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> Table:
+    """Named results side by side, or why there is none; figures also as multiples of the first design with a plan."""
+    results = [result if isinstance(result, Result) else None for _, result in designs]
+    base = next((number for number, result in enumerate(results) if result and _has_plan(result)), None)
+    rows: list[tuple[Cell, ...]] = [
+        (word("feasible"), *map(feasible_cell, results)),
+        *((word(name), *cells) for name, cells in _arrivals_rows(results)),
+    ]
+    if not all(result and result.feasible for result in results):
+        rows += _why_not_rows([_why_not(result) for _, result in designs])
+    rows.append((word("part"), *(word((result and result.part) or ABSENT) for result in results)))
+    notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
+    for figure in ResultFigure:
+        values = [result.figure(figure) if result else None for result in results]
+        if any(value is not None for value in values):
+            rows.append((word(label(figure)), *_against(base, figure, values)))
+            notes += [SHORTEST] if figure is ResultFigure.PATH_LENGTH_RATIO else []
+    columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
+    return Table("Comparison", columns, tuple(rows), tuple(notes))
+
+
+def _has_plan(result: Result) -> bool:
+    arrivals = arrivals_of(result)
+    return result.feasible and (arrivals is None or arrivals[1] > 0)
+
+
+def _arrivals_rows(results: Sequence[Result | None]) -> Iterable[tuple[str, list[Cell]]]:
+    arrivals = [arrivals_of(result) if result else None for result in results]
+    for name in dict.fromkeys(each[0] for each in arrivals if each):
+        yield name, [arrived_cell(each) if each and each[0] == name else Cell(ABSENT) for each in arrivals]
+
+
+def _why_not(result: Result | CodesignError) -> str:
+    """In one line: what was wrong with a design that did not run, or the first reason against one that did."""
+    if isinstance(result, SpecError):
+        return result.faults[0].what
+    if isinstance(result, CodesignError):
+        return result.what
+    if not result.reasons:
+        return ABSENT
+    reason = result.reasons[0]
+    demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
+    return f"{label(reason.name)}: {demand} against {limit}"
+
+
+def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
+    """The reasons in as many rows as they take: columns of figures are not wrapped, and these should stay narrow."""
+    lines = [wrap(reason, _WIDTH_OF_REASON, break_long_words=False) for reason in reasons]
+    for number, row in enumerate(zip_longest(*lines, fillvalue="")):
+        yield word("" if number else "why infeasible"), *map(word, row)
+
+
+def _against(base: int | None, figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
+    unit = None if base is None else values[base]
+    cells = []
+    for number, value in enumerate(values):
+        cell = figure_cell(figure, value)
+        if number != base and value is not None and unit:
+            cell = Cell(f"{cell.text} (×{value / unit:.3g})", cell.value)
+        cells.append(cell)
+    return tuple(cells)
