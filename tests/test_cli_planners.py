@@ -165,3 +165,16 @@ def test_reproduce_runs_every_paper(hwsw: Run, tmp_path: Path) -> None:
     rows = json.loads(result.stdout)["rows"]
     for author in ("Girau", "Vacariu", "Möller", "Dubey", "Saudi"):
         assert any(row["table"].startswith(author) for row in rows), author
+
+
+def test_compare_applies_each_setting_where_it_exists_and_drops_none_in_silence(hwsw: Run) -> None:
+    designs = "virtex4-pci:labyrinth", "pc-3400mhz:floor-plan"
+    result = hwsw("compare", *designs, "--json", "--set", "relax.omega=1.5", "--set", "relax.iterations=16")
+    assert result.exit_code == 0, result.output
+    harmonic, relaxation = (each["parameters"]["relax"] for each in json.loads(result.stdout).values())
+    assert harmonic["iterations"] == 16
+    assert "omega" not in harmonic
+    assert relaxation["omega"] == 1.5
+    slip = hwsw("compare", *designs, "--set", "relax.iteratoins=16")
+    assert slip.exit_code == 2
+    assert "--set relax.iteratoins" in slip.output

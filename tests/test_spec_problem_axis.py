@@ -63,3 +63,14 @@ def test_a_fault_in_a_value_is_told_at_the_value(sizes: Path) -> None:
     assert (fault.line, fault.key) == (11, "explore.axes.workload.problem[1].goals[0]")
     with pytest.raises(SpecError, match=r"point: workload\.problem\.map\.rows.*whole number"):
         override(platform, workload, {"workload.problem.map.rows": "many"})
+
+
+def test_a_map_in_a_file_is_no_axis(sizes: Path, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
+    text = WORKLOAD.replace(
+        "map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]]",
+        "map: {file: map.txt}, goals: [[1, 3]]",
+    )
+    sizes.write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError, match="a map in a file cannot be moved by an axis"):
+        cross_check(codesign.load_platform("virtex2pro"), codesign.load_workload(sizes))

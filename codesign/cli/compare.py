@@ -60,6 +60,7 @@ def compare(
     from codesign.cli.run import settings_of
     from codesign.report import comparison_table, render_text
     from codesign.system import problem_from_map, problem_of
+    from codesign.system.comparison import has_axis
 
     if map_file is not None:
         if goal is None or start is None:
@@ -70,15 +71,23 @@ def compare(
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
     values = settings_of(settings)
-    results: list[tuple[str, Result | CodesignError]] = []
+    loaded = []
     for design in designs or DEFAULT:
         platform_name, separator, workload_name = design.partition(":")
         if not separator:
             raise InputError(
                 f"{design!r} is no design", "DESIGNS", "write PLATFORM:WORKLOAD, as in virtex4-pci:labyrinth"
             )
-        platform, workload = codesign.load_platform(platform_name), codesign.load_workload(workload_name)
-        results.append((design, _simulated(platform, workload, problem, values, map_file is not None)))
+        loaded.append((design, codesign.load_platform(platform_name), codesign.load_workload(workload_name)))
+    for axis in values:
+        if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
+            raise InputError(
+                "none of the designs has this", f"--set {axis}", "write TASK.PARAMETER or COMPONENT.FIELD"
+            )
+    results: list[tuple[str, Result | CodesignError]] = [
+        (design, _simulated(platform, workload, problem, values, map_file is not None))
+        for design, platform, workload in loaded
+    ]
     if as_json:
         told = {design: _as_json(result) for design, result in results}
         click.echo(json.dumps(told, indent=2))

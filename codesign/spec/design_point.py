@@ -14,6 +14,7 @@ from codesign.spec.base import Spec, declared_in, placed
 from codesign.spec.exploration import MAX_AXES, MAX_VALUES
 from codesign.spec.marks import Document, KeyPath, dotted
 from codesign.spec.platform import COMPONENTS, Platform
+from codesign.spec.problem import FileMap
 from codesign.spec.scalars import clip, show
 from codesign.spec.validate import translate
 from codesign.spec.workload import RawParameters, TaskMapping, Workload, map_task
@@ -193,7 +194,11 @@ def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
                 document.fault(place[:-1], "is not a mapping", "write it out in the problem", at_key=True)
             ]
         try:
-            type(workload.problem).model_validate(raw["problem"], context={"document": document})
+            problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
+            if isinstance(getattr(problem, "map", None), FileMap):
+                # Points are kept by what the axes say, and a file may say something else the next time.
+                hint = "generate the maps of this axis, or explore one workload for each file"
+                faults.append(document.fault(place, "a map in a file cannot be moved by an axis", hint))
         except ValidationError as error:
             faults += _placed_faults(error, document, raw["problem"], _problem_keys(axis)[1:], place, True)
     return faults

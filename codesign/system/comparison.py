@@ -54,22 +54,23 @@ def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
 def applicable(
     platform: Platform, workload: Workload, settings: Mapping[str, Any]
 ) -> tuple[Platform, Workload]:
-    """Platform and workload with those settings whose axis starts with one of their tasks or components.
+    """Platform and workload with those settings that name a parameter or a field they have.
 
     Raises:
         SpecError: a value that is not accepted.
     """
-    targets = {*workload.mapping, *platform.components}
-    chosen = {axis: value for axis, value in settings.items() if axis.split(".")[0] in targets}
-    if not chosen:
-        return platform, workload
-    try:
-        return override(platform, workload, chosen, "--set ")
-    except SpecError as wrong:
-        # The axis is another planner's parameter of a task of the same name.
-        if any("unknown" in fault.what for fault in wrong.faults):
-            return platform, workload
-        raise
+    chosen = {axis: value for axis, value in settings.items() if has_axis(platform, workload, axis)}
+    return override(platform, workload, chosen, "--set ") if chosen else (platform, workload)
+
+
+def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
+    """Whether an axis names a parameter of a mapped task, or a field of a component: planners share names of tasks."""
+    target, _, keys = axis.partition(".")
+    key = keys.partition(".")[0]
+    if target in workload.mapping:
+        return key in {"component", "style", *type(workload.mapping[target].parameters).model_fields}
+    component = platform.components.get(target)
+    return component is not None and key in type(component).model_fields
 
 
 _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
