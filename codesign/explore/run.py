@@ -114,20 +114,10 @@ def explore(
         StoreError: the store cannot be used. RunError: a worker process died, or a part file changed meanwhile. What
             was finished is kept.
     """
-    section = workload.explore
-    if section is None:
-        raise InputError(
-            f"workload {workload.name} has nothing to explore", hint="give it a section explore: with axes:"
-        )
+    section = _section(workload)
     workers = _processors() if workers is None else workers
     if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
-    if section.points > MAX_POINTS:
-        raise InputError(
-            f"{section.points:,} points are too many to explore at once",
-            "explore.axes",
-            f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
-        )
     if evaluate is None:
         _check_axes(platform, workload, section)
     parts = parts_digest(platform)
@@ -163,6 +153,22 @@ def explore(
         section.constraints,
         tuple(tally.outcomes),
     )
+
+
+def _section(workload: Workload) -> Exploration:
+    """What is to be explored, of a size that a study can hold."""
+    section = workload.explore
+    if section is None:
+        raise InputError(
+            f"workload {workload.name} has nothing to explore", hint="give it a section explore: with axes:"
+        )
+    if section.points > MAX_POINTS:
+        raise InputError(
+            f"{section.points:,} points are too many to explore at once",
+            "explore.axes",
+            f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
+        )
+    return section
 
 
 def _opened(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
