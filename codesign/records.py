@@ -100,6 +100,53 @@ class TrajectoryRecord(Record):
 
 
 @dataclass(frozen=True)
+class PoseRecord(Record):
+    """Where a robot is: ``row`` and ``column`` in cells (whole numbers are middles), ``heading`` in radians from the
+    direction of growing columns towards that of growing rows, ``speed`` in m/s."""
+
+    row: float
+    column: float
+    heading: float
+    speed: float
+
+
+@dataclass(frozen=True)
+class ObstacleRecord(Record):
+    """Cells of the true map that became an obstacle (``appeared``) or free again: int32 n × 2, (row, column)."""
+
+    cells: NDArray[np.int32]
+    appeared: bool
+
+
+@dataclass(frozen=True)
+class BeliefRecord(Record):
+    """What the robot learnt of the map: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each."""
+
+    cells: NDArray[np.int32]
+    blocked: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class MissionRecord(Record):
+    """Something that happened in a mission: ``event`` names its kind, ``text`` says what.
+
+    Events: ``plan_requested``, ``plan_ready``, ``no_way``, ``deadline_missed``, ``safety_stop``, ``contact``,
+    ``goal_reached``, ``ended``.
+    """
+
+    event: str
+    text: str
+
+
+@dataclass(frozen=True)
+class PositionsRecord(Record):
+    """Where all robots are after an update: ``positions``, float64 n × 2, (row, column) in cells."""
+
+    update: int
+    positions: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class UtilisationRecord(Record):
     """How much of a span ``source`` was busy: ``busy`` of ``span`` picoseconds, the span ending at ``time``."""
 

@@ -10,6 +10,7 @@ A library was rejected on purpose: one reads ``5 Mb/s`` as megabarn, another tak
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -44,6 +45,9 @@ class Dimension(StrEnum):
     LENGTH = "length"
     CURRENT = "current"
     VOLTAGE = "voltage"
+    SPEED = "speed"
+    ACCELERATION = "acceleration"
+    TURN_RATE = "turn rate"
 
 
 @dataclass(frozen=True)
@@ -162,6 +166,22 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
         Dimension.CURRENT: _scale("A", {"uA": _MICRO, "µA": _MICRO, "mA": _MILLI, "A": 1}, "1e6", "20 mA"),
         Dimension.VOLTAGE: _scale(
             "V", {"uV": _MICRO, "µV": _MICRO, "mV": _MILLI, "V": 1, "kV": _KILO}, "1e6", "1.2 V"
+        ),
+        Dimension.SPEED: _scale(
+            "m/s",
+            {"mm/s": _MILLI, "cm/s": Fraction(1, 100), "km/h": Fraction(5, 18), "m/s": 1},
+            "1e6",
+            "0.5 m/s",
+        ),
+        Dimension.ACCELERATION: _scale(
+            "m/s^2", {"mm/s^2": _MILLI, "cm/s^2": Fraction(1, 100), "m/s^2": 1}, "1e6", "0.5 m/s^2"
+        ),
+        Dimension.TURN_RATE: _scale(
+            # Pi as the nearest double, exactly.
+            "rad/s",
+            {"deg/s": Fraction(math.pi) / 180, "rad/s": 1},
+            "1e6",
+            "90 deg/s",
         ),
     }
 )

@@ -50,11 +50,11 @@ PLATFORM_MISTAKES = [
     (
         ("type: fpga,", "type: fgpa,"),
         "p.yaml:4:16: components.fpga.type: there is no type 'fgpa'\n"
-        "  hint: did you mean fpga? accepted: fpga, processor",
+        "  hint: did you mean fpga? accepted: display, fpga, memory, processor, robot",
     ),
     (
         ("type: fpga, ", ""),
-        "p.yaml:4:9: components.fpga: type is missing\n  hint: accepted: fpga, processor",
+        "p.yaml:4:9: components.fpga: type is missing\n  hint: accepted: display, fpga, memory, processor, robot",
     ),
     (
         ("between: [host, fpga]", "between: [host, fgpa]"),

@@ -37,7 +37,8 @@ from codesign.spec import (
 )
 from codesign.spec.locate import data_folder
 from codesign.spec.part import load_part_file
-from codesign.spec.platform import BusLink, FpgaComponent, ProcessorComponent
+from codesign.spec.components import FpgaComponent, ProcessorComponent
+from codesign.spec.links import BusLink
 from codesign.spec.problem import MAPS, SampledStarts
 from codesign.system import catalog
 

@@ -11,7 +11,7 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax
 from codesign.errors import SpecError
 from codesign.figures import Status
 from codesign.spec import Platform, Workload, cross_check, fault, load_platform, load_workload, override
-from codesign.spec.platform import FpgaComponent, ProcessorComponent
+from codesign.spec.components import FpgaComponent, ProcessorComponent
 
 
 def load(folder: Path, *changes: tuple[str, str]) -> tuple[Platform, Workload]:
@@ -116,7 +116,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         (
             {"relax.iteratons": 1},
             "point: relax.iteratons: unknown key\n  hint: did you mean iterations? "
-            "accepted: block, blocks, component, exact, iterations, schedule, share, style",
+            "accepted: block, blocks, component, exact, iterations, memory, schedule, share, style",
         ),
         (
             {"relax.schedule.last": 6},

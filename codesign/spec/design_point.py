@@ -11,18 +11,18 @@ from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint
 from codesign.spec.base import Spec, declared_in, placed
+from codesign.spec.components import COMPONENTS
 from codesign.spec.exploration import MAX_AXES, MAX_VALUES
 from codesign.spec.marks import Document, KeyPath, dotted
-from codesign.spec.platform import COMPONENTS, Platform
+from codesign.spec.platform import Platform
 from codesign.spec.problem import FileMap
 from codesign.spec.scalars import clip, show
 from codesign.spec.validate import translate
-from codesign.spec.workload import RawParameters, TaskMapping, Workload, map_task
+from codesign.spec.workload import PLACE_KEYS, RawParameters, TaskMapping, Workload, map_task
 
 S = TypeVar("S", bound=Spec)
 
 _PROBLEM = "workload.problem"
-_MAPPING_KEYS = ("component", "style")
 _CHOSEN = "chosen for this design point"
 
 
@@ -48,8 +48,8 @@ def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
         if rival is not None and list(axes).index(rival) < list(axes).index(axis):
             what = f"sets the same thing as axis {rival}"
             faults.append(document.fault(("explore", "axes", axis), what, "keep one of them", at_key=True))
-        elif model is not RawParameters and keys[0] not in (*_MAPPING_KEYS, *model.model_fields):
-            hint = choose_hint(clip(keys[0], 60), (*_MAPPING_KEYS, *model.model_fields))
+        elif model is not RawParameters and keys[0] not in (*PLACE_KEYS, *model.model_fields):
+            hint = choose_hint(clip(keys[0], 60), (*PLACE_KEYS, *model.model_fields))
             what = f"task {task} has no parameter {clip(keys[0])!r}"
             faults.append(document.fault(("explore", "axes", axis), what, hint, at_key=True))
         else:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any
@@ -24,6 +25,20 @@ Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN, max_length=64)]
 
 Cell = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
 """(row, column) of a cell, from 0 at the top left."""
+
+
+def _plain(dimension: Dimension) -> WrapValidator:
+    """The validator of a bare quantity: a choice of the user's, which has no source."""
+    read = _quantity(dimension)
+
+    def validate(value: Any, _handler: Callable[[Any], Any], info: ValidationInfo) -> int | float:  # noqa: ARG001
+        return read(value)
+
+    return WrapValidator(validate)
+
+
+def _plain_schema(dimension: Dimension) -> WithJsonSchema:
+    return WithJsonSchema(_quantity_text(dimension))
 
 
 class _FullFigure(SpecModel):
@@ -108,13 +123,18 @@ def _json_schema(short: dict[str, Any], what: str) -> WithJsonSchema:
     return WithJsonSchema({"anyOf": [short, full], "description": what})
 
 
-def _quantity_schema(dimension: Dimension) -> WithJsonSchema:
+def _quantity_text(dimension: Dimension) -> dict[str, Any]:
+    """The JSON Schema of a number with a unit."""
     scale = SCALES[dimension]
-    units = "|".join(unit for unit in scale.units)
+    units = "|".join(re.escape(unit) for unit in scale.units)
     pattern = rf"^[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)? *({units})$"
-    short = {"type": "string", "pattern": pattern, "examples": [scale.example]}
+    return {"type": "string", "pattern": pattern, "examples": [scale.example]}
+
+
+def _quantity_schema(dimension: Dimension) -> WithJsonSchema:
     return _json_schema(
-        short, f"A {dimension} with its unit, or a mapping that also cites where it comes from."
+        _quantity_text(dimension),
+        f"A {dimension} with its unit, or a mapping that also cites where it comes from.",
     )
 
 
@@ -161,8 +181,48 @@ SlicePowerFigure = Annotated[
 ]
 """Dynamic power, written for one slice and MHz; ``Figure.value`` in W for one slice and Hz."""
 
+LengthFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.LENGTH), "m"), _AS_MAPPING, _quantity_schema(Dimension.LENGTH)
+]
+"""A length; ``Figure.value`` in m."""
+
+SpeedFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.SPEED), "m/s"), _AS_MAPPING, _quantity_schema(Dimension.SPEED)
+]
+"""A speed; ``Figure.value`` in m/s."""
+
+AccelerationFigure = Annotated[
+    Figure,
+    _reader(_quantity(Dimension.ACCELERATION), "m/s^2"),
+    _AS_MAPPING,
+    _quantity_schema(Dimension.ACCELERATION),
+]
+"""An acceleration; ``Figure.value`` in m/s²."""
+
+TurnRateFigure = Annotated[
+    Figure,
+    _reader(_quantity(Dimension.TURN_RATE), "rad/s"),
+    _AS_MAPPING,
+    _quantity_schema(Dimension.TURN_RATE),
+]
+"""A rate of turning; ``Figure.value`` in rad/s."""
+
+DataFigure = Annotated[
+    Figure, _reader(_quantity(Dimension.DATA), "b"), _AS_MAPPING, _quantity_schema(Dimension.DATA)
+]
+"""An amount of data; ``Figure.value`` is an int, bits."""
+
 CountFigure = Annotated[Figure, _reader(_count(0), "1"), _AS_MAPPING, _count_schema(0)]
 """A number of things, 0 included; ``Figure.value`` is an int."""
 
 PositiveFigure = Annotated[Figure, _reader(_count(1), "1"), _AS_MAPPING, _count_schema(1)]
 """A number of things, at least 1; ``Figure.value`` is an int."""
+
+Duration = Annotated[int, _plain(Dimension.TIME), _plain_schema(Dimension.TIME)]
+"""A time that the user chooses, ps."""
+
+Length = Annotated[float, _plain(Dimension.LENGTH), _plain_schema(Dimension.LENGTH)]
+"""A length that the user chooses, m."""
+
+Speed = Annotated[float, _plain(Dimension.SPEED), _plain_schema(Dimension.SPEED)]
+"""A speed that the user chooses, m/s."""

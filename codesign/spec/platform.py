@@ -4,102 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import Field
 
-from codesign.errors import Fault, InputError, SpecError, choose_hint
+from codesign.errors import Fault, choose_hint
 from codesign.spec.base import Spec
-from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PositiveFigure, PowerFigure, TimeFigure
+from codesign.spec.components import Component, FpgaComponent
+from codesign.spec.fields import Name
+from codesign.spec.links import MAX_ENDS, Link
 from codesign.spec.locate import find_spec, shipped_names
 from codesign.spec.marks import Document, read_document
-from codesign.spec.model import RefusalError, SpecModel, choice, refused
-from codesign.spec.part import Part, load_part
 from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
-from codesign.units import format_frequency
 
 MAX_NAMES = 256
-"""Components of a platform, links of a platform, and components that one link joins."""
-
-
-class FpgaComponent(SpecModel):
-    """A programmable chip with one clock."""
-
-    type: Literal["fpga"] = Field(description="An FPGA.")
-    part: str = Field(description="Name and speed grade of the part, such as XC4VLX160-12.")
-    clock: FrequencyFigure = Field(description="Clock of the design, at most the part's block RAM limit.")
-    _chip: Part = PrivateAttr()
-
-    @property
-    def chip(self) -> Part:
-        """The part, loaded."""
-        return self._chip
-
-    @field_validator("part", mode="after")
-    @classmethod
-    def _known_part(cls, value: str, info: ValidationInfo) -> str:
-        try:
-            load_part(value, _part_folders(info))
-        except SpecError:
-            raise
-        except InputError as error:
-            raise refused(error) from None
-        return value
-
-    @model_validator(mode="after")
-    def _clock_within_part(self, info: ValidationInfo) -> Self:
-        self._chip = load_part(self.part, _part_folders(info))
-        limit = self._chip.block_ram_clock.interval[1]
-        if self.clock.value > limit:
-            what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
-            hint = "lower the clock, or choose a faster part"
-            raise RefusalError(f"{what} of part {self.part}", hint, ("clock",))
-        return self
-
-
-def _part_folders(info: ValidationInfo) -> tuple[Path, ...]:
-    """The folder ``parts`` beside the platform file."""
-    document = (info.context or {}).get("document")
-    return (document.folder / "parts",) if document else ()
-
-
-class ProcessorPower(SpecModel):
-    """Power of a processor while it computes and while it waits."""
-
-    busy: PowerFigure = Field(description="While it computes.")
-    idle: PowerFigure = Field(description="While it waits.")
-
-
-class ProcessorComponent(SpecModel):
-    """A processor that runs named kernels."""
-
-    type: Literal["processor"] = Field(description="A processor: the robot's host, a PC.")
-    clock: FrequencyFigure = Field(description="Clock of the processor.")
-    costs: dict[Name, TimeFigure] = Field(
-        default={}, description="Time for one unit of each named kernel, such as harmonic_node_update."
-    )
-    power: ProcessorPower = Field(description="Power, busy and idle.")
-
-
-class BusLink(SpecModel):
-    """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
-
-    type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
-    between: Annotated[tuple[Name, ...], Field(min_length=2, max_length=MAX_NAMES)] = Field(
-        description="The components that it joins."
-    )
-    width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
-    clock: FrequencyFigure = Field(description="Clock of the bus.")
-    setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
-    burst_words: PositiveFigure = Field(description="Most words of one burst.")
-
-
-COMPONENTS: dict[str, type[SpecModel]] = {"fpga": FpgaComponent, "processor": ProcessorComponent}
-LINKS: dict[str, type[SpecModel]] = {"bus": BusLink}
-
-Component = Annotated[FpgaComponent | ProcessorComponent, choice("type", COMPONENTS)]
-Link = Annotated[BusLink, choice("type", LINKS)]
+"""Components of a platform, and links of a platform."""
 
 
 class Platform(Spec):
@@ -138,7 +58,7 @@ def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]
             what, hint = f"{clip(name)} names a component too", "give the link a name of its own"
             faults.append(document.fault(("links", name), what, hint, at_key=True))
         ends = link.get("between") if isinstance(link, dict) else None
-        ends = ends[:MAX_NAMES] if isinstance(ends, list) else []
+        ends = ends[:MAX_ENDS] if isinstance(ends, list) else []
         for index, end in enumerate(ends):
             path = ("links", name, "between", index)
             if not isinstance(end, str):
@@ -149,6 +69,38 @@ def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]
             elif end in ends[:index]:
                 faults.append(document.fault(path, f"{clip(end)} is named twice", "name it once"))
     return faults
+
+
+_BESIDE = {"memory": ("fpga",), "display": ("fpga", "memory")}
+"""What a component of each type may stand beside."""
+
+
+def _beside_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Memories and displays that stand beside what is no component, or one of the wrong type."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    components = tree.get("components")
+    if not isinstance(components, dict) or len(components) > MAX_NAMES:
+        return []
+    faults = []
+    for name, component in components.items():
+        kind, beside = (
+            (component.get(key) for key in ("type", "beside")) if isinstance(component, dict) else (0, 0)
+        )
+        if not isinstance(kind, str) or kind not in _BESIDE or not isinstance(beside, str):
+            continue
+        path, accepted = ("components", name, "beside"), _BESIDE[kind]
+        other = components.get(beside)
+        if other is None:
+            what, hint = f"there is no component {clip(beside)!r}", choose_hint(clip(beside, 60), components)
+            faults.append(document.fault(path, what, hint))
+        elif isinstance(other, dict) and other.get("type") not in accepted:
+            what = f"{clip(beside)} is no {' or '.join(accepted)}"
+            faults.append(document.fault(path, what, f"name a component of type {' or '.join(accepted)}"))
+    return faults
+
+
+def _name_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+    return _link_faults(document, context) + _beside_faults(document, context)
 
 
 def load_platform(source: str | Path) -> Platform:
@@ -162,7 +114,7 @@ def load_platform(source: str | Path) -> Platform:
     """
     path, shown = find_spec(source, "platforms")
     document = read_document(path, shown)
-    return validate(Platform, document, also=_link_faults).with_document(document)
+    return validate(Platform, document, also=_name_faults).with_document(document)
 
 
 def list_platforms() -> list[str]:

@@ -32,6 +32,7 @@ from codesign.spec.model import (
 )
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
+from codesign.spec.scenario import PlanOnce, Scenario
 from codesign.spec.validate import validate
 
 ProblemModels = Mapping[str, type[SpecModel]]
@@ -50,14 +51,6 @@ class RawParameters(BaseModel):
     model_config = {"frozen": True, "extra": "allow"}
 
 
-class PlanOnce(SpecModel):
-    """One plan, from a map that does not change."""
-
-    type: Literal["plan_once"] = Field(
-        default="plan_once", description="One plan, from a map that does not change."
-    )
-
-
 class TaskMapping(SpecModel):
     """Where a task runs, in which style, with which parameters."""
 
@@ -65,7 +58,14 @@ class TaskMapping(SpecModel):
     style: Name | None = Field(
         default=None, description="The architecture style; by default the component's own."
     )
+    memory: Name | None = Field(
+        default=None, description="The external memory that holds what does not fit in block RAM."
+    )
     parameters: SerializeAsAny[BaseModel] = Field(description="Parameters of planner and style.")
+
+
+PLACE_KEYS = ("component", "style", "memory")
+"""The keys of a task's mapping that say where it runs and how; the others are its parameters."""
 
 
 def map_task(raw: Any, model: type[BaseModel], document: Document | None = None) -> TaskMapping:
@@ -79,14 +79,14 @@ def map_task(raw: Any, model: type[BaseModel], document: Document | None = None)
             f"{show(raw)} is not a mapping", "write {component: NAME} and the task's parameters"
         )
         raise_all("TaskMapping", [refusal_details(refusal)])
-    own = {key: raw[key] for key in ("component", "style") if key in raw}
+    own = {key: raw[key] for key in PLACE_KEYS if key in raw}
     rest = {key: value for key, value in raw.items() if key not in own}
     lines: list[InitErrorDetails] = []
     parameters: Any = RawParameters()
     try:
         parameters = model.model_validate(rest, context={"document": document})
     except ValidationError as error:
-        lines += details_of(error, accepted=("component", "style", *model.model_fields))
+        lines += details_of(error, accepted=(*PLACE_KEYS, *model.model_fields))
     try:
         made = TaskMapping.model_validate({**own, "parameters": parameters})
     except ValidationError as error:
@@ -103,7 +103,7 @@ class Workload(Spec):
     description: str = Field(default="", description="What it is, for humans.")
     planner: Name = Field(description="The planner, such as harmonic.")
     problem: SerializeAsAny[ProblemSpec | SpecModel] = Field(description="What is to be planned.")
-    scenario: PlanOnce = Field(default=PlanOnce(), description="How the plan is used.")
+    scenario: Scenario = Field(default=PlanOnce(), description="How the plan is used.")
     mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
     explore: Exploration | None = Field(
         default=None, description="What hwsw explore tries, and what is good."

@@ -20,7 +20,7 @@ from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
 from codesign.spec import Part, Platform, Workload, cross_check, fault
-from codesign.spec.platform import FpgaComponent, ProcessorComponent
+from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.system import catalog
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from codesign.records import Listener, Record
-from codesign.spec.platform import FpgaComponent, ProcessorComponent
+from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.system.bind import System, asker_of
 
 if TYPE_CHECKING:

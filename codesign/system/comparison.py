@@ -11,6 +11,7 @@ from codesign.spec import Platform, Workload, override
 from codesign.spec.marks import Document
 from codesign.spec.problem import ProblemSpec
 from codesign.spec.validate import validate
+from codesign.spec.workload import PLACE_KEYS
 
 
 def problem_of(workload: Workload) -> ProblemSpec:
@@ -68,7 +69,7 @@ def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
     target, _, keys = axis.partition(".")
     key = keys.partition(".")[0]
     if target in workload.mapping:
-        return key in {"component", "style", *type(workload.mapping[target].parameters).model_fields}
+        return key in {*PLACE_KEYS, *type(workload.mapping[target].parameters).model_fields}
     component = platform.components.get(target)
     return component is not None and key in type(component).model_fields
 

@@ -11,7 +11,7 @@ from codesign.errors import InputError, choose_hint
 from codesign.memo import Memo
 from codesign.records import Listener, MapRecord, SummaryRecord, TrajectoryRecord
 from codesign.spec import Platform, Workload
-from codesign.spec.platform import ProcessorComponent
+from codesign.spec.components import ProcessorComponent
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.fit import fit, source
