@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -33,6 +33,7 @@ from codesign.spec.model import (
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
 from codesign.spec.scenario import PlanOnce, Scenario
+from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask
 from codesign.spec.validate import validate
 
 ProblemModels = Mapping[str, type[SpecModel]]
@@ -104,6 +105,9 @@ class Workload(Spec):
     planner: Name = Field(description="The planner, such as harmonic.")
     problem: SerializeAsAny[ProblemSpec | SpecModel] = Field(description="What is to be planned.")
     scenario: Scenario = Field(default=PlanOnce(), description="How the plan is used.")
+    tasks: Annotated[tuple[ExtraTask, ...], Field(max_length=MAX_TASKS)] = Field(
+        default=(), description="Tasks beside those of planner and scenario, which nothing waits for."
+    )
     mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
     explore: Exploration | None = Field(
         default=None, description="What hwsw explore tries, and what is good."
@@ -139,6 +143,19 @@ class Workload(Spec):
         model = problems.get(info.data.get("planner"), ProblemSpec)
         return model.model_validate(value, context=info.context)
 
+    @field_validator("tasks", mode="after")
+    @classmethod
+    def _named_once(cls, value: tuple[ExtraTask, ...], info: ValidationInfo) -> tuple[ExtraTask, ...]:
+        scenario = info.data.get("scenario", PlanOnce())
+        taken = {*SCENARIO_TASKS[scenario.type]}
+        taken |= set(((info.context or {}).get("tasks") or {}).get(info.data.get("planner"), ()))
+        for index, task in enumerate(value):
+            if task.name in taken:
+                what = f"there is a task {task.name!r} already"
+                raise RefusalError(what, "give each task a name of its own", (index, "name"))
+            taken.add(task.name)
+        return value
+
     @field_validator("mapping", mode="wrap")
     @classmethod
     def _map_tasks(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
@@ -148,6 +165,8 @@ class Workload(Spec):
         if not isinstance(value, dict) or not value:
             raise RefusalError("maps no task", "write TASK: {component: NAME, ...}")
         models = (context.get("tasks") or {}).get(info.data.get("planner"))
+        if models is not None:
+            models = {**_other_tasks(info.data), **models}
         lines: list[InitErrorDetails] = []
         made: dict[str, TaskMapping] = {}
         for task, raw in value.items():
@@ -167,6 +186,12 @@ class Workload(Spec):
         """The workload, with the models that substituted parameters are checked against."""
         self._models = models
         return self
+
+
+def _other_tasks(fields: Mapping[str, Any]) -> dict[str, type[BaseModel]]:
+    """The tasks that the scenario brings and that the user adds."""
+    scenario, extra = fields.get("scenario", PlanOnce()), fields.get("tasks", ())
+    return dict.fromkeys((*SCENARIO_TASKS[scenario.type], *(task.name for task in extra)), PlacedTask)
 
 
 def load_workload(
