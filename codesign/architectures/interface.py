@@ -88,12 +88,40 @@ class Step:
     kernel: str = ""
 
 
+def _no_cycles() -> NDArray[np.int64]:
+    return np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Exchange(Step):
+    """A round trip between two steps: ``bits`` to the task ``to``, which answers with ``answer_bits``.
+
+    The work goes on once the answer has come. It takes no cycle of its own: where nothing stands between the two tasks,
+    it is nothing.
+    """
+
+    phase: str = "detect"
+    cycles: NDArray[np.int64] = field(default_factory=_no_cycles)
+    to: str = "detect"
+    bits: int = 1
+    answer_bits: int = 1
+
+
 @dataclass(frozen=True)
 class Memory:
     """What stands in each of the design's block RAMs, which are driven alike: words of ``width`` bits by content."""
 
     width: int
     words: Mapping[str, int]
+
+
+def is_done(task: str, inside: frozenset[str] | None) -> bool:
+    """Whether ``task`` is among those that the planning component does itself; see ``Architecture.work``.
+
+    >>> is_done("decide", None), is_done("decide", frozenset({"relax"}))
+    (True, False)
+    """
+    return inside is None or task in inside
 
 
 class Architecture(Protocol):
@@ -132,13 +160,74 @@ class Architecture(Protocol):
         """What the block RAMs hold; None where the style uses none."""
 
     def work(
-        self, problem: Problem, parameters: Any, *, memo: Memo | None = None, detail: bool = True
+        self,
+        problem: Problem,
+        parameters: Any,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Any]:
         """Steps to be run on a clock; returns the plan, the same that ``Planner.plan`` gives.
 
         Without ``detail`` nobody listens and nothing interrupts: steps may be as coarse as a whole stage, and what
         ``memo`` holds of it need not be computed again. The cycles add up to the same.
+
+        ``start``: values to go on from, of ``Planner.start_of`` or of the task ``lower_bound``; a planner that knows
+        neither ignores it. ``inside``: the planner's tasks that are done by this component; None for all of them. A
+        task that is not inside takes no steps here; where the work has to wait for one, it yields an ``Exchange``.
         """
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, with their intervals."""
+
+
+class TaskStyle(Protocol):
+    """One task of a planner that is placed by itself, on one type of component.
+
+    ``parameters`` are those of the planning task throughout. Found through the entry-point group
+    ``codesign.task_styles`` (a sequence of styles an entry point).
+    """
+
+    @property
+    def planner(self) -> str:
+        """The planner's name."""
+
+    @property
+    def task(self) -> str:
+        """The task's name."""
+
+    @property
+    def style(self) -> str:
+        """The style's name in YAML."""
+
+    @property
+    def description(self) -> str:
+        """How it does the task, for ``hwsw list``: one line, no full stop at the end."""
+
+    @property
+    def component_type(self) -> str:
+        """The type of component it runs on: ``fpga`` or ``processor``."""
+
+    @property
+    def kernel(self) -> str:
+        """On a processor, the kernel that cycles of steps are units of."""
+
+    def demand(self, problem: Problem, parameters: Any, part: Part | None) -> Demand:
+        """Resources and other bounds of this task alone; ``part`` is None on a processor."""
+
+    def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
+        """The fastest clock on the part, Hz. Raises InputError on a processor."""
+
+    def steps(
+        self, problem: Problem, parameters: Any, plan: Any, position: tuple[float, float]
+    ) -> Generator[Step, None, Any]:
+        """One execution, for a robot at ``position``, (row, column) in cells.
+
+        ``plan`` is the planner's, or None for a task that comes before it. Returns what the task makes: a way as
+        ``Planner.way`` (of decisions and ways), a start for ``Architecture.work`` (of lower bounds), or None.
+        """
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static and dynamic power at ``clock`` Hz, W. Raises InputError on a processor."""

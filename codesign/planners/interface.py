@@ -9,16 +9,34 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.spec import SpecModel
+from codesign.task_graph import Flow
 
 Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""
+
+Policy = Literal["restart", "lower_bound", "continue"]
+"""What a planner does when the map has changed.
+
+- ``restart``: it plans as if for the first time.
+- ``lower_bound``: from a start that the task ``lower_bound`` makes, nowhere above the answer, which is the same.
+- ``continue``: from the values that the last plan left (``Planner.start_of``).
+"""
+
+Steering = Literal["field", "way"]
+"""``field``: a decision is asked for at every control turn. ``way``: the way is sent, once a plan."""
+
+LOAD, COMMAND = "load", "command"
+"""Tasks that every planner's flows may name beside its own: who holds the map, and who wants the answer."""
+
+LOWER_BOUND = "lower_bound"
+"""The task that makes a start for policy ``lower_bound``; it is done where it is mapped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +166,22 @@ class Planner(Protocol):
     def plan(self, problem: Problem, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
 
+    @property
+    def policies(self) -> tuple[Policy, ...]:
+        """The replan policies it knows; the first is the default."""
+
+    @property
+    def steering(self) -> Steering:
+        """How a robot is led by its plans."""
+
+    def flows(self, problem: Any, parameters: Any) -> tuple[Flow, ...]:
+        """What flows between tasks, by name, for one plan and one answer; sizes are above 0.
+
+        Senders and receivers are names of ``tasks``, or ``load`` and ``command``. ``parameters``: those of the planning
+        task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same. A flow
+        "pose" goes where a decision is asked for again; the first plan knows the start from the map.
+        """
+
     def messages(self, problem: Any) -> Messages:
         """What crosses the links for one plan."""
 
@@ -164,3 +198,16 @@ class Planner(Protocol):
         self, problem: Problem, plan: Any, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The way from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
+
+    def start_of(self, plan: Any) -> Any:
+        """What ``Architecture.work(start=...)`` may go on from under policy ``continue``; None where it knows none."""
+
+    def way(
+        self, problem: Problem, plan: Any, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way from a position, (row, column) in cells, that need not be the middle of a cell.
+
+        As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan knows no way
+        from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False. It computes
+        nothing that the plan does not hold: a way from elsewhere takes another plan.
+        """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import Any, TypedDict
 
@@ -63,3 +64,27 @@ def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]
 def share_of(arriving: int, cells: int) -> float | None:
     """The share of ``cells`` that arrive; None where there are none, which is no success."""
     return arriving / cells if cells else None
+
+
+def cell_of(problem: Problem, position: tuple[float, float]) -> Cell | None:
+    """The free cell that a position, (row, column) in cells, lies in; None outside of the map or in an obstacle."""
+    row, column = (math.floor(value + 0.5) for value in position)
+    inside = 0 <= row < problem.rows and 0 <= column < problem.columns
+    return (row, column) if inside and bool(problem.free[row, column]) else None
+
+
+def from_position(
+    position: tuple[float, float], cells: NDArray[np.integer], free: NDArray[np.bool_]
+) -> NDArray[np.float64]:
+    """The way along the middles of ``cells``, n × 2, n ≥ 1, from a position in the first of them: float64 m × 2.
+
+    It goes straight to the middle of the second cell, so that a robot that is led anew from every position does not
+    turn back; but by the middle of the first where it would otherwise cut the corner of an obstacle.
+    """
+    here = np.array([position], np.float64)
+    middles = cells.astype(np.float64)
+    if len(cells) == 1:
+        return here if np.array_equal(here[0], middles[0]) else np.concatenate([here, middles])
+    (row, column), (down, right) = cells[0], cells[1] - cells[0]
+    clear = bool(free[row + down, column] and free[row, column + right])
+    return np.concatenate([here, middles[1:] if clear or np.array_equal(here[0], middles[0]) else middles])

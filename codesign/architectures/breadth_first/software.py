@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from typing import Any
 
 import numpy as np
 
@@ -90,8 +91,14 @@ class Software:
         *,
         memo: Memo | None = None,
         detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,  # noqa: ARG002
     ) -> Generator[Step, None, Search]:
-        """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost."""
+        """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost.
+
+        So nothing is saved where the path is tracked elsewhere, and every search begins anew: ``start`` and ``inside``
+        change nothing.
+        """
         plan = searched(problem, memo)
         if detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +13,14 @@ from codesign.architectures.breadth_first.steps import (
     INIT,
     PATH,
     SEARCH,
+    TRACK,
     expansions,
     pushes_of_each_pop,
     searched,
     step,
     steps,
 )
-from codesign.architectures.interface import Demand, Memory, Step
+from codesign.architectures.interface import Demand, Memory, Step, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.breadth_first.parameters import Display, MemoryPlace, SearchParameters
@@ -77,9 +79,19 @@ class StateMachine:
         return Memory(1, {"cells": min(words, 16_384)})
 
     def work(
-        self, problem: Problem, parameters: SearchParameters, *, memo: Memo | None = None, detail: bool = True
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Search]:
-        """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell."""
+        """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
+
+        State Path is the task ``track``. Every search begins anew: ``start`` changes nothing.
+        """
         addresses = self._addresses(parameters, 1)
         yield step(INIT, timing.init_cycles(problem.free.size), addresses)
         plan = searched(problem, memo)
@@ -89,7 +101,7 @@ class StateMachine:
             yield from steps(SEARCH, units, searching)
         else:
             yield step(SEARCH, int(units.sum()), searching)
-        if plan.reached:
+        if plan.reached and is_done(TRACK, inside):
             cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
             yield step(PATH, cycles, addresses)
         return plan

@@ -19,6 +19,9 @@ from codesign.records import TaskRecord
 INIT, SEARCH, PATH = "init", "bf", "path"
 """The phases that cycles are booked under, named as the states of the paper; nothing is booked in Standby."""
 
+TRACK = "track"
+"""The task whose phase is ``path``."""
+
 BATCH = 1 << 16
 """Units of a step, at most: so that a large map is not held twice."""
 

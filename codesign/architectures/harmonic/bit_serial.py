@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
 from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps, task_step
-from codesign.architectures.interface import Demand, Memory, Step
+from codesign.architectures.interface import Demand, Memory, Step, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
+from codesign.planners.harmonic.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.parameters import RelaxParameters
 from codesign.planners.harmonic.relax import Relaxation
 from codesign.planners.interface import Problem
@@ -52,12 +53,29 @@ class BitSerial:
         return Memory(resources.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
 
     def work(
-        self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Field | None = None,
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Relaxation]:
-        """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit."""
+        """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
+
+        A ``LowerBound`` to start from is written into the block RAMs first. Any other start is what the last plan
+        left in them: the map is brought in, and no value is touched but those of goals and obstacles.
+        """
         rows, columns = parameters.block_shape(problem.rows, problem.columns)
         blocks = parameters.block_count(problem.rows, problem.columns)
-        load = timing.load_cycles(problem.rows * problem.columns, blocks, parameters.precisions[-1])
+        cells, last = problem.rows * problem.columns, parameters.precisions[-1]
+        if start is None:
+            load = timing.load_cycles(cells, blocks, last)
+        elif isinstance(start, LowerBound):
+            load = timing.load_start_cycles(cells, resources.cluster_count(rows, columns), blocks, last)
+        else:
+            load = timing.reload_cycles(cells)
         yield task_step(LOAD, load, ram_addresses=1)
 
         def iteration_cost(
@@ -71,8 +89,9 @@ class BitSerial:
         costs = Costs(
             iteration_cost, visit=switch, stage_end=timing.stage_end_cycles(rows * columns), ram_addresses=2
         )
-        plan = yield from relax_steps(problem, parameters, costs, memo, detail)
-        yield self.decision(plan)
+        plan = yield from relax_steps(problem, parameters, costs, memo, detail, start, inside)
+        if is_done(DECIDE, inside):
+            yield self.decision(plan)
         return plan
 
     def decision(self, plan: Relaxation) -> Step:

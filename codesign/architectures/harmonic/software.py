@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic.steps import DECIDE, Costs, relax_steps
-from codesign.architectures.interface import Demand, Step
+from codesign.architectures.interface import Demand, Step, is_done
 from codesign.errors import InputError
 from codesign.figures import Figure
 from codesign.memo import Memo
+from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.parameters import RelaxParameters
 from codesign.planners.harmonic.relax import Relaxation
 from codesign.planners.interface import Problem
@@ -87,7 +88,14 @@ class Software:
         """Software keeps its field in the processor's own memory."""
 
     def work(
-        self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Field | None = None,
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Relaxation]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
         map_shape = problem.rows, problem.columns
@@ -98,8 +106,9 @@ class Software:
         ) -> NDArray[np.int64]:
             return iterations * cells[block] * self.units(precision)
 
-        plan = yield from relax_steps(problem, parameters, Costs(iteration_cost), memo, detail)
-        yield self.decision(plan)
+        plan = yield from relax_steps(problem, parameters, Costs(iteration_cost), memo, detail, start, inside)
+        if is_done(DECIDE, inside):
+            yield self.decision(plan)
         return plan
 
     def decision(self, plan: Relaxation) -> Step:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.interface import Step
+from codesign.architectures.interface import Exchange, Step, is_done
+from codesign.errors import InputError
 from codesign.memo import Memo
-from codesign.planners.harmonic.fixed_point import Field
+from codesign.planners.harmonic.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.relax import Relaxation, work
 from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
@@ -21,6 +22,12 @@ from codesign.records import StageRecord, TaskRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
+
+DETECT = "detect"
+"""The task that tells whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
+
+MOST_SWEEPS = 1 << 16
+"""Sweeps after which a stage that went on from old values is given up. Assumed: a watchdog of 16 bits."""
 
 
 class VisitCost(Protocol):
@@ -54,6 +61,26 @@ class _StageSums:
     stage: Stage
     field: Field
     iterations: NDArray[np.int64]
+    fault: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """One relaxation that is asked for: the stages from ``start`` on."""
+
+    problem: Problem
+    parameters: RelaxParameters
+    start: Field | None
+
+    @property
+    def below(self) -> bool:
+        """Whether the values begin nowhere above the converged field."""
+        return self.start is None or isinstance(self.start, LowerBound)
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """Those of the schedule that a start leaves to be run."""
+        return remaining_precisions(self.parameters.precisions, self.start)
 
 
 @dataclass
@@ -64,87 +91,134 @@ class _StageClock:
 
 
 def relax_steps(
-    problem: Problem, parameters: RelaxParameters, costs: Costs, memo: Memo | None, detail: bool
+    problem: Problem,
+    parameters: RelaxParameters,
+    costs: Costs,
+    memo: Memo | None,
+    detail: bool,
+    start: Field | None = None,
+    inside: frozenset[str] | None = None,
 ) -> Generator[Step, None, Relaxation]:
     """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
 
     With ``detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
-    that ``memo`` holds are not computed again.
+    that ``memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of its
+    own, whatever ``detail`` says, and an ``Exchange`` follows.
+
+    From a ``start`` the stages are those that ``remaining_precisions`` leaves.
     """
     from codesign.maps.reach import reachable
 
-    told = (
-        _each_visit(problem, parameters, costs)
-        if detail
-        else _each_stage(problem, parameters, costs, Memo() if memo is None else memo)
-    )
-    stages, field = yield from told
-    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None)
+    run = _Run(problem, parameters, start)
+    if not is_done(DETECT, inside):
+        told = _each_visit(run, costs, detect=True)
+    elif detail:
+        told = _each_visit(run, costs, detect=False)
+    else:
+        told = _each_stage(run, costs, Memo() if memo is None else memo)
+    stages, field, fault = yield from told
+    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None, run.below, fault)
 
 
-def _each_visit(
-    problem: Problem, parameters: RelaxParameters, costs: Costs
-) -> Generator[Step, None, tuple[list[Stage], Field]]:
+def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
+    """The stages to be run from a start: those at its precision and above.
+
+    Raises:
+        InputError: the start is finer than the last stage.
+    """
+    if start is None:
+        return precisions
+    found = tuple(precision for precision in precisions if precision >= start.precision)
+    if not found:
+        raise InputError(
+            f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}",
+            "start",
+            "give one that is no finer than the last stage",
+        )
+    return found
+
+
+_Told = Generator[Step, None, tuple[list[Stage], Field, str]]
+
+
+def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
     stages: list[Stage] = []
     clock = _StageClock()
-    field: Field | None = None
-    for item in _work(problem, parameters, parameters.precisions, None):
-        if isinstance(item, VisitBatch):
-            cycles = (
-                costs.iterations(item.precision, item.block, item.iterations.astype(np.int64)) + costs.visit
-            )
-            yield Step(RELAX, cycles, _visits_story(item, clock), costs.ram_addresses)
+    field, fault = run.start, ""
+    blocks = run.parameters.block_count(run.problem.rows, run.problem.columns)
+    for item in _work(run, run.precisions, run.start):
+        if isinstance(item, VisitBatch) and detect:
+            yield from _each_sweep(item, costs, clock, blocks)
+        elif isinstance(item, VisitBatch):
+            yield _visits_step(item, costs, clock)
         else:
             stages.append(item.stage)
-            field = item.field
+            field, fault = item.field, item.fault
             ending = [costs.stage_end] if costs.stage_end else []
             yield Step(RELAX, np.array(ending, np.int64), _stage_story(item, clock), costs.ram_addresses)
     assert field is not None, "a schedule has at least one stage"
-    return stages, field
+    return stages, field, fault
 
 
-def _each_stage(
-    problem: Problem, parameters: RelaxParameters, costs: Costs, memo: Memo
-) -> Generator[Step, None, tuple[list[Stage], Field]]:
+def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int) -> Iterator[Step]:
+    """The visits of a batch cut at the ends of sweeps, a round trip to the task ``detect`` after each sweep."""
+    # A sweep begins at block 0, so a batch says by itself where its sweeps end.
+    ends = np.flatnonzero(batch.block == blocks - 1) + 1
+    first = 0
+    for last in [
+        *ends.tolist(),
+        *([len(batch.block)] if not len(ends) or ends[-1] < len(batch.block) else []),
+    ]:
+        part = replace(batch, block=batch.block[first:last], iterations=batch.iterations[first:last])
+        yield _visits_step(part, costs, clock)
+        if part.block[-1] == blocks - 1:
+            yield Exchange(to=DETECT)
+        first = last
+
+
+def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
+    cycles = costs.iterations(batch.precision, batch.block, batch.iterations.astype(np.int64)) + costs.visit
+    return Step(RELAX, cycles, _visits_story(batch, clock), costs.ram_addresses)
+
+
+def _each_stage(run: _Run, costs: Costs, memo: Memo) -> _Told:
     stages: list[Stage] = []
-    field: Field | None = None
+    problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
     partition = (
         parameters.block_shape(problem.rows, problem.columns),
         parameters.iterations,
         parameters.termination,
     )
-    for precision in parameters.precisions:
+    for precision in run.precisions:
         start = None if field is None else field.digest()
-        key = ("harmonic stage", problem.digest, *partition, start, precision)
-        compute = partial(_stage_sums, problem, parameters, precision, field)
+        key = ("harmonic stage", problem.digest, *partition, start, run.below, precision)
+        compute = partial(_stage_sums, run, precision, field)
         sums = memo.get(key, compute)
         block = np.arange(len(sums.iterations), dtype=np.int32)
         cycles = int(costs.iterations(precision, block, sums.iterations).sum())
         total = np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64)
         yield Step(RELAX, total, ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
-        field = sums.field
-        if parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0:
+        field, fault = sums.field, sums.fault
+        first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0
+        if first or fault:
             break
     assert field is not None, "a schedule has at least one stage"
-    return stages, field
+    return stages, field, fault
 
 
-def _stage_sums(
-    problem: Problem, parameters: RelaxParameters, precision: int, start: Field | None
-) -> _StageSums:
+def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
     """Run one stage from the field of an earlier one."""
-    iterations = np.zeros(parameters.block_count(problem.rows, problem.columns), np.int64)
-    for item in _work(problem, parameters, (precision,), start):
+    iterations = np.zeros(run.parameters.block_count(run.problem.rows, run.problem.columns), np.int64)
+    for item in _work(run, (precision,), start):
         if isinstance(item, StageEnd):
-            return _StageSums(item.stage, item.field, iterations)
+            return _StageSums(item.stage, item.field, iterations, item.fault)
         iterations += np.bincount(item.block, item.iterations, len(iterations)).astype(np.int64)
     raise AssertionError("a stage has an end")
 
 
-def _work(
-    problem: Problem, parameters: RelaxParameters, precisions: tuple[int, ...], start: Field | None
-) -> Iterator[VisitBatch | StageEnd]:
+def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterator[VisitBatch | StageEnd]:
+    problem, parameters = run.problem, run.parameters
     return work(
         problem.free,
         problem.goals,
@@ -154,6 +228,7 @@ def _work(
         termination=parameters.termination,
         start=start,
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
+        most_sweeps=None if run.below else MOST_SWEEPS,
     )
 
 

@@ -78,6 +78,19 @@ def load_cycles(cells: int, blocks: int, precision: int) -> int:
     return blocks * (precision + 1) + cells
 
 
+def load_start_cycles(cells: int, clusters: int, blocks: int, precision: int) -> int:
+    """Cycles to bring in a map, and values to start from: a word of 18 bits of one cluster's RAM each cycle.
+
+    Assumed, as ``load_cycles``: p + 1 words of every cluster for each block, one RAM after the other.
+    """
+    return clusters * blocks * (precision + 1) + cells
+
+
+def reload_cycles(cells: int) -> int:
+    """Cycles to bring in a map where the values of the last plan stay: one cell a cycle, nothing to clear. Assumed."""
+    return cells
+
+
 def decision_cycles(precision: int) -> int:
     """Cycles of one decision: 17p + 10.
 

@@ -12,11 +12,13 @@ assumed, and too little where that power is a core's share.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Generator
 
 import numpy as np
+from numpy.typing import NDArray
 
-from codesign.architectures.interface import Demand, Step
+from codesign.architectures.interface import Demand, Step, is_done
 from codesign.architectures.relaxation.costs import (
     BARRIER_UNITS,
     DIRECT_KERNEL,
@@ -35,6 +37,8 @@ from codesign.planners.relaxation.parameters import RelaxParameters
 from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
 from codesign.records import StageRecord
 from codesign.spec.part import Part
+
+SEARCH = "search"
 
 BATCHES = 16
 """With somebody listening, iterations are told in at most so many batches."""
@@ -84,15 +88,23 @@ class Host:
         """Software keeps its potentials in the processor's own memory."""
 
     def work(
-        self, problem: Problem, parameters: RelaxParameters, *, memo: Memo | None = None, detail: bool = True
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: NDArray[np.float64] | None = None,
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Plan]:
         """Phases of the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, and ``search``.
 
         With ``detail`` the iterations come in batches, and the last of them tells the potential, scaled to 0 on
-        obstacles and 1 on goals.
+        obstacles and 1 on goals. ``start``: the potential of an earlier plan, which the sweeps go on from.
         """
-        key = ("relaxation", problem.digest, parameters.model_dump_json())
-        plan = (Memo() if memo is None else memo).get(key, lambda: PLANNER.plan(problem, parameters))
+        began = None if start is None else hashlib.sha256(start.tobytes()).hexdigest()
+        key = ("relaxation", problem.digest, parameters.model_dump_json(), began)
+        plan = (Memo() if memo is None else memo).get(key, lambda: PLANNER.plan(problem, parameters, start))
         search = search_of(problem, plan)
         relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if detail else 1)
         for phase, units in relaxation[:-1]:
@@ -103,9 +115,10 @@ class Host:
         direct = plan.solution.method is Method.DIRECT
         kernel = DIRECT_KERNEL if direct else self.kernel
         yield Step(phase, np.array([units], np.int64), told, kernel=kernel)
-        # Where nobody has started yet, the answer is a single step.
-        entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
-        yield _step("search", SEARCH_UNITS * max(1, entered))
+        if is_done(SEARCH, inside):
+            # Where nobody has started yet, the answer is a single step.
+            entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
+            yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
         return plan
 
     def _relaxation(self, solution: Solution, cells: int, batches: int) -> list[tuple[str, int]]:

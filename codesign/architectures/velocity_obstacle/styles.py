@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -69,9 +70,12 @@ class Circuit:
         *,
         memo: Memo | None = None,
         detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,  # noqa: ARG002
     ) -> Generator[Step, None, Avoidance]:
         """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
 
+        Nothing of it is placed apart, and every run begins at the starts: ``start`` and ``inside`` change nothing.
         An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
         """
         plan = avoid(problem, parameters) if detail or memo is None else _kept(problem, parameters, memo)

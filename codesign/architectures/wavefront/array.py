@@ -5,8 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Generator, Iterator
 from dataclasses import replace
+from typing import Any
 
-from codesign.architectures.interface import Bound, Demand, Item, Memory, Step
+from codesign.architectures.interface import Bound, Demand, Item, Memory, Step, is_done
 from codesign.architectures.wavefront import levers, resources, timing
 from codesign.architectures.wavefront.resources import Layout
 from codesign.architectures.wavefront.steps import LOAD, TRACK, planned, task_step, tracked_steps
@@ -103,15 +104,21 @@ class ArrayStyle(ABC):
         *,
         memo: Memo | None = None,
         detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, WavefrontPlan]:
-        """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``) and ``track``."""
+        """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``) and ``track``.
+
+        Every wave begins anew: ``start`` changes nothing.
+        """
         kept = Memo() if memo is None else memo
         plan = planned(problem, parameters, kept)
         # Safe paths load the map twice: obstacles as sources first (all nodes free), then the free space.
         passes = 2 if plan.obstacle_potentials is not None else 1
         yield task_step(LOAD, passes * timing.load_cycles(problem.free.size))
         yield from self.wave_steps(problem, parameters, kept, detail)
-        yield self.tracking(problem, parameters, plan)
+        if is_done(TRACK, inside):
+            yield self.tracking(problem, parameters, plan)
         return plan
 
     def tracking(self, problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan) -> Step:

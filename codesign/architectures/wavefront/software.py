@@ -8,8 +8,9 @@ The paper's 63 ms on a 133 MHz Pentium fix it, once it is assumed how many nodes
 from __future__ import annotations
 
 from collections.abc import Generator
+from typing import Any
 
-from codesign.architectures.interface import Demand, Step
+from codesign.architectures.interface import Demand, Step, is_done
 from codesign.architectures.wavefront.steps import (
     OBSTACLES,
     PROPAGATE,
@@ -63,13 +64,19 @@ class Software:
         *,
         memo: Memo | None = None,
         detail: bool = True,  # noqa: ARG002
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, WavefrontPlan]:
-        """Phases ``propagate_obstacles`` (safe paths), ``propagate`` and ``track``; cycles are units of ``kernel``."""
+        """Phases ``propagate_obstacles`` (safe paths), ``propagate`` and ``track``; cycles are units of ``kernel``.
+
+        Every wave begins anew: ``start`` changes nothing.
+        """
         plan = planned(problem, parameters, Memo() if memo is None else memo)
         if plan.obstacle_potentials is not None:
             yield task_step(OBSTACLES, problem.free.size)
         yield task_step(PROPAGATE, plan.reached_cells)
-        yield task_step(TRACK, tracked_steps(problem, parameters, plan))
+        if is_done(TRACK, inside):
+            yield task_step(TRACK, tracked_steps(problem, parameters, plan))
         return plan
 
     def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002

@@ -77,3 +77,7 @@ class SearchParameters(SpecModel):
 
 class LoadParameters(SpecModel):
     """The task that brings the map to the planner has nothing to choose."""
+
+
+class TrackParameters(SpecModel):
+    """The task that marks the path has nothing to choose."""

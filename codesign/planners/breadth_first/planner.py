@@ -15,13 +15,20 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.errors import InputError
-from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters
+from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.reference import Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
-from codesign.planners.interface import Messages, Problem, Quality
-from codesign.planners.ways import judge_ways, share_of
+from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
+from codesign.task_graph import Flow
 
 NO_START = "no start is given"
+
+CELL_BITS = 2
+"""A cell of the map on its way to the planner: free, obstacle, start or goal."""
+
+DIRECTION_BITS = STEP_BITS = 2
+"""A side of a cell: on which the one that discovered it lies, or to which a step goes."""
 
 
 def plan_search(problem: Problem) -> Search:
@@ -36,18 +43,20 @@ def plan_search(problem: Problem) -> Search:
 
 
 class BreadthFirst:
-    """Breadth-first search: tasks ``load`` and ``search``."""
+    """Breadth-first search: tasks ``load``, ``search`` and ``track``, which marks the path (state Path)."""
 
     name = "breadth_first"
     planning_task = "search"
     answers_no_way = True
     problem_model = None
+    policies: tuple[Policy, ...] = ("restart",)
+    steering: Steering = "way"
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
         """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "search": SearchParameters}
+        return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
     def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
         """A search begins at a start: there has to be one."""
@@ -57,6 +66,19 @@ class BreadthFirst:
         """Search without a clock. Raises InputError where the problem has no start."""
         return plan_search(problem)
 
+    def flows(self, problem: Problem, parameters: SearchParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+        """The map and the directions of discovery, two bits a cell; the path, two bits a step.
+
+        Raises:
+            InputError: the problem has no start.
+        """
+        cells, steps = problem.free.size, plan_search(problem).path_steps or 0
+        return (
+            Flow("load", "search", "map", CELL_BITS * cells),
+            Flow("search", "track", "directions", DIRECTION_BITS * cells),
+            Flow("track", "command", "path", max(STEP_BITS, STEP_BITS * steps)),
+        )
+
     def messages(self, problem: Problem) -> Messages:
         """The map, two bits a cell (free, obstacle, start or goal), and the path, two bits a step.
 
@@ -64,7 +86,7 @@ class BreadthFirst:
             InputError: the problem has no start.
         """
         steps = plan_search(problem).path_steps or 0
-        return Messages("map", 2 * problem.free.size, "path", max(2, 2 * steps))
+        return Messages("map", CELL_BITS * problem.free.size, "path", max(STEP_BITS, STEP_BITS * steps))
 
     def quality(self, problem: Problem, plan: Search) -> Quality:  # noqa: ARG002
         """What a search from each start of the problem is worth.
@@ -109,6 +131,19 @@ class BreadthFirst:
         way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
+
+    def start_of(self, plan: Search) -> None:
+        """None: a search begins anew."""
+
+    def way(
+        self, problem: Problem, plan: Search, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The rest of the path from a position on one of its cells; beside the path no way is known."""
+        cell = cell_of(problem, start)
+        at = np.flatnonzero((plan.path == cell).all(axis=1)) if cell is not None else plan.path[:0]
+        if not len(at):
+            return np.array([start], np.float64), False
+        return from_position(start, plan.path[at[0] :], problem.free), True
 
 
 PLANNER = BreadthFirst()

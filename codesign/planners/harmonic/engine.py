@@ -60,8 +60,14 @@ class Engine:
         # Always a copy of its own: numba compiles anew for arrays that are read-only or not contiguous.
         return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
 
-    def run(self, stage_index: int, precision: int) -> Iterator[VisitBatch | StageEnd]:
-        """One stage at ``precision``, not below that of the stage before. Raises RunError if it would never end."""
+    def run(
+        self, stage_index: int, precision: int, most_sweeps: int | None = None
+    ) -> Iterator[VisitBatch | StageEnd]:
+        """One stage at ``precision``, not below that of the stage before.
+
+        Raises RunError if it would never end; with ``most_sweeps`` it ends there, or at the sweep at which values are
+        known to come back, with a fault.
+        """
         self._lift(precision - self._precision)
         arguments, layout = self._arguments, self._layout
         control = np.zeros(kernels.CONTROL_SIZE, np.int64)
@@ -71,18 +77,19 @@ class Engine:
         blocks = layout.down * layout.across
         visits = iterations = 0
         status = kernels.RUNNING
+        fault = ""
         while status != kernels.CONVERGED:
             status, made = kernels.advance(
                 self._layout,
                 addresses(self._state),
                 control,
-                counts,
+                counts if most_sweeps is None else counts[: most_sweeps * blocks - visits],
                 arguments.iterations,
                 self._budget,
                 published,
                 self._signed,
             )
-            if status == kernels.CYCLE:
+            if status == kernels.CYCLE and most_sweeps is None:
                 raise RunError(
                     f"at {precision} bits the values come back to where they were and never settle",
                     "start",
@@ -95,10 +102,16 @@ class Engine:
                 yield VisitBatch(stage_index, precision, block, counts[:made].copy())
                 visits += made
                 iterations += int(counts[:made].sum(dtype=np.int64))
+            if status == kernels.CYCLE:
+                fault = f"at {precision} bits the values come back to where they were and never settle"
+                break
+            if status == kernels.RUNNING and most_sweeps is not None and visits == most_sweeps * blocks:
+                fault = f"at {precision} bits the values have not settled after {most_sweeps:,} sweeps"
+                break
         self._settle(precision)
         maxima = int(limbs.count_local_maxima(self._limbs, self._candidates))
         stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima)
-        yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision))
+        yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision), fault)
 
     def _grow(self) -> None:
         """Make room for more planes, in the middle of a stage."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class Field:
         self.limbs.flags.writeable = False
 
     @classmethod
-    def from_ints(cls, values: Any, precision: int) -> Field:
+    def from_ints(cls, values: Any, precision: int) -> Self:
         """The field of an integer array (rows × columns; any integer type, or objects of Python int).
 
         Raises InputError for anything but integers in 0..2^precision.
@@ -122,3 +122,7 @@ class Field:
 
     def __hash__(self) -> int:
         return hash((self.precision, self.limbs.tobytes()))
+
+
+class LowerBound(Field):
+    """A field that is known to be nowhere above the converged one: relaxing from it gives the same bits as from 0."""

@@ -138,3 +138,11 @@ class DecideParameters(SpecModel):
 
 class LoadParameters(SpecModel):
     """The task that brings the map to the planner has nothing to choose."""
+
+
+class LowerBoundParameters(SpecModel):
+    """The task that makes a start nowhere above the field has nothing to choose."""
+
+
+class DetectParameters(SpecModel):
+    """The task that tells whether a sweep changed a bit has nothing to choose."""

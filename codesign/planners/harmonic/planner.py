@@ -4,19 +4,44 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.harmonic.parameters import DecideParameters, LoadParameters, RelaxParameters, Stop
+from codesign.planners.harmonic.fixed_point import Field
+from codesign.planners.harmonic.parameters import (
+    DecideParameters,
+    DetectParameters,
+    LoadParameters,
+    LowerBoundParameters,
+    RelaxParameters,
+    Stop,
+)
 from codesign.planners.harmonic.relax import Relaxation, relax
-from codesign.planners.interface import Messages, Problem, Quality
+from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.ways import cell_of
+from codesign.task_graph import Flow
+
+if TYPE_CHECKING:
+    from codesign.planners.harmonic.trajectory import Ascent
+
+CELL_BITS = 2
+"""A cell of the map on its way to the planner: free, obstacle or goal."""
+
+DIRECTION_BITS = POSE_BITS = 64
+"""Two components of 32 bits."""
+
+_ascents: WeakKeyDictionary[Relaxation, tuple[str, Ascent]] = WeakKeyDictionary()
 
 
 class Harmonic:
-    """Block-synchronous harmonic control: tasks ``load``, ``relax`` and ``decide``."""
+    """Block-synchronous harmonic control.
+
+    Tasks: ``load``, ``lower_bound`` (where it is mapped), ``relax`` with ``detect``, ``decide``.
+    """
 
     name = "harmonic"
     description = (
@@ -24,11 +49,19 @@ class Harmonic:
     )
     planning_task = "relax"
     problem_model = None
+    policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
+    steering: Steering = "field"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
         """The tasks of a mapping, with their parameter models."""
-        return {"load": LoadParameters, "relax": RelaxParameters, "decide": DecideParameters}
+        return {
+            "load": LoadParameters,
+            "lower_bound": LowerBoundParameters,
+            "relax": RelaxParameters,
+            "detect": DetectParameters,
+            "decide": DecideParameters,
+        }
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
         """A block must not be larger than the map, and equal blocks must be able to part it as often as asked."""
@@ -63,9 +96,25 @@ class Harmonic:
             record_visits=False,
         )
 
+    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:
+        """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
+
+        The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
+        """
+        cells = problem.free.size
+        field = cells * (parameters.precisions[-1] + 1)
+        return (
+            Flow("load", "relax", "map", CELL_BITS * cells),
+            Flow("load", "lower_bound", "map", CELL_BITS * cells),
+            Flow("lower_bound", "relax", "start", field),
+            Flow("relax", "decide", "field", field),
+            Flow("load", "decide", "pose", POSE_BITS),
+            Flow("decide", "command", "direction", DIRECTION_BITS),
+        )
+
     def messages(self, problem: Problem) -> Messages:
         """The map, two bits a cell (free, obstacle or goal), and a direction, two components of 32 bits."""
-        return Messages("map", 2 * problem.free.size, "decision", 64)
+        return Messages("map", CELL_BITS * problem.free.size, "decision", DIRECTION_BITS)
 
     def quality(self, problem: Problem, plan: Relaxation) -> Quality:
         """What following the field is worth."""
@@ -89,10 +138,31 @@ class Harmonic:
         self, problem: Problem, plan: Relaxation, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The way of a robot that follows the decision module from ``start``."""
-        from codesign.planners.harmonic.trajectory import Ascent
-
-        way = Ascent(plan.field, problem.free, problem.goals).follow(start)
+        way = _ascent(problem, plan).follow(start)
         return way.points, way.arrived
+
+    def start_of(self, plan: Relaxation) -> Field:
+        """The field."""
+        return plan.field
+
+    def way(
+        self, problem: Problem, plan: Relaxation, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
+        if cell_of(problem, start) is None:
+            return np.array([start], np.float64), False
+        way = _ascent(problem, plan).follow(start)
+        return way.points, way.arrived
+
+
+def _ascent(problem: Problem, plan: Relaxation) -> Ascent:
+    """The plan's field made ready for following, once for all positions."""
+    from codesign.planners.harmonic.trajectory import Ascent
+
+    kept = _ascents.get(plan)
+    if kept is None or kept[0] != problem.digest:
+        kept = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    return kept[1]
 
 
 PLANNER = Harmonic()

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.harmonic.arguments import Arguments, check_arguments
-from codesign.planners.harmonic.fixed_point import Field
+from codesign.planners.harmonic.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
 
 
@@ -43,12 +43,16 @@ class Relaxation:
         field: the field at the last precision reached.
         reachable: bool, rows × columns: free cells from which some 4-connected way leads to a goal.
         visits: iterations of each visit, or None where they were not recorded.
+        from_below: the values began nowhere above the converged field, and so never left that side.
+        fault: why the field is not settled, where that is so; else empty.
     """
 
     stages: tuple[Stage, ...]
     field: Field
     reachable: NDArray[np.bool_]
     visits: VisitRecord | None
+    from_below: bool = True
+    fault: str = ""
 
     @cached_property
     def values(self) -> NDArray[np.object_]:
@@ -96,6 +100,7 @@ def work(
     termination: str = "sound",
     start: Any = None,
     stop_without_local_maxima: bool = False,
+    most_sweeps: int | None = None,
 ) -> Iterator[VisitBatch | StageEnd]:
     """The visits of ``relax`` as they are made, each stage closed by a StageEnd.
 
@@ -111,17 +116,21 @@ def work(
         termination=termination,
         start=start,
     )
-    return _run(arguments, stop_without_local_maxima)
+    return _run(arguments, stop_without_local_maxima, most_sweeps)
 
 
-def _run(arguments: Arguments, stop_without_local_maxima: bool) -> Iterator[VisitBatch | StageEnd]:
+def _run(
+    arguments: Arguments, stop_without_local_maxima: bool, most_sweeps: int | None
+) -> Iterator[VisitBatch | StageEnd]:
     from codesign.planners.harmonic.engine import Engine
 
     engine = Engine(arguments)
     for index, precision in enumerate(arguments.schedule):
-        for item in engine.run(index, precision):
+        for item in engine.run(index, precision, most_sweeps):
             yield item
-            if isinstance(item, StageEnd) and stop_without_local_maxima and item.stage.local_maxima == 0:
+            if isinstance(item, StageEnd) and (
+                item.fault or (stop_without_local_maxima and item.stage.local_maxima == 0)
+            ):
                 return
 
 
@@ -136,6 +145,7 @@ def relax(
     start: Any = None,
     stop_without_local_maxima: bool = False,
     record_visits: bool = True,
+    most_sweeps: int | None = None,
 ) -> Relaxation:
     """Relax a harmonic field, bit for bit as the block-synchronous circuit does.
 
@@ -151,11 +161,13 @@ def relax(
         stop_without_local_maxima: end at the first stage that leaves no local maximum, instead of running
             the whole schedule.
         record_visits: keep the iterations of every visit (4 bytes each).
+        most_sweeps: end a stage that has not settled after so many sweeps, or is known never to settle, and the run
+            with it; ``fault`` says so. None: without a bound.
 
     Raises:
         MapError: the map or a goal is unusable. InputError: another argument is.
         RunError: from this start the values come back to where they were and never settle. Cannot happen from
-            zero, nor from any start at or below the final field.
+            zero, nor from any start at or below the final field, nor with ``most_sweeps``.
 
     >>> import numpy as np
     >>> result = relax(np.ones((1, 3), bool), [(0, 0)], block=(1, 3), iterations=8, schedule=[4])
@@ -176,14 +188,16 @@ def relax(
         start=start,
     )
     field = arguments.start
-    for item in _run(arguments, stop_without_local_maxima):
+    fault = ""
+    for item in _run(arguments, stop_without_local_maxima, most_sweeps):
         if isinstance(item, StageEnd):
             stages.append(item.stage)
-            field = item.field
+            field, fault = item.field, item.fault
         elif record_visits:
             batches.append(item)
     visits = _record(batches) if record_visits else None
-    return Relaxation(tuple(stages), field, arguments.reachable, visits)
+    below = start is None or isinstance(start, LowerBound)
+    return Relaxation(tuple(stages), field, arguments.reachable, visits, below, fault)
 
 
 def _record(batches: list[VisitBatch]) -> VisitRecord:

@@ -51,8 +51,12 @@ class VisitBatch:
 
 @dataclass(frozen=True, eq=False)
 class StageEnd:
-    """The end of a stage: its index in the schedule, what it took, and the field it left."""
+    """The end of a stage: its index in the schedule, what it took, and the field it left.
+
+    ``fault``: why that field is not the one that the stage was to settle at; empty where it settled.
+    """
 
     stage_index: int
     stage: Stage
     field: Field
+    fault: str = ""

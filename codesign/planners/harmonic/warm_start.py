@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.planners.harmonic.decision import goal_mask
-from codesign.planners.harmonic.fixed_point import Field
+from codesign.planners.harmonic.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.parameters import MAX_PRECISION
 
 GUARD_BITS = 16
@@ -75,7 +75,7 @@ class FieldBounds:
         self._solve: Any = _factorise(self._neighbours) if count else np.copy
         self._noise: NDArray[np.float64] = self._solve(np.full(count, 4.0))
 
-    def lower(self, precision: int) -> Field:
+    def lower(self, precision: int) -> LowerBound:
         """A field nowhere above the converged one, most often within ¾·w + 1 units of it.
 
         Raises:
@@ -87,8 +87,8 @@ class FieldBounds:
             candidate = np.maximum(values - self._multiple_of_noise(loss + slack), 0)
             rises = self._residual(candidate, precision + GUARD_BITS) >= loss
             if (rises | (candidate == 0)).all():
-                return self._field(-((-candidate) >> GUARD_BITS), precision)
-        return self._field(0, precision)
+                return LowerBound.from_ints(self._whole(-((-candidate) >> GUARD_BITS), precision), precision)
+        return LowerBound.from_ints(self._whole(0, precision), precision)
 
     def upper(self, precision: int) -> Field:
         """A field nowhere below the converged one: the real solution rounded down, most often.
@@ -100,8 +100,9 @@ class FieldBounds:
         for slack in SLACKS:
             candidate = np.maximum(values + self._multiple_of_noise(slack), 0)
             if (self._residual(candidate, precision + GUARD_BITS) <= 0).all():
-                return self._field(np.minimum(candidate >> GUARD_BITS, 1 << precision), precision)
-        return self._field(1 << precision, precision)
+                values = np.minimum(candidate >> GUARD_BITS, 1 << precision)
+                return Field.from_ints(self._whole(values, precision), precision)
+        return Field.from_ints(self._whole(1 << precision, precision), precision)
 
     def _refined(self, precision: int) -> NDArray[Any]:
         """Values at ``precision`` + guard bits, refined until the exact residual stays at rounding level."""
@@ -133,14 +134,14 @@ class FieldBounds:
     def _multiple_of_noise(self, quarters: int) -> NDArray[Any]:
         return np.asarray(_to_integers(np.ceil(self._noise * (quarters / 4.0))))
 
-    def _field(self, values: NDArray[Any] | int, precision: int) -> Field:
+    def _whole(self, values: NDArray[Any] | int, precision: int) -> NDArray[Any]:
         whole = np.zeros(self._shape, object)
         whole[self._goal] = 1 << precision
         whole.ravel()[self._cells] = values
-        return Field.from_ints(whole, precision)
+        return whole
 
 
-def warm_start(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]], precision: int) -> Field:
+def warm_start(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]], precision: int) -> LowerBound:
     """A start nowhere above the converged field: relaxing from it gives the same bits as from zero, sooner.
 
     Raises:

@@ -146,3 +146,11 @@ class RelaxParameters(SpecModel):
         except InputError as wrong:
             raise RefusalError(wrong.what, wrong.hint, (str(wrong.where),)) from None
         return self
+
+
+class SearchParameters(SpecModel):
+    """The gradient descent search has nothing of its own to choose."""
+
+
+class LoadParameters(SpecModel):
+    """The task that brings the map to the planner has nothing to choose."""

@@ -6,20 +6,26 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Messages, Problem, Quality
-from codesign.planners.relaxation.parameters import RelaxParameters
+from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.relaxation.parameters import LoadParameters, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.search import Search
 from codesign.planners.relaxation.solve import Solution, refusal, solve
+from codesign.planners.ways import cell_of, from_position
+from codesign.task_graph import Flow
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""
 
-STEP_BITS = 64
+VALUE_BITS = 64
+"""A value of the potential: a double."""
+
+STEP_BITS = POSE_BITS = 64
 """The next cell of the way: row and column, 32 bits each."""
 
 
@@ -31,26 +37,33 @@ class Plan:
     neighbours: int
 
 
+_searches: WeakKeyDictionary[Plan, tuple[str, Search]] = WeakKeyDictionary()
+
+
 class Relaxation:
-    """Laplace's equation by relaxation in doubles: task ``relax``."""
+    """Laplace's equation by relaxation in doubles: tasks ``load``, ``relax`` and ``search``."""
 
     name = "relaxation"
     planning_task = "relax"
     problem_model = None
+    policies: tuple[Policy, ...] = ("restart", "continue")
+    steering: Steering = "field"
     description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
         """The tasks of a mapping, with their parameter models."""
-        return {"relax": RelaxParameters}
+        return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
         """The method must suit the map."""
         reason = refusal(parameters.method, problem.free.shape, problem.goals)
         return None if reason is None else ("method", reason)
 
-    def plan(self, problem: Problem, parameters: RelaxParameters) -> Plan:
-        """Compute the potential."""
+    def plan(
+        self, problem: Problem, parameters: RelaxParameters, start: NDArray[np.float64] | None = None
+    ) -> Plan:
+        """Compute the potential, from nothing or from the potential of an earlier plan."""
         solution = solve(
             problem.free,
             problem.goals,
@@ -60,8 +73,19 @@ class Relaxation:
             tolerance=parameters.tolerance,
             boundary=parameters.boundary,
             max_iterations=parameters.max_iterations,
+            start=start,
         )
         return Plan(solution, parameters.neighbours)
+
+    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+        """The map, two bits a cell; the potential, a double a cell; the next cell, row and column."""
+        cells = problem.free.size
+        return (
+            Flow("load", "relax", "map", CELL_BITS * cells),
+            Flow("relax", "search", "potential", VALUE_BITS * cells),
+            Flow("load", "search", "pose", POSE_BITS),
+            Flow("search", "command", "step", STEP_BITS),
+        )
 
     def messages(self, problem: Problem) -> Messages:
         """The map goes to the planner, the first step of the search comes back."""
@@ -104,16 +128,36 @@ class Relaxation:
         way = search_of(problem, plan).follow(start)
         return way.cells.astype(np.float64), way.arrived
 
+    def start_of(self, plan: Plan) -> NDArray[np.float64]:
+        """The potential, rows × columns."""
+        return plan.solution.potential
+
+    def way(
+        self, problem: Problem, plan: Plan, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of the gradient descent search from a position: that of its cell, the cell's middle left out."""
+        cell = cell_of(problem, start)
+        if cell is None:
+            return np.array([start], np.float64), False
+        way = search_of(problem, plan).follow(cell)
+        if len(way.cells) == 1 and not way.arrived:
+            return np.array([start], np.float64), False
+        return from_position(start, way.cells, problem.free), way.arrived
+
 
 def search_of(problem: Problem, plan: Plan) -> Search:
-    """The search over a plan's potential."""
-    return Search(
-        plan.solution.potential,
-        problem.free,
-        problem.goals,
-        neighbours=plan.neighbours,
-        upwards=plan.solution.boundary.upwards,
-    )
+    """The search over a plan's potential, made ready once for all positions."""
+    kept = _searches.get(plan)
+    if kept is None or kept[0] != problem.digest:
+        search = Search(
+            plan.solution.potential,
+            problem.free,
+            problem.goals,
+            neighbours=plan.neighbours,
+            upwards=plan.solution.boundary.upwards,
+        )
+        kept = _searches[plan] = problem.digest, search
+    return kept[1]
 
 
 PLANNER = Relaxation()

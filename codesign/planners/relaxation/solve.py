@@ -72,13 +72,15 @@ def solve(
     tolerance: float = DEFAULT_TOLERANCE,
     boundary: Boundary | str = Boundary.LOW_GOAL,
     max_iterations: int = DEFAULT_MAX_ITERATIONS,
+    start: NDArray[np.float64] | None = None,
 ) -> Solution:
     """Solve Laplace's equation on the free cells of a map (Saudi and Sulaiman 2016, equations 3 to 13).
 
-    Every sweep starts from the value of obstacles in all free cells and goes in raster order (level 2 of the arithmetic
-    means: backwards). With 0 < ω, r < 2 every method but half sweeps converges in exact arithmetic: the matrix is
-    symmetric and positive definite, a sweep of SOR either way is a contraction in its energy norm (Ostrowski and
-    Reich), and so is the mean of two. In doubles an over-relaxed run may stall above the tolerance: see ``stagnated``.
+    The sweeps start from the value of obstacles in all free cells, or from ``start``, and go in raster order (level 2
+    of the arithmetic means: backwards). With 0 < ω, r < 2 every method but half sweeps converges in exact arithmetic,
+    from any start: the matrix is symmetric and positive definite, a sweep of SOR either way is a contraction in its
+    energy norm (Ostrowski and Reich), and so is the mean of two. In doubles an over-relaxed run may stall above the
+    tolerance: see ``stagnated``.
 
     Args:
         free: bool, rows × columns, at most 2**24 cells; outside of the map is obstacle.
@@ -89,6 +91,8 @@ def solve(
         tolerance: the run ends once no value changes by as much in one iteration.
         boundary: ``low_goal`` (obstacles 0, goals −1), ``high_walls`` (1, 0), ``high_goal`` (0, 1).
         max_iterations: the run ends there at the latest.
+        start: float64, rows × columns, what free cells start from, such as the potential of an earlier run with the
+            same ``boundary``; the direct solver has no use for it.
 
     Raises:
         MapError: the map or a goal cannot be used. InputError: another argument cannot be used, or the map does not
@@ -110,6 +114,8 @@ def solve(
         potential, unknowns = solve_direct(free, cells, *edge.values)
         return Solution(potential, chosen, edge, None, None, 0, 0.0, True, False, unknowns)
     run = _Run(free, cells, edge, settled, least, most)
+    if start is not None:
+        run.start_from(_start(start, free))
     return run.half_sweeps() if chosen is Method.HALF_SWEEP_AM else run.full_sweeps(chosen)
 
 
@@ -151,6 +157,11 @@ class _Run:
             self.movable[row, column] = False
             self.values[row, column] = goal_value
         self.nodes = int(self.movable.sum())
+
+    def start_from(self, potential: NDArray[np.float64]) -> None:
+        """Let movable nodes begin at a potential's values."""
+        inner, movable = self.values[1:-1, 1:-1], self.movable[1:-1, 1:-1]
+        inner[movable] = potential[movable]
 
     def full_sweeps(self, method: Method) -> Solution:
         from codesign.planners.relaxation import kernels
@@ -240,6 +251,14 @@ def _boundary(value: Boundary | str) -> Boundary:
     except ValueError:
         hint = choose_hint(str(value), list(Boundary))
         raise InputError(f"boundary {value!r:.80} is unknown", "boundary", hint) from None
+
+
+def _start(value: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    array = np.asarray(value)
+    if array.shape != free.shape or array.dtype != np.float64 or not np.isfinite(array).all():
+        what = f"a start of {array.dtype} {array.shape} for a map of {free.shape}"
+        raise InputError(what, "start", "give finite doubles, such as the potential of an earlier run")
+    return array
 
 
 def _tolerance(value: float) -> float:

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Messages, RobotsQuality
+from codesign.planners.interface import Messages, Policy, RobotsQuality, Steering
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, fault_of
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.reference import BRAKE
+from codesign.task_graph import Flow
 
 COORDINATE_BITS = 16
 """A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
@@ -25,6 +26,8 @@ class VelocityObstacle:
     name = "velocity_obstacle"
     planning_task = "avoid"
     problem_model = RobotsWorkload
+    policies: tuple[Policy, ...] = ("restart",)
+    steering: Steering = "field"
     description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
 
     @property
@@ -39,6 +42,14 @@ class VelocityObstacle:
     def plan(self, problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         """Run all robots in the closed loop, without a clock."""
         return avoid(problem, parameters)
+
+    def flows(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+        """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
+        coordinates = 2 * COORDINATE_BITS * problem.count
+        return (
+            Flow("load", "avoid", "robots", 2 * coordinates),
+            Flow("avoid", "command", "coordinates", coordinates),
+        )
 
     def messages(self, problem: RobotsProblem) -> Messages:
         """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
@@ -83,6 +94,18 @@ class VelocityObstacle:
 
         assert 0 <= start < problem.count
         return plan.cells[:, start, ::-1] - 0.5, arrival_updates(plan)[start] is not None
+
+    def start_of(self, plan: Avoidance) -> None:
+        """None: every run begins at the starts."""
+
+    def way(
+        self,
+        problem: RobotsProblem,  # noqa: ARG002
+        plan: Avoidance,  # noqa: ARG002
+        start: tuple[float, float],
+    ) -> tuple[NDArray[np.float64], bool]:
+        """``start`` alone: the run is a closed loop of all robots, and knows of no other position."""
+        return np.array([start], np.float64), False
 
 
 PLANNER = VelocityObstacle()

@@ -10,15 +10,25 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.errors import MapError
-from codesign.planners.interface import Messages, Problem, Quality
+from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
 from codesign.planners.wavefront.parameters import (
     MAX_TILES,
+    Course,
     LoadParameters,
+    Paths,
     PropagateParameters,
     TrackParameters,
 )
 from codesign.planners.wavefront.plan import WavefrontPlan, compute_plan, known_plan
-from codesign.planners.wavefront.wave import register_bits
+from codesign.planners.wavefront.wave import longest_distance, register_bits
+from codesign.planners.ways import cell_of, from_position
+from codesign.task_graph import Flow
+
+CELL_BITS = 2
+"""F and Z of a cell."""
+
+NEXT_BITS = 64
+"""A cell of the way: row and column, 32 bits each."""
 
 
 class Wavefront:
@@ -27,6 +37,8 @@ class Wavefront:
     name = "wavefront"
     planning_task = "propagate"
     problem_model = None
+    policies: tuple[Policy, ...] = ("restart",)
+    steering: Steering = "way"
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
@@ -56,9 +68,36 @@ class Wavefront:
         """Run the wave without a clock."""
         return compute_plan(problem, parameters)
 
+    def flows(self, problem: Problem, parameters: PropagateParameters) -> tuple[Flow, ...]:
+        """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
+
+        A local course brings its ``steps`` next cells, a complete one all cells of the way.
+
+        Raises:
+            MapError: a start that the wave cannot reach (``check`` tells it before).
+        """
+        cells, plan = problem.free.size, known_plan(problem, parameters)
+        bits = parameters.register_bits or register_bits(plan.largest_potential)
+        if parameters.paths is Paths.SAFE:
+            bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
+        steps = parameters.steps
+        if parameters.course is Course.COMPLETE:
+            steps = self._steps(problem, plan)
+        return (
+            Flow("load", "propagate", "map", CELL_BITS * cells),
+            Flow("propagate", "track", "potentials", bits * cells),
+            Flow("track", "command", "way", NEXT_BITS * steps),
+        )
+
+    def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
+        """Steps of the way of the first start; at least one, which tells that it is there."""
+        if not problem.starts or plan.potentials[problem.starts[0]] < 0:
+            return 1
+        return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
+
     def messages(self, problem: Problem) -> Messages:
         """The map, F and Z of every cell, and the next cell of the way, row and column of 32 bits."""
-        return Messages("map", 2 * problem.free.size, "next cell", 64)
+        return Messages("map", CELL_BITS * problem.free.size, "next cell", NEXT_BITS)
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
         """What the ways are worth."""
@@ -95,6 +134,18 @@ class Wavefront:
         if plan.potentials[start] < 0:
             return np.array([start], np.float64), False
         return plan.tracker.follow(start).astype(np.float64), True
+
+    def start_of(self, plan: WavefrontPlan) -> None:
+        """None: a wave begins anew."""
+
+    def way(
+        self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way from a position, by the rule of the plan from its cell; none where the wave did not come."""
+        cell = cell_of(problem, start)
+        if cell is None or plan.potentials[cell] < 0:
+            return np.array([start], np.float64), False
+        return from_position(start, plan.tracker.follow(cell), problem.free), True
 
 
 PLANNER = Wavefront()
