@@ -95,7 +95,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("  relax:\n", "  relx:\n"),
             "w.yaml:8:3: mapping.relx: harmonic has no task 'relx'\n"
-            "  hint: did you mean relax? accepted: decide, relax",
+            "  hint: did you mean relax? accepted: command, decide, load, relax",
         ),
         (
             ("planner: harmonic", "planner: harmonc"),
