@@ -5,28 +5,35 @@ from __future__ import annotations
 import functools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from codesign.errors import Fault, InputError, choose_hint
-from codesign.figures import Figure
+from codesign.figures import Figure, Status
 from codesign.spec.base import Spec
 from codesign.spec.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.spec.locate import data_folder, shown
 from codesign.spec.marks import Document, read_document
-from codesign.spec.model import SPEED_GRADE_PATTERN, SpecModel
+from codesign.spec.model import SPEED_GRADE_PATTERN, RefusalError, SpecModel
 from codesign.spec.scalars import clip
 from codesign.spec.validate import validate
+
+COUNTED = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
+"""The kinds of resource that laws count in."""
+
+LUT6_SLICE = 2
+"""Slices of two LUT and two flip-flops that stand in one of four LUT6 and at least four flip-flops."""
 
 
 class Part(BaseModel):
     """A chip in one speed grade.
 
-    - ``resources``: budgets by kind: slices, lut4, flip_flops, block_rams, multipliers.
+    - ``resources``: budgets by kind: slices, lut4, flip_flops, block_rams, multipliers. Laws count LUT of four inputs,
+      slices of two of them with two flip-flops, and block RAMs of 18 kbit; a part of another make is converted.
     - ``block_ram_shapes``: (depth, width) pairs that one block RAM may be configured as.
     - ``block_ram_clock``: the fastest clock of a block RAM in this speed grade, Hz.
-    - ``static_power``: W. ``dynamic_power``: W for each occupied slice and Hz, at typical activity.
+    - ``static_power``: W. ``dynamic_power``: W for each occupied slice (as counted here) and Hz, at typical activity.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -47,13 +54,45 @@ class Part(BaseModel):
 
 
 class Resources(SpecModel):
-    """Budgets of a part; 0 for what it lacks."""
+    """Budgets of a part; 0 for what it lacks.
+
+    ``lut4``, or ``lut6`` where a slice has four LUT of six inputs (Virtex-5 and later). ``block_rams``: of 18 kbit; one
+    of 36 kbit counts as two.
+    """
 
     slices: CountFigure
-    lut4: CountFigure
+    lut4: CountFigure | None = None
+    lut6: CountFigure | None = None
     flip_flops: CountFigure
     block_rams: CountFigure
     multipliers: CountFigure
+
+    @model_validator(mode="after")
+    def _one_make_of_lut(self) -> Self:
+        if (self.lut4 is None) == (self.lut6 is None):
+            what = "neither lut4 nor lut6 is given" if self.lut4 is None else "both lut4 and lut6 are given"
+            raise RefusalError(what, "give the one that the part's slices are made of")
+        return self
+
+    def counted(self) -> dict[str, Figure]:
+        """The budgets by kind as laws count them: in LUT4, and in slices of two LUT4 and two flip-flops.
+
+        A LUT6 does what any LUT4 does; it does the work of two where they need no more than five inputs between them.
+        So the conversion is a floor, and the interval reaches to twice as much.
+        """
+        counted = {kind: getattr(self, kind) for kind in COUNTED}
+        if self.lut6 is not None:
+            lut6 = "a LUT6 taken for each LUT4 of a law, though two may share one"
+            halves = "laws count slices of two LUT and two flip-flops, two of them for each of these"
+            counted["lut4"] = _converted(self.lut6, 1, lut6)
+            counted["slices"] = _converted(self.slices, LUT6_SLICE, halves)
+        return counted
+
+
+def _converted(figure: Figure, factor: int, how: str) -> Figure:
+    """``factor`` times a count of LUT6 or of their slices, and up to twice as much."""
+    amount = factor * int(figure.value)
+    return Figure(amount, figure.unit, Status.ASSUMED, f"{figure.source}; {how}", amount, 2 * amount)
 
 
 class BlockRam(SpecModel):
@@ -66,7 +105,7 @@ class BlockRam(SpecModel):
 
 
 class PartPower(SpecModel):
-    """Power: ``static`` of the chip, ``dynamic`` of one occupied slice at 1 MHz and typical activity."""
+    """Power: ``static`` of the chip, ``dynamic`` of one occupied slice of it at 1 MHz and typical activity."""
 
     static: PowerFigure
     dynamic: SlicePowerFigure
@@ -99,12 +138,21 @@ class PartFile(Spec):
             name=self.name,
             family=self.family,
             speed_grade=speed_grade,
-            resources={kind: getattr(self.resources, kind) for kind in Resources.model_fields},
+            resources=self.resources.counted(),
             block_ram_shapes=self.block_ram.shapes,
             block_ram_clock=self.speed_grades[speed_grade].block_ram_clock,
             static_power=self.power.static,
-            dynamic_power=self.power.dynamic,
+            dynamic_power=self._dynamic_power(),
         )
+
+    def _dynamic_power(self) -> Figure:
+        """Of one slice as laws count them."""
+        figure = self.power.dynamic
+        if self.resources.lut6 is None:
+            return figure
+        low, high = (bound / LUT6_SLICE for bound in figure.interval)
+        text = f"{figure.source}; half of it for each of the two slices that laws count in one of these"
+        return Figure(figure.value / LUT6_SLICE, figure.unit, figure.status, text, low, high)
 
 
 def parts_folder() -> Path:
