@@ -1,0 +1,282 @@
+"""Motion along a way in closed form: where a robot is at any time, without an event of its own.
+
+A motion is a way, a speed to begin with, and an authority (the arc length at which to stand). It is time-optimal
+under the limits of the robot's kinematics: a forward and a backward pass over the corners give the greatest speed at
+each of them, and every piece between is driven in at most three phases of constant acceleration.
+
+Lengths are in one unit throughout (cells, where a ``Robot`` uses it), times in seconds inside and in whole
+picoseconds from the begin of the motion outside.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.components.way import NEAR, Point, Way
+from codesign.errors import InputError
+
+SECOND = 10**12
+"""Picoseconds."""
+
+SMOOTH = math.radians(10.0)
+"""Assumed: a differential drive follows a bend of up to 10° while driving; for a sharper one it stands and turns."""
+
+_SLACK = 1e-5
+"""Cells a second by which a speed may exceed what a new way allows at its begin: the rounding of a braking distance."""
+
+
+def _positive(value: float, name: str) -> None:
+    if not (math.isfinite(value) and value > 0.0):
+        raise InputError(f"a {name.replace('_', ' ')} of {value}", name, "give a finite number above 0")
+
+
+@dataclass(frozen=True)
+class PointDrive:
+    """A point robot: it drives at ``speed`` (a second), starts and stops at once, and takes any corner.
+
+    Raises:
+        InputError: a speed that is not above 0.
+    """
+
+    speed: float
+
+    def __post_init__(self) -> None:
+        _positive(self.speed, "speed")
+
+    def scaled(self, factor: float) -> PointDrive:
+        """The same in another unit of length."""
+        return replace(self, speed=self.speed * factor)
+
+
+@dataclass(frozen=True)
+class OmnidirectionalDrive:
+    """It drives in any direction, at most ``speed`` (a second), and gains or loses ``acceleration`` (a second²) at most.
+
+    At a corner of angle θ its velocity changes by 2·v·sin(θ/2) at once, which it may only do as far as ``acceleration``
+    allows within one control period.
+
+    Raises:
+        InputError: a limit that is not above 0.
+    """
+
+    speed: float
+    acceleration: float
+
+    def __post_init__(self) -> None:
+        _positive(self.speed, "speed")
+        _positive(self.acceleration, "acceleration")
+
+    def scaled(self, factor: float) -> OmnidirectionalDrive:
+        """The same in another unit of length."""
+        return replace(self, speed=self.speed * factor, acceleration=self.acceleration * factor)
+
+
+@dataclass(frozen=True)
+class DifferentialDrive:
+    """It drives where it heads, and turns by at most ``turn_rate``, rad/s.
+
+    Bends of up to ``smooth`` (radians) it takes while driving, no faster than ``turn_rate`` allows over the length of
+    the piece that follows; at a sharper one it stands and turns.
+
+    Raises:
+        InputError: a limit that is not above 0.
+    """
+
+    speed: float
+    acceleration: float
+    turn_rate: float
+    smooth: float = SMOOTH
+
+    def __post_init__(self) -> None:
+        for name in ("speed", "acceleration", "turn_rate"):
+            _positive(getattr(self, name), name)
+
+    def scaled(self, factor: float) -> DifferentialDrive:
+        """The same in another unit of length."""
+        return replace(self, speed=self.speed * factor, acceleration=self.acceleration * factor)
+
+
+Kinematics = PointDrive | OmnidirectionalDrive | DifferentialDrive
+
+
+def angle_between(one: float, other: float) -> float:
+    """The turn from heading ``one`` to ``other``, radians, in -π..π.
+
+    >>> round(angle_between(3.0, -3.0), 6)
+    0.283185
+    """
+    return math.remainder(other - one, 2.0 * math.pi)
+
+
+class Motion:
+    """A drive along a way, settled for all time by its beginning.
+
+    Made by ``drive``, ``brake`` or ``stand``.
+
+    Attributes:
+        way: the polyline.
+        end: arc length at which it stands in the end.
+        duration: picoseconds from its begin until it stands there.
+    """
+
+    def __init__(
+        self, way: Way, phases: NDArray[np.float64], headings: NDArray[np.float64] | None, heading: float
+    ) -> None:
+        self.way = way
+        self._begins = phases[:, 0].copy()
+        self._arcs = phases[:, 1].copy()
+        self._phases = phases
+        self._turned = headings  # heading before each turn on the spot, by phase; NaN where a phase is none
+        self._heading = heading
+        self.end = float(phases[-1, 1])
+        self.duration = math.ceil(float(phases[-1, 0]) * SECOND)
+
+    @classmethod
+    def stand(cls, position: Point, heading: float = 0.0) -> Motion:
+        """Standing at ``position``."""
+        return cls(Way([position]), np.zeros((1, 4)), None, heading)
+
+    @classmethod
+    def halted(cls, way: Way, arc: float, heading: float) -> Motion:
+        """Standing on ``way`` at ``arc``."""
+        return cls(way, np.array([[0.0, arc, 0.0, 0.0]]), None, heading)
+
+    @classmethod
+    def brake(cls, way: Way, arc: float, speed: float, kinematics: Kinematics, heading: float) -> Motion:
+        """Brake along ``way`` from ``arc`` at ``speed`` as hard as the kinematics allow."""
+        if isinstance(kinematics, PointDrive) or speed <= 0.0:
+            return cls.halted(way, arc, heading)
+        slowing = kinematics.acceleration
+        end = min(arc + speed * speed / (2.0 * slowing), way.length)
+        phases = np.array([[0.0, arc, speed, -slowing], [speed / slowing, end, 0.0, 0.0]])
+        return cls(way, phases, None, heading)
+
+    @classmethod
+    def drive(
+        cls,
+        way: Way,
+        kinematics: Kinematics,
+        authority: float,
+        *,
+        speed: float = 0.0,
+        heading: float = 0.0,
+        control_period: int = SECOND // 10,
+    ) -> Motion | None:
+        """Drive ``way`` from its begin and stand at ``authority``, in the least time that the kinematics allow.
+
+        Args:
+            way: where to drive; its first point is where the robot is.
+            kinematics: the limits, in the unit of the way.
+            authority: arc length at which to stand; what lies beyond the end of the way is cut.
+            speed: that the robot has, a second.
+            heading: that the robot has, radians.
+            control_period: ps.
+
+        Returns:
+            The motion, or None where ``speed`` cannot be taken over: too fast for a corner, or for the authority.
+        """
+        end = min(max(authority, 0.0), way.length)
+        driven = _until(way, end)
+        if driven is None:
+            halts_at_once = speed <= _SLACK or isinstance(kinematics, PointDrive)
+            return cls.halted(way, 0.0, heading) if halts_at_once else None
+        arcs, headings = driven
+        if isinstance(kinematics, PointDrive):
+            phases = np.array([[0.0, 0.0, kinematics.speed, 0.0], [end / kinematics.speed, end, 0.0, 0.0]])
+            return cls(way, phases, None, heading)
+        return _profile(cls, way, arcs, headings, kinematics, speed, heading, control_period)
+
+    def at(self, time: int) -> tuple[float, float]:
+        """Arc length and speed (a second) ``time`` picoseconds after the begin."""
+        if time >= self.duration:
+            return self.end, 0.0
+        seconds = time / SECOND
+        index = max(int(self._begins.searchsorted(seconds, side="right")) - 1, 0)
+        begin, arc, speed, acceleration = self._phases[index].tolist()
+        past = seconds - begin
+        latest = float(self._arcs[index + 1]) if index + 1 < self._arcs.size else self.end
+        reached = arc + past * (speed + 0.5 * acceleration * past)
+        return min(max(reached, arc), latest), max(speed + acceleration * past, 0.0)
+
+    def time_at(self, arc: float) -> int:
+        """The first whole picosecond at which the robot has come to ``arc`` (which must not lie beyond the end)."""
+        if arc <= float(self._arcs[0]):
+            return 0
+        index = int(self._arcs.searchsorted(arc, side="left")) - 1
+        begin, at, speed, acceleration = self._phases[min(index, len(self._phases) - 1)].tolist()
+        distance = arc - at
+        root = math.sqrt(max(speed * speed + 2.0 * acceleration * distance, 0.0))
+        # The form without cancellation: speed and root are not negative.
+        past = 2.0 * distance / (speed + root) if speed + root > 0.0 else 0.0
+        time: int = math.ceil((begin + past) * SECOND)
+        return min(time, self.duration)
+
+    def heading_at(self, time: int) -> float:
+        """Heading, radians: the direction of the piece being driven; while turning on the spot, between two of them."""
+        if self.way.arcs.size == 1 or (len(self._phases) == 1):
+            return self._heading
+        index = max(int(self._begins.searchsorted(time / SECOND, side="right")) - 1, 0)
+        arc = self.at(time)[0]
+        after = float(self.way.headings[self.way.segment_at(arc)])
+        if index == len(self._phases) - 1:
+            # It stands where it came to, and heads as it did on the way there.
+            return float(self.way.headings[self.way.segment_at(max(self.end - NEAR, 0.0))])
+        if self._turned is not None and not math.isnan(self._turned[index]):
+            before, begin = float(self._turned[index]), float(self._begins[index])
+            share = (time / SECOND - begin) / (float(self._begins[index + 1]) - begin)
+            return before + angle_between(before, after) * share
+        return after
+
+
+def _until(way: Way, end: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Arc lengths of the vertices up to ``end``, and headings of the segments between; None of a way of no length."""
+    if way.arcs.size == 1 or end <= NEAR:
+        return None
+    count = int(way.arcs.searchsorted(end - 1e-12, side="left"))
+    arcs = np.concatenate((way.arcs[:count], np.array([end])))
+    return arcs, way.headings[:count]
+
+
+def _profile(
+    cls: type[Motion],
+    way: Way,
+    arcs: NDArray[np.float64],
+    headings: NDArray[np.float64],
+    kinematics: OmnidirectionalDrive | DifferentialDrive,
+    speed: float,
+    heading: float,
+    control_period: int,
+) -> Motion | None:
+    from codesign.components import motion_kernels
+
+    lengths = np.diff(arcs)
+    before = np.concatenate((np.array([heading]), headings))[:-1]
+    angles = np.abs(np.remainder(headings - before + math.pi, 2.0 * math.pi) - math.pi)
+    turns = np.zeros(arcs.size)
+    if isinstance(kinematics, DifferentialDrive):
+        with np.errstate(divide="ignore"):
+            bends = kinematics.turn_rate * lengths / angles
+        sharp = angles > kinematics.smooth
+        limits = np.where(sharp, 0.0, bends)
+        turns[:-1] = np.where(sharp, angles / kinematics.turn_rate, 0.0)
+    else:
+        if speed <= 0.0:
+            angles[0] = 0.0  # standing, it may start in any direction
+        with np.errstate(divide="ignore"):
+            limits = kinematics.acceleration * (control_period / SECOND) / (2.0 * np.sin(angles / 2.0))
+    limits = np.concatenate((np.minimum(limits, kinematics.speed), np.zeros(1)))
+    speeds, most = motion_kernels.speeds_at(lengths, limits, kinematics.acceleration, speed)
+    if speed > most + _SLACK:
+        return None
+    phases = motion_kernels.phases_of(lengths, arcs, speeds, turns, kinematics.speed, kinematics.acceleration)
+    turned = None
+    if turns.any():
+        # A phase without speed or acceleration before the last is a turn; they come in the order of the vertices.
+        turning = (phases[:-1, 2] == 0.0) & (phases[:-1, 3] == 0.0)
+        turned = np.full(len(phases), np.nan)
+        turned[:-1][turning] = before[turns[:-1] > 0.0]
+    return cls(way, phases, turned, heading)

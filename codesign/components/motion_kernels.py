@@ -1,0 +1,75 @@
+"""Compiled time-optimal speed profile along a polyline (imported on first use)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+
+@njit(cache=True, nogil=True)
+def speeds_at(
+    lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float
+) -> Any:
+    """Greatest speed at each vertex that keeps the limits and the acceleration: forward and backward pass.
+
+    Args:
+        lengths: float64 n, of the segments.
+        limits: float64 n + 1, greatest speed at each vertex; that of the last is 0.
+        acceleration: greatest change of speed a second, either way.
+        begin: speed at the first vertex.
+
+    Returns:
+        float64 n + 1 speeds, and the greatest speed at the first vertex from which all limits can be kept. Where
+        ``begin`` is above it, the profile begins with it in place of ``begin``.
+    """
+    speeds = limits.copy()
+    for index in range(lengths.size - 1, -1, -1):
+        reach = np.sqrt(speeds[index + 1] ** 2 + 2.0 * acceleration * lengths[index])
+        speeds[index] = min(speeds[index], reach)
+    most = speeds[0]
+    speeds[0] = min(begin, most)
+    for index in range(lengths.size):
+        reach = np.sqrt(speeds[index] ** 2 + 2.0 * acceleration * lengths[index])
+        speeds[index + 1] = min(speeds[index + 1], reach)
+    return speeds, most
+
+
+@njit(cache=True, nogil=True)
+def phases_of(
+    lengths: NDArray[np.float64],
+    arcs: NDArray[np.float64],
+    speeds: NDArray[np.float64],
+    turns: NDArray[np.float64],
+    speed: float,
+    acceleration: float,
+) -> Any:
+    """Phases of constant acceleration along the segments: float64 m × 4.
+
+    Columns: begin (s), arc length and speed there, acceleration. The last phase is standing at the end. ``turns``: float64 n + 1, seconds stood at each vertex for turning.
+    """
+    phases = np.empty((4 * lengths.size + 2, 4))
+    used, time = 0, 0.0
+    for index in range(lengths.size):
+        if turns[index] > 0.0:
+            phases[used] = np.array([time, arcs[index], 0.0, 0.0])
+            used, time = used + 1, time + turns[index]
+        here, there, length = speeds[index], speeds[index + 1], lengths[index]
+        peak = min(speed, np.sqrt((here**2 + there**2) / 2.0 + acceleration * length))
+        peak = max(peak, here, there)
+        rising = (peak**2 - here**2) / (2.0 * acceleration)
+        falling = (peak**2 - there**2) / (2.0 * acceleration)
+        level = max(length - rising - falling, 0.0)
+        if peak > here:
+            phases[used] = np.array([time, arcs[index], here, acceleration])
+            used, time = used + 1, time + (peak - here) / acceleration
+        if level > 0.0 and peak > 0.0:
+            phases[used] = np.array([time, arcs[index] + rising, peak, 0.0])
+            used, time = used + 1, time + level / peak
+        if peak > there:
+            phases[used] = np.array([time, arcs[index + 1] - falling, peak, -acceleration])
+            used, time = used + 1, time + (peak - there) / acceleration
+    phases[used] = np.array([time, arcs[-1], 0.0, 0.0])
+    return phases[: used + 1].copy()

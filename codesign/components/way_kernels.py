@@ -1,0 +1,92 @@
+"""Compiled traversal of a polyline through the cells of a grid (imported on first use)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+CORNER = 1e-9
+"""Cells: a segment that comes so near to where four cells meet goes through the corner itself."""
+
+
+@njit(cache=True, nogil=True)
+def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
+    """Every cell that a polyline enters, in order, the first cell included.
+
+    After Amanatides and Woo (1987), but with the number of borders to cross taken from the two end cells, so that
+    rounding can neither skip the end cell nor run past it.
+
+    Args:
+        points: float64 n × 2, (row, column) in cells.
+        arcs: float64 n, arc length at each of them, cells.
+
+    Returns:
+        entry: float64 m, arc length at which each cell is entered.
+        cells: int64 m × 6: the cell, then, where it is entered through a corner, the two cells beside the corner
+        (elsewhere the cell itself again).
+    """
+    entry = np.empty(64)
+    cells = np.empty((64, 6), np.int64)
+    row, column = int(np.floor(points[0, 0] + 0.5)), int(np.floor(points[0, 1] + 0.5))
+    entry[0] = arcs[0]
+    cells[0] = np.array([row, column, row, column, row, column])
+    used = 1
+    for index in range(points.shape[0] - 1):
+        y, x = points[index]
+        down, along = points[index + 1, 0] - y, points[index + 1, 1] - x
+        length = arcs[index + 1] - arcs[index]
+        last_row = int(np.floor(points[index + 1, 0] + 0.5))
+        last_column = int(np.floor(points[index + 1, 1] + 0.5))
+        row_step, column_step = np.sign(last_row - row), np.sign(last_column - column)
+        while row != last_row or column != last_column:
+            # Shares of the segment up to the next border of each kind; above 1: none is left.
+            to_row = min(max((row + 0.5 * row_step - y) / down, 0.0), 1.0) if row != last_row else 2.0
+            to_column = (
+                min(max((column + 0.5 * column_step - x) / along, 0.0), 1.0) if column != last_column else 2.0
+            )
+            corner = abs(to_row - to_column) * length <= CORNER
+            one, other = (row + row_step, column), (row, column + column_step)
+            if corner or to_row < to_column:
+                row += row_step
+            if corner or to_column < to_row:
+                column += column_step
+            if used == entry.size:
+                larger_entry, larger_cells = np.empty(2 * used), np.empty((2 * used, 6), np.int64)
+                larger_entry[:used], larger_cells[:used] = entry, cells
+                entry, cells = larger_entry, larger_cells
+            entry[used] = arcs[index] + min(to_row, to_column) * length
+            cells[used, 0], cells[used, 1] = row, column
+            if corner:
+                cells[used, 2], cells[used, 3] = one
+                cells[used, 4], cells[used, 5] = other
+            else:
+                cells[used, 2], cells[used, 3] = row, column
+                cells[used, 4], cells[used, 5] = row, column
+            used += 1
+    return entry[:used].copy(), cells[:used].copy()
+
+
+@njit(cache=True, nogil=True)
+def first_closed(
+    cells: NDArray[np.int64], grid: NDArray[np.bool_], is_open: bool, first: int, last: int
+) -> int:
+    """Index of the first crossing, from ``first`` to before ``last``, into a closed cell or past a corner beside one.
+
+    -1 where all are open. Outside of the grid is closed.
+
+    Args:
+        cells: as ``crossings`` returns them.
+        grid: bool, rows × columns.
+        is_open: the value that an open cell has in it.
+        first, last: the range of crossings.
+    """
+    rows, columns = grid.shape
+    for index in range(first, last):
+        for part in range(0, 6, 2):
+            row, column = cells[index, part], cells[index, part + 1]
+            if row < 0 or row >= rows or column < 0 or column >= columns or grid[row, column] != is_open:
+                return index
+    return -1
