@@ -48,7 +48,12 @@ class TaskRecord(Record):
 
 @dataclass(frozen=True)
 class MessageRecord(Record):
-    """A message that crossed link ``source``: asked for at ``time``, began at ``begin``, delivered at ``end`` (ps)."""
+    """A message over link ``source``: asked for at ``time``, first on the wire at ``begin``, delivered at ``end`` (ps).
+
+    ``outcome``: "delivered" or "dropped"; one that was dropped says why in ``reason``, and ``end`` is when it was given
+    up (``begin`` too, where it never was on the wire). ``bits``: what the sender gave, without framing and checksum.
+    ``attempts``: how often it was on the wire.
+    """
 
     sender: str
     receiver: str
@@ -56,6 +61,9 @@ class MessageRecord(Record):
     bits: int
     begin: int
     end: int
+    outcome: str = "delivered"
+    reason: str | None = None
+    attempts: int = 1
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,19 @@ class StageRecord(Record):
     cycles: int
     local_maxima: int
     potential: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FieldRecord(Record):
+    """A field that a planner left: one value a cell, ``values``, float64 array, rows × columns.
+
+    ``name`` says of what (``distance``, ``potential``, ``arrival``), ``unit`` in what (``cells``, ``steps``, ``1``).
+    A cell without a value, as one that no wave reached, holds NaN or infinity. The field is rounded for the eye.
+    """
+
+    name: str
+    unit: str
+    values: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
