@@ -1,17 +1,23 @@
-"""An on-chip block RAM: its shape, what is allotted in it, and the two addresses it takes a clock cycle."""
+"""An on-chip block RAM: its shape, what is allotted in it, the two addresses it takes a clock cycle, and its words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 
+import numpy as np
 import simpy
+from numpy.typing import NDArray
 
 from codesign.components.clock import ClockDomain
-from codesign.components.component import Component
+from codesign.components.scan import ScannedMemory
 from codesign.errors import RunError
 from codesign.records import Listener
 
 PORTS = 2
+DISPLAY_PORT = 1
+"""The port of a display that reads from a block RAM."""
 
 
 def choose_shape(shapes: Iterable[tuple[int, int]], width: int) -> tuple[int, int]:
@@ -35,12 +41,40 @@ def choose_shape(shapes: Iterable[tuple[int, int]], width: int) -> tuple[int, in
     return wide_enough[-1]
 
 
-class BlockRam(Component):
+class WriteMode(StrEnum):
+    """What a port shows at its output in a cycle in which it writes.
+
+    - ``read_first``: the old word. ``write_first``: the new one. ``no_change``: what it showed before.
+
+    Xilinx, UG190 (Virtex-5), "Write Modes" and "Conflict Avoidance", published; UG002 (Virtex-II) and UG070 (Virtex-4)
+    are assumed, from memory, to say the same.
+    """
+
+    READ_FIRST = "read_first"
+    WRITE_FIRST = "write_first"
+    NO_CHANGE = "no_change"
+
+
+@dataclass
+class Output:
+    """What a port shows after a cycle; final once the cycle is over.
+
+    ``valid`` is False where the circuit could show anything: ``value`` is then only the old word.
+    """
+
+    value: int
+    valid: bool = True
+
+
+class BlockRam(ScannedMemory):
     """A dual-port block RAM of ``depth`` words × ``width`` bits.
 
     Each port takes one address a clock cycle, and either reads or writes there: two accesses a cycle,
-    whatever their kind. A third is refused. What a read returns of a word that is written in the same cycle
-    is not modelled.
+    whatever their kind. A third is refused. ``stream`` and ``access`` book accesses without words. With
+    ``contents``, ``read`` and ``write`` move words (all 0 at first), and tell what the hardware would: see ``read``.
+
+    A display (``scanned_by``) takes port 1 in the cycles that it claims. A design that drives both ports then
+    stands still, as a whole, as all its block RAMs are driven alike; with one address a cycle it notices nothing.
 
     The budget of the harmonic node (Girau et al. 2008, section 5.2): in every cycle of an iteration the
     update reads bit i of all 18 nodes of the cluster (LSB first, counter ``cntR``) and writes bit i - 2 of
@@ -60,16 +94,29 @@ class BlockRam(Component):
         *,
         depth: int,
         width: int,
+        contents: bool = False,
+        write_modes: tuple[WriteMode, WriteMode] = (WriteMode.WRITE_FIRST, WriteMode.WRITE_FIRST),
         listeners: Sequence[Listener] = (),
     ) -> None:
-        super().__init__(environment, name, listeners)
-        self.clock = clock
+        super().__init__(environment, name, clock, listeners)
         self.depth = depth
         self.width = width
-        self.accesses = [0] * PORTS
+        self.write_modes = write_modes
+        self.collisions = 0
         self.allotted: dict[str, range] = {}
+        self._accesses = [0] * PORTS
         self._last_cycle = -1
-        self._ports_taken = 0
+        self._taken: set[int] = set()
+        self._words = [0] * depth if contents else None
+        self._unknown: set[int] = set()
+        self._shown = [Output(0) for _ in range(PORTS)]
+        self._of_cycle: dict[int, _Access] = {}
+
+    @property
+    def accesses(self) -> list[int]:
+        """Accesses of each port so far; those of a display count in port 1, up to the last cycle that has passed."""
+        of_display = self.claims.between(0, self.clock.cycles_by(self.now)) if self.claims else 0
+        return [number + of_display * (port == DISPLAY_PORT) for port, number in enumerate(self._accesses)]
 
     @property
     def words_left(self) -> int:
@@ -104,39 +151,177 @@ class BlockRam(Component):
         Raises:
             RunError: both ports are taken in that cycle, or the cycle lies before the last one booked.
         """
-        taken = self._ports_taken if cycle == self._last_cycle else 0
-        return self._take(cycle, 1, 1, taken)
+        self._check(cycle, 1)
+        free = self._free(cycle)
+        if not free:
+            raise self._too_many(cycle, PORTS + 1)
+        self._book(cycle, 1, {free[0]})
+        return free[0]
 
     def stream(self, first: int, cycles: int, addresses: int = PORTS) -> None:
         """Book ``addresses`` accesses in each of ``cycles`` clock cycles from ``first`` on, once they have
-        passed.
+        passed. In those that a display takes from a design that drives both ports, nothing else is booked.
 
         Raises:
             RunError: more addresses than ports, cycles booked before, or cycles still to come.
         """
-        taken = self._ports_taken if first == self._last_cycle else 0
         if cycles < 1 or addresses < 1:
             raise RunError(f"{addresses} accesses in {cycles} cycles", self.name, "give at least one of each")
-        self._take(first, cycles, addresses, taken)
+        self._check(first, cycles)
+        taken = self._taken if first == self._last_cycle else set()
+        if len(taken) + addresses > PORTS:
+            raise self._too_many(first, len(taken) + addresses)
+        ports = [port for port in range(PORTS) if port not in taken][:addresses]
+        self._book(first, cycles, set(ports), self._lost(first, first + cycles, addresses))
 
-    def _take(self, first: int, cycles: int, addresses: int, taken: int) -> int:
+    def ends(self, first: int, work: NDArray[np.int64], addresses: int) -> NDArray[np.int64]:
+        """The cycle by which each of ``work`` cycles with ``addresses`` addresses is done, begun at ``first``, int64.
+
+        ``work``: int64, at least 1 and ascending. Only where a display takes a port that the design drives too is
+        this more than ``first + work``: each of its accesses then takes a cycle.
+        """
+        if self.claims is None or addresses < PORTS:
+            return first + work
+        return self.claims.ends(first, work)
+
+    def read(self, port: int, cycle: int, address: int) -> Output:
+        """Read a word in clock cycle ``cycle``; what the port shows is final once the cycle is over.
+
+        Of a word that the other port writes in the same cycle it shows the old value where that port is
+        ``read_first``, and anything at all (``valid`` False, counted in ``collisions``) where it is not. Both
+        ports have one clock.
+
+        Raises:
+            RunError: the RAM was made without ``contents``, there is no such word, or the port is taken.
+        """
+        self._begin(port, cycle, address)
+        words = self._contents()
+        output = Output(words[address], address not in self._unknown)
+        self._of_cycle[port] = _Access(address, None, output)
+        self._meet(port)
+        return output
+
+    def write(self, port: int, cycle: int, address: int, value: int) -> Output:
+        """Write a word in clock cycle ``cycle``; returns what the port shows, which its write mode says.
+
+        If both ports write different values to one word, nobody knows what it holds (counted in ``collisions``)
+        until it is written again.
+
+        Raises:
+            RunError: as ``read``, or the value is wider than a word.
+        """
+        if not 0 <= value < 1 << self.width:
+            raise RunError(
+                f"{value} does not fit a word of {self.width} bits",
+                self.name,
+                "write a smaller value, or take a wider shape",
+            )
+        self._begin(port, cycle, address)
+        mode, old, before = self.write_modes[port], self._contents()[address], self._shown[port]
+        output = {
+            WriteMode.READ_FIRST: Output(old, address not in self._unknown),
+            WriteMode.WRITE_FIRST: Output(value),
+            WriteMode.NO_CHANGE: Output(before.value, before.valid),
+        }[mode]
+        self._of_cycle[port] = _Access(address, value, output)
+        self._meet(port)
+        return output
+
+    def _begin(self, port: int, cycle: int, address: int) -> None:
+        self._contents()
+        if not 0 <= port < PORTS or not 0 <= address < self.depth:
+            raise RunError(
+                f"port {port}, word {address}",
+                self.name,
+                f"ports are 0 and 1, words 0 to {self.depth - 1}",
+            )
+        self._check(cycle, 1)
+        if port not in self._free(cycle):
+            raise RunError(
+                f"port {port} takes a second address in cycle {cycle}",
+                self.name,
+                "use the other port, or the next cycle",
+            )
+        if cycle > self._last_cycle:
+            self._settle()
+        self._book(cycle, 1, {port})
+
+    def _settle(self) -> None:
+        """End a cycle: what was written in it stands in the words from now on."""
+        words = self._contents()
+        written: dict[int, int] = {}
+        for port, access in self._of_cycle.items():
+            self._shown[port] = access.output
+            if access.value is not None:
+                clash = written.get(access.address, access.value) != access.value
+                written[access.address] = words[access.address] = access.value
+                (self._unknown.add if clash else self._unknown.discard)(access.address)
+        self._of_cycle = {}
+
+    def _meet(self, port: int) -> None:
+        """What two accesses of one word in one cycle do to each other; ``port`` came second."""
+        here, there = self._of_cycle[port], self._of_cycle.get(1 - port)
+        if there is None or here.address != there.address or here.value is there.value is None:
+            return
+        if here.value is not None and there.value is not None:
+            if here.value == there.value:
+                return
+            here.output.valid = there.output.valid = False
+        else:
+            writer = port if here.value is not None else 1 - port
+            if self.write_modes[writer] is WriteMode.READ_FIRST:
+                return
+            self._of_cycle[1 - writer].output.valid = False
+        self.collisions += 1
+
+    def _contents(self) -> list[int]:
+        if self._words is None:
+            raise RunError("this block RAM books accesses only", self.name, "make it with contents=True")
+        return self._words
+
+    def _check(self, first: int, cycles: int) -> None:
         last = first + cycles - 1
-        if first < self._last_cycle or self.clock.edge(last + 1) > self.now:
+        if first < max(self._last_cycle, 0) or self.clock.edge(last + 1) > self.now:
             raise RunError(
                 f"accesses in cycles {first} to {last} are booked out of order or before they happen",
                 self.name,
             )
-        if taken + addresses > PORTS:
-            raise RunError(
-                f"{taken + addresses} accesses in cycle {first}, the block RAM has {PORTS} ports",
-                self.name,
-                "spread the accesses over more cycles, or hold the data twice",
-            )
-        for port in range(taken, taken + addresses):
-            self.accesses[port] += cycles
-        begin = first + 1 if taken else first
+
+    def _free(self, cycle: int) -> list[int]:
+        taken = set(self._taken) if cycle == self._last_cycle else set()
+        if self.claims is not None and self.claims.between(cycle, cycle + 1):
+            taken.add(DISPLAY_PORT)
+        return [port for port in range(PORTS) if port not in taken]
+
+    def _lost(self, first: int, last: int, addresses: int) -> int:
+        """Cycles of a design with ``addresses`` addresses that a display takes."""
+        return self.claims.between(first, last) if self.claims is not None and addresses == PORTS else 0
+
+    def _too_many(self, cycle: int, addresses: int) -> RunError:
+        return RunError(
+            f"{addresses} accesses in cycle {cycle}, the block RAM has {PORTS} ports",
+            self.name,
+            "spread the accesses over more cycles, or hold the data twice",
+        )
+
+    def _book(self, first: int, cycles: int, ports: set[int], lost: int = 0) -> None:
+        last = first + cycles - 1
+        for port in ports:
+            self._accesses[port] += cycles - lost
+        shared = first == self._last_cycle
+        begin = first + 1 if shared else first
+        self._work_begins(begin)
         self._busy += self.clock.edge(last + 1) - self.clock.edge(begin)
+        self._work_ends(last + 1)
         # Only the last cycle can be shared with what comes next.
-        self._ports_taken = addresses if cycles > 1 else taken + addresses
+        self._taken = self._taken | ports if shared and cycles == 1 else ports
         self._last_cycle = last
-        return taken
+
+
+@dataclass
+class _Access:
+    """What a port does in the cycle under way: ``value`` None reads."""
+
+    address: int
+    value: int | None
+    output: Output

@@ -72,7 +72,8 @@ class Fpga(Component):
 
     ``phases`` books the cycles and the picoseconds of every phase in the order of its first step. ``block_ram``
     stands for all block RAMs of the design, which are driven alike: the addresses of each step are booked on its
-    ports.
+    ports. Where a display takes one of the ports that a step drives, the design stands still for that cycle, and
+    the step takes so many cycles more.
     """
 
     def __init__(
@@ -151,8 +152,10 @@ class Fpga(Component):
             raise RunError(
                 f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller"
             )
-        ends: NDArray[np.int64] = first + np.cumsum(cycles, dtype=np.int64)
-        return ends
+        work = np.cumsum(cycles, dtype=np.int64)
+        if self.block_ram is None:
+            return np.asarray(first + work, np.int64)
+        return self.block_ram.ends(first, work, step.ram_addresses)
 
     def _units_before_others(self, ends: NDArray[np.int64], granularity: Granularity) -> int:
         """How many units end no later than the next event of anybody else; 0 where units are taken singly."""

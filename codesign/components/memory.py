@@ -1,0 +1,128 @@
+"""An external memory, SRAM or DRAM: one access at a time, with latency, rows, refreshing and a queue of users."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from typing import Any
+
+import numpy as np
+import simpy
+
+from codesign.architectures.external import ExternalMemoryLaw
+from codesign.components.clock import ClockDomain
+from codesign.components.scan import Claims, Scan, ScannedMemory
+from codesign.errors import RunError
+from codesign.records import Listener, TaskRecord
+
+
+class ExternalMemory(ScannedMemory):
+    """A memory with one port, whose costs are ``law``.
+
+    Users queue, first come first served; each access or run of words begins at an edge of the memory's clock.
+    A display that reads from it (``scanned_by``) is served first: it fetches a line at a time, from the
+    beginning of the line, and others wait in the midst of what they do.
+
+    ``accesses``: words that were read and written, those of the display not counted. ``queued``: time that users
+    waited for others and for the edge, ps.
+    """
+
+    def __init__(
+        self,
+        environment: simpy.Environment,
+        name: str,
+        law: ExternalMemoryLaw,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        super().__init__(environment, name, ClockDomain(law.hz), listeners)
+        self.law = law
+        self.accesses = {"read": 0, "write": 0}
+        self.allotted: dict[str, int] = {}
+        self.queued = 0
+        self._turn = simpy.Resource(environment, capacity=1)
+
+    @property
+    def bits_left(self) -> int:
+        """Bits not allotted yet."""
+        return self.law.capacity - sum(self.allotted.values())
+
+    def allocate(self, name: str, bits: int) -> None:
+        """Allot ``bits`` bits, rounded up to words, to ``name``.
+
+        Raises:
+            RunError: fewer are left, ``bits`` is not positive, or ``name`` has bits already.
+        """
+        if bits < 1 or name in self.allotted:
+            raise RunError(
+                f"{bits} bits for {name!r}", self.name, "allot a positive number once for each name"
+            )
+        whole = -(-bits // self.law.width) * self.law.width
+        if whole > self.bits_left:
+            raise RunError(
+                f"{name} needs {whole} bits, {self.bits_left} of {self.law.capacity} are left",
+                self.name,
+                "take a memory with a larger capacity, or a smaller map",
+            )
+        self.allotted[name] = whole
+
+    def random_cycles(self, accesses: int) -> int:
+        """Cycles of ``accesses`` random accesses, nobody else in the way."""
+        return self.law.random_cycles(accesses)
+
+    def sequential_cycles(self, words: int) -> int:
+        """Cycles of ``words`` words in order, nobody else in the way."""
+        return self.law.sequential_cycles(words)
+
+    def read(self, words: int, *, sequential: bool, task: str = "read") -> Generator[simpy.Event, Any, int]:
+        """Process generator: read ``words`` words, in order or anywhere; returns the time of the end, ps.
+
+        Its ``TaskRecord`` is emitted at the end, with the cycles that it took, those lost to the display
+        included. What is interrupted frees the memory and leaves no record.
+
+        Raises:
+            RunError: no words.
+        """
+        return (yield from self._serve("read", words, sequential, task))
+
+    def write(self, words: int, *, sequential: bool, task: str = "write") -> Generator[simpy.Event, Any, int]:
+        """Process generator: write ``words`` words; as ``read``."""
+        return (yield from self._serve("write", words, sequential, task))
+
+    def _serve(self, kind: str, words: int, sequential: bool, task: str) -> Generator[simpy.Event, Any, int]:
+        if words < 1:
+            raise RunError(f"a {kind} of {words} words", self.name, "give at least one")
+        work = self.sequential_cycles(words) if sequential else self.random_cycles(words)
+        asked = self.now
+        with self._turn.request() as turn:
+            yield turn
+            first = self.clock.cycle_at_or_after(self.now)
+            begin = self.clock.edge(first)
+            if begin > self.now:
+                yield self.environment.timeout(begin - self.now)
+            self.queued += begin - asked
+            self._work_begins(first)
+            last = self._end(first, work)
+            try:
+                with self._working():
+                    yield self.environment.timeout(self.clock.edge(last) - begin)
+            finally:
+                self._work_ends(self.clock.cycle_at_or_after(self.now))
+        self.accesses[kind] += words
+        if self.listening:
+            self.emit(TaskRecord(begin, self.name, task, self.now, last - first))
+        return self.now
+
+    def _end(self, first: int, work: int) -> int:
+        if self.claims is None:
+            return first + work
+        return int(self.claims.ends(first, np.array([work], np.int64))[0])
+
+    def _claims_of(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
+        """A line at a time, as many words of it as arrive before the next line begins."""
+        budget = Claims.line_cycles(scan, pixel_clock, self.clock)
+        words, more = 0, scan.words_a_line
+        while words < more:
+            middle = (words + more + 1) // 2
+            fits = self.sequential_cycles(middle) <= budget
+            words, more = (middle, more) if fits else (words, middle - 1)
+        burst = self.sequential_cycles(words)
+        return Claims(scan, pixel_clock, self.clock, burst=burst, words=words)

@@ -1,0 +1,274 @@
+"""The scan of a display over a memory, in closed form: no event for a pixel, and yet every access at its cycle.
+
+A display fetches words from a memory on a beat of its own and cannot be kept waiting, so in the cycles that it
+takes the memory's other user stands still (or not at all, where a port is left). All of it is integer
+arithmetic on two clocks whose edges 0 fall together: pixel n begins at n / pixel clock, cycle k of the memory
+at k / memory clock, compared as fractions; picoseconds would let two accesses fall into one cycle by rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import simpy
+from numpy.typing import NDArray
+
+from codesign.components.clock import ClockDomain
+from codesign.components.component import Component
+from codesign.errors import InputError, RunError
+from codesign.records import Listener
+from codesign.units import PICOSECONDS_PER_SECOND
+
+Cycles = NDArray[np.int64]
+
+LARGEST = 2**61
+"""Cycles and pixels since time 0 that the arithmetic is trusted with, and products of two clocks' reduced hertz."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """The pixels of a display's frame, blanking included, and which of them are fetched from memory.
+
+    - ``columns``, ``rows``: what is seen. ``total_columns``, ``total_rows``: with horizontal and vertical blanking.
+    - ``window``: (rows, columns) at the upper left corner that are fetched; None: all that are seen. The rest
+      of the screen has one colour and needs no memory.
+    - ``pixels_a_word``: neighbouring pixels that one word of the memory holds.
+
+    The scan begins at time 0 with the first pixel seen; its word is asked for at that edge. A real controller
+    asks some pixels earlier, always as many: a shift that no count can tell.
+
+    >>> scan = Scan(640, 480, 800, 525)
+    >>> scan.requests_a_frame, scan.requests_before(800 * 525 + 10)
+    (307200, 307210)
+
+    Raises:
+        InputError: nothing is seen, blanking is negative, the window is larger than what is seen.
+    """
+
+    columns: int
+    rows: int
+    total_columns: int
+    total_rows: int
+    window: tuple[int, int] | None = None
+    pixels_a_word: int = 1
+
+    def __post_init__(self) -> None:
+        window = self.window or (self.rows, self.columns)
+        for key, value, least, most in (
+            ("columns", self.columns, 1, 2**16),
+            ("rows", self.rows, 1, 2**16),
+            ("total_columns", self.total_columns, self.columns, 2**17),
+            ("total_rows", self.total_rows, self.rows, 2**17),
+            ("window", window[0], 1, self.rows),
+            ("window", window[1], 1, self.columns),
+            ("pixels_a_word", self.pixels_a_word, 1, 2**16),
+        ):
+            if not least <= value <= most:
+                raise InputError(f"{key} of {value}", key, f"give a whole number from {least} to {most}")
+
+    @property
+    def fetched(self) -> tuple[int, int]:
+        """Rows and columns that are fetched from memory."""
+        return self.window or (self.rows, self.columns)
+
+    @property
+    def words_a_line(self) -> int:
+        """Words fetched for a line."""
+        return -(-self.fetched[1] // self.pixels_a_word)
+
+    @property
+    def requests_a_frame(self) -> int:
+        """Words fetched for a frame."""
+        return self.words_a_line * self.fetched[0]
+
+    @property
+    def pixels_a_frame(self) -> int:
+        """Pixels of a frame, blanking included."""
+        return self.total_columns * self.total_rows
+
+    def requests_before(self, pixel: int) -> int:
+        """Words asked for at the pixel edges 0 to ``pixel`` - 1."""
+        return int(self.requests(np.array([pixel], np.int64))[0])
+
+    def requests(self, pixel: Cycles) -> Cycles:
+        """``requests_before`` of many, int64."""
+        frame, within = np.divmod(np.maximum(pixel, 0), self.pixels_a_frame)
+        line, column = np.divmod(within, self.total_columns)
+        begun = np.minimum(-(-column // self.pixels_a_word), self.words_a_line)
+        rows = self.fetched[0]
+        lines = frame * rows + np.minimum(line, rows)
+        return np.asarray(lines * self.words_a_line + np.where(line < rows, begun, 0), np.int64)
+
+    def lines_before(self, pixel: int) -> int:
+        """Fetched lines that were scanned to the end of their last fetched pixel before edge ``pixel``."""
+        rows, columns = self.fetched
+        frame, within = divmod(max(pixel, 0), self.pixels_a_frame)
+        line, column = divmod(within, self.total_columns)
+        return frame * rows + min(line + (column >= columns), rows)
+
+
+def scaled(cycles: Cycles, numerator: int, denominator: int) -> Cycles:
+    """floor(cycles × numerator / denominator), int64, without the large product; negative ``cycles`` too."""
+    whole, rest = np.divmod(cycles, denominator)
+    return np.asarray(whole * numerator + rest * numerator // denominator, np.int64)
+
+
+class Claims:
+    """The cycles of a memory that a display takes.
+
+    - ``burst`` None, a memory that answers every cycle: each word in the first cycle that begins at or after its
+      pixel edge. Where the memory's clock is slower than the words come, it gives in each line as many as its
+      cycles allow, back to back from the beginning of the line, and the rest are missing.
+    - ``burst``, cycles: a line at a time, its words back to back from the beginning of the line.
+
+    ``words``: words that arrive in each line. ``scan.words_a_line`` - ``words`` are missing.
+
+    Raises:
+        RunError: the display would leave no cycle free, or the clocks have too little in common.
+    """
+
+    def __init__(
+        self,
+        scan: Scan,
+        pixel_clock: ClockDomain,
+        clock: ClockDomain,
+        *,
+        burst: int | None = None,
+        words: int = 0,
+    ) -> None:
+        common = math.gcd(pixel_clock.hz, clock.hz)
+        self.scan = scan
+        self._pixels, self._cycles = pixel_clock.hz // common, clock.hz // common
+        if self._pixels * self._cycles > LARGEST:
+            raise RunError(
+                f"clocks of {clock.hz} and {pixel_clock.hz} Hz have too little in common to be scanned exactly",
+                None,
+                "give at least one of them in round MHz",
+            )
+        self.words = scan.words_a_line if burst is None else words
+        self._run = burst
+        if burst is None and scan.pixels_a_word * self._cycles < self._pixels:
+            self.words = self._run = min(self.words, scan.fetched[1] * self._cycles // self._pixels)
+        elif burst is not None and not 0 <= burst <= self.line_cycles(scan, pixel_clock, clock):
+            raise RunError(
+                f"a burst of {burst} cycles is longer than a line", None, "fetch fewer words a line"
+            )
+        each = self.words if self._run is None else self._run
+        self.a_frame = each * scan.fetched[0]
+        if self.a_frame * self._pixels >= scan.pixels_a_frame * self._cycles:
+            raise RunError(
+                "the display takes every cycle of the memory",
+                None,
+                "raise the memory's clock, hold more pixels a word, or give the display a copy of its own",
+            )
+
+    @staticmethod
+    def line_cycles(scan: Scan, pixel_clock: ClockDomain, clock: ClockDomain) -> int:
+        """Whole cycles of the memory in the time of one line, blanking included."""
+        return scan.total_columns * clock.hz // pixel_clock.hz
+
+    def between(self, first: int, last: int) -> int:
+        """Cycles from ``first`` to ``last`` - 1 that the display takes."""
+        before = self.before(np.array([first, last], np.int64))
+        return int(before[1] - before[0])
+
+    def before(self, cycle: Cycles) -> Cycles:
+        """Cycles below ``cycle`` that the display takes, int64."""
+        pixel = scaled(cycle - 1, self._pixels, self._cycles)
+        if self._run is None:
+            return self.scan.requests(pixel + 1)
+        rows, frame_pixels = self.scan.fetched[0], self.scan.pixels_a_frame
+        frame, within = np.divmod(np.maximum(pixel, 0), frame_pixels)
+        line = np.minimum(within // self.scan.total_columns, rows - 1)
+        begun = frame * frame_pixels + line * self.scan.total_columns
+        first = -scaled(-begun, self._cycles, self._pixels)
+        of_line = np.clip(cycle - first, 0, self._run)
+        return np.asarray(np.where(pixel < 0, 0, (frame * rows + line) * self._run + of_line), np.int64)
+
+    def ends(self, first: int, work: Cycles) -> Cycles:
+        """The cycle by which each of ``work`` cycles of the memory's other user is done, begun at ``first``.
+
+        ``work``: int64, at least 1 and ascending. An entry w ends at the smallest e that leaves w cycles of
+        ``first`` to e - 1 to the other user. Exact, by bisection on the closed form.
+
+        Raises:
+            RunError: the work runs beyond 2^61 cycles or pixels.
+        """
+        if not work.size:
+            return work
+        free = 1 - self.a_frame * self._pixels / (self.scan.pixels_a_frame * self._cycles)
+        frame = self.scan.pixels_a_frame * self._cycles / self._pixels
+        # No span of cycles loses more than its share and one frame's worth.
+        latest = first + int((float(work[-1]) + self.a_frame + 2) / free * 1.000001) + int(frame) + 2
+        if latest * max(1.0, self._pixels / self._cycles) > LARGEST:
+            raise RunError(
+                "work beside the display runs beyond 2^61 cycles", None, "make the problem smaller"
+            )
+        goal = work + (first - self.between(0, first))
+        low, high = first + work, np.full(work.shape, latest, np.int64)
+        while bool((low < high).any()):
+            middle = (low + high) // 2
+            enough = middle - self.before(middle) >= goal
+            high = np.where(enough, middle, high)
+            low = np.where(enough, low, middle + 1)
+        return low
+
+
+class ScannedMemory(Component):
+    """A memory with a clock that a display may read, beside its other users.
+
+    ``busy`` counts cycles in which anybody is served: the work of the others with what the display takes in
+    between, and what the display takes while nobody else works.
+    """
+
+    def __init__(
+        self,
+        environment: simpy.Environment,
+        name: str,
+        clock: ClockDomain,
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        super().__init__(environment, name, listeners)
+        self.clock = clock
+        self.claims: Claims | None = None
+        self._idle_from: int | None = 0
+
+    def scanned_by(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
+        """Let a display read from here, from time 0 on; returns what it takes.
+
+        Raises:
+            RunError: another display does, time has passed, or the display would take every cycle.
+        """
+        if self.claims is not None or self.now:
+            raise RunError(
+                "the display comes too late" if self.now else "two displays read one memory",
+                self.name,
+                "attach one display to a memory before the run begins",
+            )
+        self.claims = self._claims_of(scan, pixel_clock)
+        return self.claims
+
+    @property
+    def busy(self) -> int:
+        """Picoseconds in which somebody was served."""
+        return super().busy + self._scanned_until(self.clock.cycles_by(self.now))
+
+    def _claims_of(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
+        return Claims(scan, pixel_clock, self.clock)
+
+    def _work_begins(self, cycle: int) -> None:
+        """What the display took since the last work ended is booked; from here to ``_work_ends`` all time is."""
+        self._busy += self._scanned_until(cycle)
+        self._idle_from = None
+
+    def _work_ends(self, cycle: int) -> None:
+        self._idle_from = cycle
+
+    def _scanned_until(self, cycle: int) -> int:
+        """Picoseconds of the display's cycles from the end of the last work to ``cycle`` - 1, rounded down."""
+        if self.claims is None or self._idle_from is None or cycle <= self._idle_from:
+            return 0
+        return self.claims.between(self._idle_from, cycle) * PICOSECONDS_PER_SECOND // self.clock.hz
