@@ -12,22 +12,43 @@ ours in both cases. What is rejected: a fixed quantum, as in loosely timed Syste
 write and inexact.
 """
 
-from codesign.components.block_ram import BlockRam, choose_shape
+from codesign.components.block_ram import BlockRam, WriteMode, choose_shape
+from codesign.components.bus import Arbitration, Bus
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
+from codesign.components.display import Display
 from codesign.components.fpga import Fpga, Granularity, PhaseUse, PreemptedError
-from codesign.components.link import Bus
+from codesign.components.ideal import Ideal
+from codesign.components.link import ABANDONED, LINK_DOWN, Delivery, Link, Outcome
+from codesign.components.link_faults import LinkErrors
+from codesign.components.memory import ExternalMemory
 from codesign.components.processor import Processor
+from codesign.components.scan import Scan
+from codesign.components.serial import Parity, Serial
 
 __all__ = [
+    "ABANDONED",
+    "LINK_DOWN",
+    "Arbitration",
     "BlockRam",
     "Bus",
     "ClockDomain",
     "Component",
+    "Delivery",
+    "Display",
+    "ExternalMemory",
     "Fpga",
     "Granularity",
+    "Ideal",
+    "Link",
+    "LinkErrors",
+    "Outcome",
+    "Parity",
     "PhaseUse",
     "PreemptedError",
     "Processor",
+    "Scan",
+    "Serial",
+    "WriteMode",
     "choose_shape",
 ]

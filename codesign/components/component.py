@@ -24,7 +24,8 @@ class Component:
         self.name = name
         self._listeners = tuple(listeners)
         self._busy = 0
-        self._busy_since: int | None = None
+        self._busy_since = 0
+        self._under_way = 0
 
     @property
     def now(self) -> int:
@@ -43,9 +44,8 @@ class Component:
 
     @property
     def busy(self) -> int:
-        """Picoseconds of work so far, work under way included; never more than ``now``."""
-        under_way = 0 if self._busy_since is None else self.now - self._busy_since
-        return self._busy + under_way
+        """Picoseconds in which at least one piece of work was under way; never more than ``now``."""
+        return self._busy + (self.now - self._busy_since if self._under_way else 0)
 
     def utilisation(self) -> UtilisationRecord:
         """How busy the component was from time 0 to now."""
@@ -57,17 +57,32 @@ class Component:
             self.emit(self.utilisation())
 
     @contextmanager
-    def _working(self) -> Iterator[None]:
-        """Book the simulated time spent inside as busy; one piece of work at a time."""
-        if self._busy_since is not None:
+    def _working(self, *, alone: bool = True) -> Iterator[None]:
+        """Book the simulated time spent inside as busy; time in which several are inside is booked once.
+
+        Raises:
+            RunError: ``alone``, and the component works already.
+        """
+        if alone and self._under_way:
             raise RunError(
                 f"{self.name} was given work while it was working",
                 self.name,
                 "wait for the end of the first task, or map the second to another component",
             )
-        self._busy_since = self.now
+        self._begin_work()
         try:
             yield
         finally:
+            self._end_work()
+
+    def _begin_work(self) -> None:
+        """One piece of work more is under way."""
+        if not self._under_way:
+            self._busy_since = self.now
+        self._under_way += 1
+
+    def _end_work(self) -> None:
+        """One piece of work less is under way."""
+        self._under_way -= 1
+        if not self._under_way:
             self._busy += self.now - self._busy_since
-            self._busy_since = None

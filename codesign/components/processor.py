@@ -2,22 +2,62 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import simpy
 
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
-from codesign.errors import RunError, choose_hint
+from codesign.components.fpga import PreemptedError
+from codesign.errors import InputError, RunError, choose_hint
 from codesign.records import Listener, TaskRecord
 
 
+@dataclass(slots=True, eq=False)
+class _Job:
+    """A task under way or waiting; times in ps.
+
+    ``served``: on a core so far, without the run since ``since`` where it ``runs``. ``begin``: when it was on a core
+    for the first time. ``resume``: what it waits for while it does not run.
+    """
+
+    priority: int
+    number: int
+    asked: int
+    duration: int
+    served: int = 0
+    runs: bool = False
+    since: int = 0
+    begin: int | None = None
+    resume: simpy.Event | None = None
+    key: tuple[int, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.key = (self.priority, self.number)
+
+
 class Processor(Component):
-    """One core that runs one task at a time, in the order in which they were asked for.
+    """``cores`` equal cores that run one task each: always the most urgent, then those asked for first.
+
+    A task of a lower ``priority`` preempts one of a higher at once; what was preempted goes on later without
+    loss, before tasks of its own priority that came after it. Switching takes no time (assumed). Equals never preempt
+    each other.
 
     ``costs``: picoseconds for one unit of each named kernel. ``clock`` only tells how many cycles that came
     to; a processor's tasks do not wait for an edge.
+
+    ``waited`` adds up the time that tasks which ended or were interrupted were ready and not on a core, ps.
+    ``busy`` is the time in which at least one core worked, ``core_busy`` the sum over the cores.
+
+    SimPy's ``PreemptiveResource`` was rejected: it preempts by an interruption of the process, which cannot be
+    called back. Where somebody interrupts a task and has a more urgent one run at the same moment, the second
+    interruption would hit the process after it had left the processor.
+
+    Raises:
+        InputError: fewer than one core.
     """
 
     def __init__(
@@ -27,11 +67,24 @@ class Processor(Component):
         clock: ClockDomain,
         costs: Mapping[str, int],
         listeners: Sequence[Listener] = (),
+        *,
+        cores: int = 1,
     ) -> None:
         super().__init__(environment, name, listeners)
+        if cores < 1:
+            raise InputError(f"{cores} cores", f"{name}.cores", "give at least 1")
         self.clock = clock
         self.costs = dict(costs)
-        self._turn = simpy.Resource(environment, capacity=1)
+        self.cores = cores
+        self.waited = 0
+        self._ended_core_busy = 0
+        self._asked = 0
+        self._jobs: list[_Job] = []
+
+    @property
+    def core_busy(self) -> int:
+        """Picoseconds of work of all cores together, work under way included."""
+        return self._ended_core_busy + sum(self._served(job) for job in self._jobs)
 
     def duration(self, kernel: str, units: int) -> int:
         """Picoseconds that ``units`` units of ``kernel`` take.
@@ -49,29 +102,84 @@ class Processor(Component):
             raise RunError(f"{units} units of {kernel}", self.name, "give 0 or more")
         return self.costs[kernel] * units
 
-    def execute(self, kernel: str, units: int, task: str | None = None) -> Generator[simpy.Event, Any, int]:
+    def execute(
+        self, kernel: str, units: int, task: str | None = None, priority: int = 0
+    ) -> Generator[simpy.Event, Any, int]:
         """Process generator: run ``units`` units of ``kernel``; returns the time of the end, ps.
 
-        Its ``TaskRecord`` (named ``task``, or else ``kernel``) is emitted at the end; its cycles are those
-        that had begun by then, so a part of a cycle counts as one.
+        Its one ``TaskRecord`` (named ``task``, or else ``kernel``) is emitted at the end. It goes from the first
+        moment on a core to the end, the time in which the task was preempted included; its cycles are those
+        of its own work that had begun by then, so a part of a cycle counts as one.
 
         Raises:
+            PreemptedError: the process was interrupted from outside; ``units`` and ``cycles`` (whole ones) of
+                the task that were done, ``phase`` None where it had not begun. The task is not resumed, and leaves a
+                record only where all of its units were done.
             RunError: see ``duration``.
         """
-        duration = self.duration(kernel, units)
-        with self._turn.request() as turn:
-            yield turn
-            begin = self.now
-            with self._working():
-                yield self.environment.timeout(duration)
-            if self.listening:
-                self.emit(
-                    TaskRecord(
-                        time=begin,
-                        source=self.name,
-                        task=task or kernel,
-                        end=self.now,
-                        cycles=self.clock.cycle_at_or_after(duration),
-                    )
-                )
+        job = _Job(priority, self._asked, self.now, self.duration(kernel, units))
+        self._asked += 1
+        insort(self._jobs, job, key=lambda waiting: waiting.key)
+        self._assign_cores()
+        try:
+            # One timeout per stretch of work, never taken back: whoever wakes from it looks how far it came.
+            while (rest := job.duration - self._served(job)) or job.begin is None:
+                if job.runs:
+                    yield self.environment.timeout(rest)
+                else:
+                    job.resume = self.environment.event()
+                    yield job.resume
+        except simpy.Interrupt as interrupt:
+            raise self._abandon(job, kernel, units, task or kernel, interrupt.cause) from None
+        self._leave(job)
+        self._tell(job, task or kernel)
         return self.now
+
+    def _served(self, job: _Job) -> int:
+        return job.served + (self.now - job.since if job.runs else 0)
+
+    def _assign_cores(self) -> None:
+        """The first jobs in order are on the cores, and no others."""
+        for index, job in enumerate(self._jobs[: self.cores + 1]):
+            if index < self.cores and not job.runs:
+                self._start(job)
+            elif index == self.cores and job.runs:
+                self._stop(job)
+
+    def _start(self, job: _Job) -> None:
+        self._begin_work()
+        job.runs, job.since = True, self.now
+        if job.begin is None:
+            job.begin = self.now
+        if job.resume is not None:
+            job.resume.succeed()
+            job.resume = None
+
+    def _stop(self, job: _Job) -> None:
+        job.served = self._served(job)
+        job.runs = False
+        self._end_work()
+
+    def _leave(self, job: _Job) -> None:
+        if job.runs:
+            self._stop(job)
+        self._jobs.remove(job)
+        self._ended_core_busy += job.served
+        self.waited += self.now - job.asked - job.served
+        self._assign_cores()
+
+    def _abandon(self, job: _Job, kernel: str, units: int, task: str, cause: object) -> PreemptedError:
+        self._leave(job)
+        if job.begin is None:
+            return PreemptedError(cause, self.now, None, 0, 0)
+        if job.served == job.duration:
+            self._tell(job, task)
+        cost = self.costs[kernel]
+        done = job.served // cost if cost else units
+        return PreemptedError(cause, self.now, task, done, self.clock.cycles_by(job.served))
+
+    def _tell(self, job: _Job, task: str) -> None:
+        if self.listening:
+            assert job.begin is not None, "a task that ended had begun"
+            cycles = self.clock.cycle_at_or_after(job.duration)
+            self.emit(TaskRecord(job.begin, self.name, task, self.now, cycles))

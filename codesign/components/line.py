@@ -1,0 +1,162 @@
+"""A line: what one message at a time can be on, and who is next."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import Any
+
+import simpy
+
+
+@dataclass(slots=True, eq=False)
+class Message:
+    """One message on its way over a link; times in ps.
+
+    - ``number``: its place among all messages of the link. ``luck``: see ``link_faults.Luck``.
+    - ``asked``: when it was given to the link. ``ready_since``: since when it could be on the wire.
+    - ``ready``: False while it waits for its timeout. ``turn``: what it waits for in the queue.
+    - ``attempts``: how often it was on the wire; ``begin``: when for the first time; ``transferred``: how long.
+    - ``first_over``: whether its first attempt is over. ``free``: what a poster waits for until then.
+    - ``released``: whether its sender has gone on. ``left``: whether the message has left its line.
+    """
+
+    number: int
+    sender: str
+    receiver: str
+    name: str
+    bits: int
+    priority: int
+    asked: int
+    luck: list[list[float]]
+    ready_since: int
+    ready: bool = True
+    turn: simpy.Event | None = None
+    attempts: int = 0
+    begin: int | None = None
+    transferred: int = 0
+    first_over: bool = False
+    free: simpy.Event | None = None
+    released: bool = False
+    left: bool = False
+    key: tuple[int, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.key = (self.priority, self.number)
+
+    def end_first_attempt(self) -> None:
+        """Let a poster go that waits for the end of the first attempt."""
+        self.first_over = True
+        if self.free is not None and not self.free.triggered:
+            self.free.succeed()
+
+
+class Line:
+    """Carries one message at a time: its ``holder``.
+
+    The messages of one sender go one after another, the urgent first (a lower ``priority``), then in the order
+    in which they were asked for; a message that waits for its timeout keeps the later ones of its sender
+    waiting (stop and wait), not those of others. Among senders the most urgent message is next, then that of
+    the sender who was ``served`` longest ago (where anybody says who was), then the oldest.
+    """
+
+    def __init__(self, environment: simpy.Environment) -> None:
+        self.environment = environment
+        self.holder: Message | None = None
+        self._queues: dict[str, list[Message]] = {}
+        self._served: dict[str, int] = {}
+        self._services = 0
+        self._changed: simpy.Event | None = None
+        self._contender: simpy.Event | None = None
+
+    def enter(self, message: Message) -> None:
+        """Queue a new message; an idle line is its own at once."""
+        insort(self._queues.setdefault(message.sender, []), message, key=lambda queued: queued.key)
+        self._settle()
+
+    def wait_turn(self, message: Message) -> Generator[simpy.Event, Any, None]:
+        """Process generator: wait until ``message`` holds the line."""
+        if self.holder is not message:
+            message.turn = self.environment.event()
+            yield message.turn
+
+    def rest(self, message: Message) -> None:
+        """Take the holder off the line until its timeout; it keeps its place among its sender's messages."""
+        message.ready = False
+        self.holder = None
+        self._settle()
+
+    def back(self, message: Message) -> None:
+        """A message that rested can go on the wire again."""
+        message.ready = True
+        message.ready_since = int(self.environment.now)
+        self._settle()
+
+    def leave(self, message: Message) -> None:
+        """Forget a message, whatever its state; the next one is on. Nothing, where it has left already."""
+        if message.left:
+            return
+        message.left = True
+        self._queues[message.sender].remove(message)
+        if self.holder is message:
+            self.holder = None
+        self._settle()
+
+    def serve(self, message: Message) -> None:
+        """Say that the sender of ``message`` was served: among equals the others are next."""
+        self._services += 1
+        self._served[message.sender] = self._services
+
+    def give_way(self, message: Message) -> None:
+        """Let the holder compete anew with those that wait."""
+        assert self.holder is message, "only the holder can give way"
+        self.holder = None
+        self._settle()
+
+    def contested(self, message: Message) -> bool:
+        """Whether anybody waits who may be next before the holder ``message`` is done."""
+        return any(
+            queue[0] is not message and queue[0].ready and queue[0].priority <= message.priority
+            for queue in self._queues.values()
+            if queue
+        )
+
+    def contender(self) -> simpy.Event:
+        """An event that happens when the line gets contested for its holder."""
+        self._contender = self.environment.event()
+        return self._contender
+
+    def changed(self) -> simpy.Event:
+        """An event that happens at the next ``tell_change``."""
+        if self._changed is None:
+            self._changed = self.environment.event()
+        return self._changed
+
+    def tell_change(self) -> None:
+        """Wake those who wait for a change."""
+        if self._changed is not None:
+            self._changed.succeed()
+            self._changed = None
+
+    def queue(self, sender: str) -> list[Message]:
+        """The messages of ``sender`` that have not left yet, in their order."""
+        return self._queues.get(sender, [])
+
+    def _settle(self) -> None:
+        """Give an idle line to the next message, or tell the holder that another one waits."""
+        self.tell_change()
+        if self.holder is None:
+            self._contender = None
+            heads = [queue[0] for queue in self._queues.values() if queue and queue[0].ready]
+            if heads:
+                self.holder = min(heads, key=self._rank)
+                if self.holder.turn is not None:
+                    self.holder.turn.succeed()
+                    self.holder.turn = None
+        elif self._contender is not None and self.contested(self.holder):
+            self._contender.succeed()
+            self._contender = None
+
+    def _rank(self, message: Message) -> tuple[int, int, int]:
+        return message.priority, self._served.get(message.sender, 0), message.number

@@ -1,0 +1,155 @@
+"""What can go wrong on a link: errors on the wire with a seed, and times in which the link is down."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from codesign.errors import InputError
+
+MAX_RETRIES = 255
+"""Retransmissions a message; its luck is drawn for all of them at once, see ``Luck``."""
+
+
+@dataclass(frozen=True)
+class LinkErrors:
+    """Errors of a link, each message and each attempt independent of the others.
+
+    - ``bit_error_rate``: probability that a bit arrives wrong. ``checksum_bits``: sent with every message; they
+      miss a damaged message with probability 2^-checksum_bits, so that with 0 of them every damaged message is
+      taken for a good one.
+    - ``drop``: probability that a message is lost on the way.
+    - ``retries``: how often a message that was lost or found damaged is sent again, each time ``timeout`` ps
+      after the end of the attempt before. What acknowledges a message takes no time on the link.
+    - ``late_share``: probability that a message arrives ``late_delay`` ps after its last bit left the link.
+    - ``seed``: of the link's stream of random numbers, together with the name of the link.
+
+    Raises:
+        InputError: a probability outside of 0 to 1, a negative number, or more than ``MAX_RETRIES`` retries.
+    """
+
+    bit_error_rate: float = 0.0
+    checksum_bits: int = 0
+    retries: int = 0
+    timeout: int = 0
+    drop: float = 0.0
+    late_share: float = 0.0
+    late_delay: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for key in ("bit_error_rate", "drop", "late_share"):
+            value = getattr(self, key)
+            if not 0 <= value <= 1:
+                raise InputError(f"{key} of {value}", f"errors.{key}", "a probability is from 0 to 1")
+        for key in ("checksum_bits", "retries", "timeout", "late_delay", "seed"):
+            value = getattr(self, key)
+            if value < 0:
+                raise InputError(f"{key} of {value}", f"errors.{key}", "give 0 or more")
+        if self.retries > MAX_RETRIES:
+            raise InputError(f"{self.retries} retries", "errors.retries", f"give at most {MAX_RETRIES}")
+
+    @property
+    def any(self) -> bool:
+        """Whether anything can go wrong at all; a checksum alone harms no message."""
+        return bool(self.bit_error_rate or self.drop or self.late_share)
+
+
+def damage_probability(bits: int, bit_error_rate: float) -> float:
+    """The probability that at least one of ``bits`` bits arrives wrong: 1 - (1 - bit_error_rate)^bits."""
+    if bit_error_rate >= 1:
+        return 1.0 if bits else 0.0
+    return -math.expm1(bits * math.log1p(-bit_error_rate))
+
+
+def parity_miss(frames: int, frame_bits: int, bit_error_rate: float) -> float:
+    """The probability that parity misses a message, given that it is damaged.
+
+    Parity misses a message where each of its ``frames`` frames of ``frame_bits`` bits, the parity bit included,
+    has an even number of wrong bits. The terms of two and more wrong bits are summed by themselves, so that
+    small rates do not cancel out.
+
+    >>> parity_miss(1, 2, 0.5)  # of 00 01 10 11 three are damaged, and parity misses one
+    0.3333333333333333
+    """
+    if bit_error_rate >= 1:
+        return float(frame_bits % 2 == 0)
+    right = (1 - bit_error_rate) ** frame_bits
+    even = sum(
+        math.comb(frame_bits, wrong) * bit_error_rate**wrong * (1 - bit_error_rate) ** (frame_bits - wrong)
+        for wrong in range(2, frame_bits + 1, 2)
+    )
+    damaged = damage_probability(frames * frame_bits, bit_error_rate)
+    if not damaged or not right:
+        return 0.0
+    return right**frames * math.expm1(frames * math.log1p(even / right)) / damaged
+
+
+class Luck:
+    """The stream of random numbers of one link.
+
+    Every message takes the same count of numbers, for all the attempts that it may have, when it is asked for:
+    the fate of the n-th message hangs on the seed and on n, not on how fast the link is or what else happens.
+    """
+
+    def __init__(self, errors: LinkErrors, link: str) -> None:
+        self._shape = (errors.retries + 1, 4)
+        self._random = np.random.Generator(np.random.PCG64([errors.seed, zlib.crc32(link.encode())]))
+
+    def draw(self) -> list[list[float]]:
+        """One list of four numbers in [0, 1) for each attempt: lost, damaged, missed by the check, late."""
+        drawn: list[list[float]] = self._random.random(self._shape).tolist()
+        return drawn
+
+
+@dataclass(frozen=True)
+class Outage:
+    """A time in which a link is down: from ``begin`` to before ``end`` (ps), or for good where that is None."""
+
+    begin: int
+    end: int | None
+
+
+class Outages:
+    """The outages of one link, in order; those that meet are one.
+
+    ``spans``: (from, to) in ps each, ``to`` None for an outage that does not end.
+
+    Raises:
+        InputError: an outage that begins before time 0 or ends before it began.
+    """
+
+    def __init__(self, spans: Sequence[tuple[int, int | None]] = ()) -> None:
+        merged: list[Outage] = []
+        for begin, end in sorted(spans, key=lambda span: span[0]):
+            if begin < 0 or (end is not None and end <= begin):
+                raise InputError(
+                    f"an outage from {begin} ps to {end} ps", "outages", "let it end after it began"
+                )
+            last = merged[-1] if merged else None
+            if last is None or (last.end is not None and last.end < begin):
+                merged.append(Outage(begin, end))
+            elif last.end is not None and (end is None or end > last.end):
+                merged[-1] = Outage(last.begin, end)
+        self._outages = merged
+        self._begins = [outage.begin for outage in merged]
+
+    def at(self, time: int) -> Outage | None:
+        """The outage under way at ``time``, if any."""
+        index = bisect_right(self._begins, time) - 1
+        if index < 0:
+            return None
+        outage = self._outages[index]
+        return outage if outage.end is None or time < outage.end else None
+
+    def between(self, begin: int, end: int) -> Outage | None:
+        """The first outage that begins after ``begin`` and before ``end``, if any."""
+        index = bisect_right(self._begins, begin)
+        if index == len(self._outages) or self._begins[index] >= end:
+            return None
+        return self._outages[index]

@@ -1,0 +1,182 @@
+"""A serial line, such as RS-232 or RS-485: frames of bits at a baud rate, with a FIFO at every sender."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Sequence
+from enum import StrEnum
+from fractions import Fraction
+from typing import Any
+
+import simpy
+
+from codesign.components.line import Line, Message
+from codesign.components.link import Link
+from codesign.components.link_faults import LinkErrors, damage_probability, parity_miss
+from codesign.errors import InputError
+from codesign.records import Listener
+from codesign.units import PICOSECONDS_PER_SECOND
+
+STOP_BITS = (Fraction(1), Fraction(3, 2), Fraction(2))
+"""How many stop bits a frame may have."""
+
+
+class Parity(StrEnum):
+    """The parity bit of every frame; even and odd differ in no figure."""
+
+    NONE = "none"
+    EVEN = "even"
+    ODD = "odd"
+
+
+class _SerialLine(Line):
+    """A line that knows when the bits of its current run of frames began.
+
+    ``epoch``: when the run began, ps. ``offset``: half bits of the run before the current message. ``after``: half
+    bits of the run, the current message included. ``end``: when the last one ended, ps.
+    """
+
+    def __init__(self, environment: simpy.Environment) -> None:
+        super().__init__(environment)
+        self.epoch = self.offset = self.after = 0
+        self.end = -1
+
+
+class Serial(Link):
+    """A serial line: a message of b bits, its checksum included, takes ceil(b / data_bits) frames.
+
+    - ``baud``: bits a second on the wire. A frame has ``start_bits``, ``data_bits``, one bit where there is a
+      ``parity``, and ``stop_bits`` (1, 1.5 or 2).
+    - ``fifo_depth``: words of ``data_bits`` bits that wait at every sender, besides the one on the wire (as in
+      a 16550, whose shift register is not part of its FIFO).
+    - ``between``: of two ends each has a line of its own (full duplex); more of them share one (half duplex).
+
+    Frames that follow each other without a gap end at exact multiples of half a bit since the first began,
+    rounded up to picoseconds one by one, so that nothing drifts; after a gap they begin at any picosecond.
+
+    The sender of ``post`` is held until what is left of its message, and of its earlier ones, fits the FIFO.
+    What is sent again comes from a copy that the sender's side keeps elsewhere (assumed). The receiver is taken
+    to read its own FIFO in time.
+
+    Parity notices an odd number of wrong bits in a frame; the checksum looks at what parity missed. Start and
+    stop bits are taken to arrive right.
+
+    Raises:
+        InputError: a number below what has a meaning, or a frame that no line has.
+    """
+
+    def __init__(
+        self,
+        environment: simpy.Environment,
+        name: str,
+        *,
+        baud: int,
+        data_bits: int = 8,
+        start_bits: int = 1,
+        stop_bits: int | float | Fraction = 1,
+        parity: Parity = Parity.NONE,
+        fifo_depth: int = 16,
+        between: Sequence[str] = (),
+        errors: LinkErrors | None = None,
+        outages: Sequence[tuple[int, int | None]] = (),
+        listeners: Sequence[Listener] = (),
+    ) -> None:
+        super().__init__(
+            environment,
+            name,
+            shared=len(between) > 2,
+            between=between,
+            errors=errors,
+            outages=outages,
+            listeners=listeners,
+        )
+        for key, value, least in (
+            ("baud", baud, 1),
+            ("data_bits", data_bits, 1),
+            ("start_bits", start_bits, 0),
+            ("fifo_depth", fifo_depth, 1),
+        ):
+            if value < least:
+                raise InputError(f"{key} of {value}", f"{name}.{key}", f"give at least {least}")
+        if stop_bits not in STOP_BITS:
+            raise InputError(f"stop_bits of {stop_bits}", f"{name}.stop_bits", "give 1, 1.5 or 2")
+        self.baud = baud
+        self.data_bits = data_bits
+        self.parity = Parity(parity)
+        self.fifo_depth = fifo_depth
+        self._word_bits = data_bits + (self.parity is not Parity.NONE)
+        self._half_bits = 2 * (start_bits + self._word_bits) + int(2 * stop_bits)
+
+    @property
+    def frame_bits(self) -> Fraction:
+        """Bits a frame on the wire, in halves."""
+        return Fraction(self._half_bits, 2)
+
+    def frames(self, bits: int) -> int:
+        """Frames that a message of ``bits`` bits takes, its checksum included."""
+        return -(-(bits + self.errors.checksum_bits) // self.data_bits)
+
+    def duration(self, bits: int) -> int:
+        """Picoseconds of ``frames(bits)`` frames on an idle line."""
+        return self._span(self.frames(bits) * self._half_bits)
+
+    def _span(self, half_bits: int) -> int:
+        return -(-half_bits * PICOSECONDS_PER_SECOND // (2 * self.baud))
+
+    def _new_line(self) -> Line:
+        return _SerialLine(self.environment)
+
+    def _end(self, message: Message) -> int:
+        line = self._line(message.sender)
+        assert isinstance(line, _SerialLine), "_new_line makes them"
+        if self.now == line.end and message.ready_since < self.now:
+            line.offset = line.after
+        else:
+            line.epoch, line.offset = self.now, 0
+        line.after = line.offset + self.frames(message.bits) * self._half_bits
+        line.end = line.epoch + self._span(line.after)
+        return line.end
+
+    def _damaged(self, message: Message) -> float:
+        if self.parity is Parity.NONE:
+            return super()._damaged(message)
+        exposed = self.frames(message.bits) * self._word_bits
+        return damage_probability(exposed, self.errors.bit_error_rate)
+
+    def _missed(self, message: Message) -> float:
+        if self.parity is Parity.NONE:
+            return super()._missed(message)
+        frames = self.frames(message.bits)
+        return super()._missed(message) * parity_miss(frames, self._word_bits, self.errors.bit_error_rate)
+
+    def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
+        line = self._line(message.sender)
+        assert isinstance(line, _SerialLine), "_new_line makes them"
+        while True:
+            fits = self._fits_at(message, line)
+            if fits is not None and fits <= self.now:
+                return
+            changed = line.changed()
+            yield changed if fits is None else self.environment.timeout(fits - self.now) | changed
+
+    def _fits_at(self, message: Message, line: _SerialLine) -> int | None:
+        """When what is left of ``message`` fits the FIFO, ps, if nothing else happens; None if not foreseen."""
+        if message.first_over:
+            return self.now
+        room = self.fifo_depth
+        sending: Message | None = None
+        for other in line.queue(message.sender):
+            ahead = other.released or other.key <= message.key
+            if not ahead or other.first_over:
+                continue
+            if other.attempts:
+                sending = other
+            else:
+                room -= self.frames(other.bits)
+        if room < 0:
+            return None
+        if sending is None:
+            return self.now
+        begun = self.frames(sending.bits) - room
+        # The last of the frames that must be on the wire by then is frame number begun - 1.
+        half_bits = line.offset + max(begun - 1, 0) * self._half_bits
+        return line.epoch + self._span(half_bits) if begun > 0 else self.now
