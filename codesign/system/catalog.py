@@ -17,14 +17,14 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign import spec
-from codesign.architectures.interface import Architecture
+from codesign.architectures.interface import Architecture, TaskStyle
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.planners.interface import Planner
 from codesign.spec import SpecModel, Workload
 
 _log = logging.getLogger(__name__)
 
-_PLANNERS, _STYLES = "codesign.planners", "codesign.architectures"
+_PLANNERS, _STYLES, _TASKS = "codesign.planners", "codesign.architectures", "codesign.task_styles"
 _REMEDY = "mend or uninstall the package that registers it"
 
 
@@ -54,9 +54,20 @@ def architectures() -> Mapping[tuple[str, str], Architecture]:
     return {key: style for styles in found.values() for key, style in styles.items()}
 
 
+@cache
+def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
+    """Every installed style of a task placed by itself, by (planner, task, type of component, style).
+
+    Without those that cannot be loaded.
+    """
+    found = _loaded(_TASKS, _sound_task_styles)[0]
+    return {key: style for styles in found.values() for key, style in styles.items()}
+
+
 def broken() -> tuple[BrokenPlugIn, ...]:
     """The planners and styles that are registered, and cannot be loaded."""
-    return _loaded(_PLANNERS, _sound_planner)[1] + _loaded(_STYLES, _sound_styles)[1]
+    groups = (_PLANNERS, _sound_planner), (_STYLES, _sound_styles), (_TASKS, _sound_task_styles)
+    return tuple(plug_in for group, sound in groups for plug_in in _loaded(group, sound)[1])
 
 
 def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
@@ -115,6 +126,22 @@ def styles_of(planner_name: str) -> dict[str, Architecture]:
     return found
 
 
+def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskStyle]:
+    """The styles of one task placed by itself, by (type of component, style), ours first; none where it cannot be.
+
+    Raises:
+        InputError: it has none, and those registered under its planner's name cannot be loaded.
+    """
+    found = {
+        (component_type, name): style
+        for (*of, component_type, name), style in task_styles().items()
+        if of == [planner_name, task]
+    }
+    if not found:
+        _refuse_broken(_TASKS, planner_name, ())
+    return found
+
+
 def _refuse_broken(group: str, name: str, known: Container[str]) -> None:
     for plug_in in broken():
         if (plug_in.group, plug_in.name) == (group, name) and name not in known:
@@ -141,6 +168,10 @@ def _sound_planner(plug_in: Any) -> Planner:
     dict(plug_in.tasks), plug_in.problem_model, plug_in.planning_task
     planner: Planner = plug_in
     return planner
+
+
+def _sound_task_styles(plug_in: Any) -> dict[tuple[str, str, str, str], TaskStyle]:
+    return {(style.planner, style.task, style.component_type, style.style): style for style in plug_in}
 
 
 def _sound_styles(plug_in: Any) -> dict[tuple[str, str], Architecture]:

@@ -7,6 +7,7 @@
 
 from codesign.architectures.breadth_first.software import Software
 from codesign.architectures.breadth_first.state_machine import StateMachine
+from codesign.architectures.breadth_first.tasks import TASK_STYLES
 
 ARCHITECTURES = (
     StateMachine(),
@@ -14,4 +15,4 @@ ARCHITECTURES = (
     Software("software_java", "breadth_first_java_cell", java=True),
 )
 
-__all__ = ["ARCHITECTURES", "Software", "StateMachine"]
+__all__ = ["ARCHITECTURES", "TASK_STYLES", "Software", "StateMachine"]

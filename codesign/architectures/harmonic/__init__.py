@@ -9,7 +9,8 @@
 
 from codesign.architectures.harmonic.bit_serial import BitSerial
 from codesign.architectures.harmonic.software import Software
+from codesign.architectures.harmonic.tasks import TASK_STYLES
 
 ARCHITECTURES = (BitSerial(), Software("software"), Software("software_limbs", limbs=True))
 
-__all__ = ["ARCHITECTURES", "BitSerial", "Software"]
+__all__ = ["ARCHITECTURES", "TASK_STYLES", "BitSerial", "Software"]

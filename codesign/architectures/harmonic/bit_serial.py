@@ -103,15 +103,20 @@ class BitSerial:
 
         Block RAMs and clock tree are in the figure for a slice of a typical design; pins are not counted.
         """
-        scale = demand.total("slices") * clock
-        rate = part.dynamic_power
-        low, high = rate.interval
-        dynamic = Figure(
-            value=rate.value * scale,
-            unit="W",
-            status=weakest(Status.CALIBRATED, rate.status),
-            source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source})",
-            low=low * scale,
-            high=high * scale,
-        )
-        return part.static_power, dynamic
+        return slice_power(demand, clock, part)
+
+
+def slice_power(demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+    """Static and dynamic power of a design of ``demand`` at ``clock`` Hz, W; see ``BitSerial.power``."""
+    scale = demand.total("slices") * clock
+    rate = part.dynamic_power
+    low, high = rate.interval
+    dynamic = Figure(
+        value=rate.value * scale,
+        unit="W",
+        status=weakest(Status.CALIBRATED, rate.status),
+        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source})",
+        low=low * scale,
+        high=high * scale,
+    )
+    return part.static_power, dynamic

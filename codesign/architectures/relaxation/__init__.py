@@ -5,7 +5,8 @@
 """
 
 from codesign.architectures.relaxation.host import Host
+from codesign.architectures.relaxation.tasks import TASK_STYLES
 
 ARCHITECTURES = (Host("sequential"), Host("two_core", cores=2))
 
-__all__ = ["ARCHITECTURES", "Host"]
+__all__ = ["ARCHITECTURES", "TASK_STYLES", "Host"]

@@ -9,8 +9,9 @@
 from codesign.architectures.wavefront.adder_comparator import AdderComparator
 from codesign.architectures.wavefront.delay_line import DelayLine
 from codesign.architectures.wavefront.software import Software
+from codesign.architectures.wavefront.tasks import TASK_STYLES
 from codesign.architectures.wavefront.tiled import Tiled
 
 ARCHITECTURES = (DelayLine(), AdderComparator(), Tiled(), Software())
 
-__all__ = ["ARCHITECTURES", "AdderComparator", "DelayLine", "Software", "Tiled"]
+__all__ = ["ARCHITECTURES", "TASK_STYLES", "AdderComparator", "DelayLine", "Software", "Tiled"]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from codesign.architectures.interface import Step
 from codesign.memo import Memo
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Cell, Problem
 from codesign.planners.wavefront.grid import WaveMap
 from codesign.planners.wavefront.parameters import Course, PropagateParameters
 from codesign.planners.wavefront.plan import WavefrontPlan, known_plan, plan_key
@@ -32,12 +32,19 @@ def planned(problem: Problem, parameters: PropagateParameters, memo: Memo) -> Wa
     return memo.get(plan_key(problem, parameters), lambda: known_plan(problem, parameters))
 
 
-def tracked_steps(problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan) -> int:
-    """Steps that are tracked before the first decision is out: at least one, even from a start on the goal."""
-    if not problem.starts or plan.potentials[problem.starts[0]] < 0:
+def tracked_steps(
+    problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan, start: Cell | None = None
+) -> int:
+    """Steps that are tracked before a decision is out: at least one, even from a start on the goal.
+
+    ``start``: the cell that it is asked for; by default the first start of the problem.
+    """
+    if start is None:
+        start = problem.starts[0] if problem.starts else None
+    if start is None or plan.potentials[start] < 0:
         return 1
     most = parameters.steps if parameters.course is Course.LOCAL else None
-    return max(1, len(plan.tracker.follow(problem.starts[0], most)) - 1)
+    return max(1, len(plan.tracker.follow(start, most)) - 1)
 
 
 def updates(wave_map: WaveMap, sources: NDArray[np.int64]) -> tuple[int, int]:

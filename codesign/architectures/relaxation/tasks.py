@@ -1,0 +1,36 @@
+"""The gradient descent search placed by itself, on a processor."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.architectures.host_task import HostTask
+from codesign.architectures.relaxation.costs import SEARCH_UNITS
+from codesign.architectures.relaxation.host import SEARCH
+from codesign.planners.interface import Problem
+from codesign.planners.relaxation.parameters import RelaxParameters
+from codesign.planners.relaxation.planner import PLANNER, Plan
+
+
+class HostSearch(HostTask):
+    """Two units for each step of the way, as in the styles of the whole planner. Assumed."""
+
+    planner = "relaxation"
+    task = SEARCH
+    description = "from cell to cell, each time to the lowest neighbour"
+    kernel = "relaxation_node_update"
+
+    def outcome(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,  # noqa: ARG002
+        plan: Plan,
+        position: tuple[float, float],
+    ) -> tuple[int, tuple[NDArray[np.float64], bool]]:
+        """The way from the position."""
+        points, arrived = PLANNER.way(problem, plan, position)
+        return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
+
+
+TASK_STYLES = (HostSearch(),)
