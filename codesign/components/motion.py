@@ -54,7 +54,7 @@ class PointDrive:
 
 @dataclass(frozen=True)
 class OmnidirectionalDrive:
-    """It drives in any direction, at most ``speed`` (a second), and gains or loses ``acceleration`` (a second²) at most.
+    """It drives in any direction, at most ``speed`` (a second), gaining or losing ``acceleration`` (a second²) at most.
 
     At a corner of angle θ its velocity changes by 2·v·sin(θ/2) at once, which it may only do as far as ``acceleration``
     allows within one control period.

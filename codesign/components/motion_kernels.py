@@ -48,7 +48,8 @@ def phases_of(
 ) -> Any:
     """Phases of constant acceleration along the segments: float64 m × 4.
 
-    Columns: begin (s), arc length and speed there, acceleration. The last phase is standing at the end. ``turns``: float64 n + 1, seconds stood at each vertex for turning.
+    Columns: begin (s), arc length and speed there, acceleration. The last phase is standing at the end. ``turns``:
+    float64 n + 1, seconds stood at each vertex for turning.
     """
     phases = np.empty((4 * lengths.size + 2, 4))
     used, time = 0, 0.0

@@ -1,0 +1,186 @@
+"""Range sensors of a robot: what they see of the true map from where it stands.
+
+Cells and positions as in ``components.way``. A sensor sees cells, not inflated by the robot's radius. It is a full
+circle, so the robot's heading does not matter. A range of 0 sees nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.components.way import Point, cell_of
+from codesign.errors import InputError
+from codesign.figures import Figure, Status
+
+Cells = NDArray[np.int64]
+"""int64 n × 2, (row, column), in raster order, each once."""
+
+BITS_A_RAY = Figure(
+    16, "bit", Status.ASSUMED, "a range in millimetres fits 16 bits, as most laser scanners send it", 8, 32
+)
+BITS_A_CELL = Figure(1, "bit", Status.ASSUMED, "a cell within range is sent as free or not free", 1, 8)
+
+CORNER = 1e-9
+"""Cells: a ray that comes so near to where four cells meet goes through the corner itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """What was seen at once: ``free`` cells and ``blocked`` cells, int64 n × 2 each, in raster order."""
+
+    free: Cells
+    blocked: Cells
+
+    @property
+    def cells(self) -> int:
+        """How many cells were seen."""
+        return len(self.free) + len(self.blocked)
+
+
+NOTHING = Scan(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
+"""A scan that saw nothing."""
+
+
+@dataclass(frozen=True)
+class RaySensor:
+    """``rays`` rays in equal angles all around, each ``range_cells`` long (a lidar, a ring of sonars).
+
+    Each sees the cells that it passes, up to and including the first blocked one. It never sees through a wall, and not
+    between two blocked cells that touch at a corner only.
+
+    Raises:
+        InputError: a range below 0 or not finite, or no ray.
+    """
+
+    range_cells: float
+    rays: int
+
+    def __post_init__(self) -> None:
+        _check_range(self.range_cells)
+        if self.rays < 1:
+            raise InputError(f"{self.rays} rays", "sensor.rays", "give at least 1")
+
+    @cached_property
+    def directions(self) -> NDArray[np.float64]:
+        """Unit vectors (row, column) of the rays, float64 ``rays`` × 2; the first along growing columns."""
+        angles = [2.0 * math.pi * ray / self.rays for ray in range(self.rays)]
+        return np.array([(math.sin(angle), math.cos(angle)) for angle in angles])
+
+    @property
+    def bits(self) -> int:
+        """Size of the message that carries a scan, bits: the range along each ray (assumed, see ``BITS_A_RAY``)."""
+        return self.rays * int(BITS_A_RAY.value)
+
+    def scan(self, free: NDArray[np.bool_], position: Point) -> Scan:
+        """What the rays see of ``free`` (bool, rows × columns) from ``position``, which must lie inside the map.
+
+        Raises:
+            InputError: the position lies outside.
+        """
+        _check_inside(free, position)
+        if self.range_cells == 0.0:
+            return NOTHING
+        from codesign.components import sensor_kernels
+
+        y, x = position
+        return Scan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
+
+
+@dataclass(frozen=True)
+class RadiusSensor:
+    """It knows every cell whose middle lies within ``range_cells``, walls or not (a known window, as planners' papers
+    have it).
+
+    Raises:
+        InputError: a range below 0 or not finite.
+    """
+
+    range_cells: float
+
+    def __post_init__(self) -> None:
+        _check_range(self.range_cells)
+
+    @property
+    def bits(self) -> int:
+        """Size of the message that carries a scan, bits: one a cell of the disc (assumed, see ``BITS_A_CELL``)."""
+        return len(_disc(0.0, 0.0, self.range_cells)) * int(BITS_A_CELL.value)
+
+    def scan(self, free: NDArray[np.bool_], position: Point) -> Scan:
+        """The cells of ``free`` (bool, rows × columns) within range of ``position``, which must lie inside the map.
+
+        Raises:
+            InputError: the position lies outside.
+        """
+        _check_inside(free, position)
+        if self.range_cells == 0.0:
+            return NOTHING
+        cells = _disc(position[0], position[1], self.range_cells)
+        inside = (cells >= 0).all(axis=1) & (cells < free.shape).all(axis=1)
+        cells = cells[inside]
+        seen = free[cells[:, 0], cells[:, 1]]
+        return Scan(cells[seen], cells[~seen])
+
+
+Sensor = RaySensor | RadiusSensor
+
+
+def _disc(y: float, x: float, reach: float) -> Cells:
+    rows = np.arange(math.ceil(y - reach), math.floor(y + reach) + 1)
+    columns = np.arange(math.ceil(x - reach), math.floor(x + reach) + 1)
+    within = (rows[:, None] - y) ** 2 + (columns - x) ** 2 <= reach * reach
+    cells: Cells = np.argwhere(within) + np.array((math.ceil(y - reach), math.ceil(x - reach)))
+    return cells
+
+
+def _check_range(cells: float) -> None:
+    if not (math.isfinite(cells) and cells >= 0.0):
+        raise InputError(f"a range of {cells} cells", "sensor.range", "give 0 or more; 0 sees nothing")
+
+
+def _check_inside(free: NDArray[np.bool_], position: Point) -> None:
+    row, column = cell_of(position)
+    if not (0 <= row < free.shape[0] and 0 <= column < free.shape[1]):
+        raise InputError(
+            f"a scan from {position}, outside of the map", "position", "keep the robot in the map"
+        )
+
+
+def cast_reference(
+    free: NDArray[np.bool_], position: Point, reach: float, directions: NDArray[np.float64]
+) -> Scan:
+    """What ``sensor_kernels.cast`` returns, in a few plain lines."""
+    seen_free: set[tuple[int, int]] = set()
+    seen_blocked: set[tuple[int, int]] = set()
+
+    def inside(cell: tuple[int, int]) -> bool:
+        return cell[0] in range(free.shape[0]) and cell[1] in range(free.shape[1])
+
+    for down, along in directions.tolist():
+        row, column = cell_of(position)
+        row_step, column_step = (1 if down > 0 else -1), (1 if along > 0 else -1)
+        while inside((row, column)):
+            if not free[row, column]:
+                seen_blocked.add((row, column))
+                break
+            seen_free.add((row, column))
+            to_row = (row + 0.5 * row_step - position[0]) / down if down else math.inf
+            to_column = (column + 0.5 * column_step - position[1]) / along if along else math.inf
+            if min(to_row, to_column) > reach:
+                break
+            corner = abs(to_row - to_column) <= CORNER
+            beside = [(row + row_step, column), (row, column + column_step)]
+            if corner and not any(inside(cell) and bool(free[cell]) for cell in beside):
+                seen_blocked.update(cell for cell in beside if inside(cell))
+                break
+            row += row_step if corner or to_row < to_column else 0
+            column += column_step if corner or to_row >= to_column else 0
+    shape = (-1, 2)
+    return Scan(
+        np.array(sorted(seen_free), np.int64).reshape(shape),
+        np.array(sorted(seen_blocked), np.int64).reshape(shape),
+    )

@@ -1,0 +1,80 @@
+"""Obstacles grown by the robot's radius: where the middle of a disc may be (its configuration space)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import InputError
+
+_ROUNDING = 1e-9
+
+
+class Inflation:
+    """Cells that the middle of a robot may not enter, kept up to date cell by cell.
+
+    A cell is blocked where it is an obstacle, or where a disc of ``radius`` cells around its middle would overlap one:
+    where the middle lies nearer than ``radius`` to the square of an obstacle cell, or to the outside of the map. A
+    radius of up to half a cell therefore adds nothing. A robot off the middle of its cell may come up to half a cell
+    nearer to an obstacle than ``radius``; this is the price of planning in cells, and what its clearance tells.
+
+    Args:
+        obstacles: bool, rows × columns.
+        radius: cells.
+
+    Attributes:
+        blocked: bool, rows × columns, a view that changes with ``change``.
+
+    Raises:
+        InputError: a radius below 0 or not finite.
+    """
+
+    def __init__(self, obstacles: NDArray[np.bool_], radius: float) -> None:
+        if not (math.isfinite(radius) and radius >= 0.0):
+            raise InputError(f"a radius of {radius} cells", "radius", "give 0 or more")
+        self.radius = radius
+        self.footprint = footprint(radius)
+        self._grows = len(self.footprint) > 1
+        rows, columns = obstacles.shape
+        if not self._grows:
+            self.blocked = obstacles.copy()
+            return
+        from codesign.mission import inflation_kernels
+
+        # The outside counts once for each cell that is too near to it: it never leaves.
+        edge = np.minimum.outer(
+            np.minimum(np.arange(rows), np.arange(rows)[::-1]), np.full(columns, rows + columns)
+        )
+        edge = np.minimum(edge, np.minimum(np.arange(columns), np.arange(columns)[::-1]))
+        self._covers = (edge + 0.5 < radius - _ROUNDING).astype(np.int32)
+        self.blocked = self._covers > 0
+        inflation_kernels.stamp(self._covers, self.blocked, np.argwhere(obstacles), self.footprint, 1)
+
+    def change(self, appeared: NDArray[np.int64], gone: NDArray[np.int64]) -> None:
+        """Obstacle cells appeared, others are gone: int64 n × 2 each, cells that changed and no others."""
+        if not self._grows:
+            self.blocked[appeared[:, 0], appeared[:, 1]] = True
+            self.blocked[gone[:, 0], gone[:, 1]] = False
+            return
+        from codesign.mission import inflation_kernels
+
+        inflation_kernels.stamp(self._covers, self.blocked, appeared, self.footprint, 1)
+        inflation_kernels.stamp(self._covers, self.blocked, gone, self.footprint, -1)
+
+
+def footprint(radius: float) -> NDArray[np.int64]:
+    """Offsets (row, column) of the obstacle cells that block a cell, itself included: int64 n × 2.
+
+    >>> footprint(0.5).tolist()
+    [[0, 0]]
+    >>> len(footprint(0.6)), len(footprint(1.0))
+    (5, 9)
+    """
+    reach = math.floor(radius + 0.5)
+    side = np.arange(-reach, reach + 1)
+    gap = np.maximum(np.abs(side) - 0.5, 0.0)
+    near = np.hypot(gap[:, None], gap) < radius - _ROUNDING
+    near[reach, reach] = True
+    return np.argwhere(near) - reach
