@@ -14,8 +14,14 @@ import pytest
 
 from codesign.errors import TraceError
 from codesign.records import (
+    BeliefRecord,
+    FieldRecord,
     MapRecord,
     MessageRecord,
+    MissionRecord,
+    ObstacleRecord,
+    PoseRecord,
+    PositionsRecord,
     Record,
     StageRecord,
     SummaryRecord,
@@ -26,6 +32,7 @@ from codesign.records import (
 )
 from codesign.trace import McapListener, MemoryListener
 from codesign.trace.encoding import RECORD_TYPES, encode, schema_of
+from codesign.trace.foxglove import Floor
 
 FREE = np.array([[True, False, True], [True, True, True]])
 
@@ -51,6 +58,33 @@ def a_run(seed: int = 1) -> list[Record]:
     ]
 
 
+def a_mission() -> list[Record]:
+    """A small drive with a record of every class that a mission adds; it ends early, with no result."""
+    free = np.ones((4, 6), bool)
+    free[1, 1:5] = False
+    cells = np.array([[2, 2], [2, 3]], np.int32)
+    field = np.full((4, 6), np.inf)
+    field[0] = np.arange(6.0)
+    way = np.array([[0.0, 0.0], [3.0, 0.25], [3.0, 5.0]])
+    return [
+        MapRecord(0, "map", free, np.array([[3, 5]], np.int32), 0.5),
+        BeliefRecord(0, "robot", np.array([[0, 0], [1, 1]], np.int32), np.array([False, True])),
+        MissionRecord(0, "robot", "plan_requested", "the first"),
+        MessageRecord(10, "uart", "host", "fpga", "map", 24, 20, 2_000_000, "dropped", "link down", 3),
+        FieldRecord(3_000_000, "fpga", "distance", "cells", field),
+        TrajectoryRecord(3_000_000, "robot", way, True),
+        MissionRecord(3_000_000, "robot", "plan_ready", "3 us"),
+        PoseRecord(10**11, "robot", 1 / 3, 0.0, np.pi / 2, 0.5),
+        ObstacleRecord(2 * 10**11, "world", cells, True),
+        BeliefRecord(3 * 10**11, "robot", cells, np.array([True, True])),
+        ObstacleRecord(15 * 10**11, "world", cells[:1], False),
+        PositionsRecord(16 * 10**11, "fleet", 7, np.array([[1.0, 2.5], [3.0, 0.0]])),
+        PoseRecord(17 * 10**11, "robot", 2.0, 0.5, 0.0, 0.0),
+        MissionRecord(17 * 10**11, "robot", "contact", "an obstacle came"),
+        MissionRecord(18 * 10**11, "robot", "ended", "the robot is walled in"),
+    ]
+
+
 def same(first: Record, second: Record) -> bool:
     """Whether two records are equal, arrays with their dtypes and shapes included."""
     if type(first) is not type(second):
@@ -73,7 +107,7 @@ def write(path: Path, records: list[Record], **identity: str) -> Path:
 
 
 def test_every_class_of_record_is_written_here() -> None:
-    assert {type(record) for record in a_run()} == set(RECORD_TYPES.values())
+    assert {type(record) for record in a_run() + a_mission()} == set(RECORD_TYPES.values())
 
 
 def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
@@ -98,10 +132,11 @@ def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
     }
     assert {channel.topic for channel in summary.channels.values()} == {
         "/map", "/pci/message", "/fpga/visits", "/fpga/stage", "/host/task", "/trajectory",
-        "/fpga/utilisation", "/pci/utilisation", "/summary",
+        "/fpga/utilisation", "/pci/utilisation", "/scene", "/summary",
     }  # fmt: skip
-    assert [message.sequence for _, _, message in plain] == list(range(1, 12))
-    assert len(messages) == summary.statistics.message_count == 11
+    told = [message.sequence for _, channel, message in plain if channel.topic != "/scene"]
+    assert told == list(range(1, 12))
+    assert len(messages) == summary.statistics.message_count == 12
     assert (summary.statistics.message_start_time, summary.statistics.message_end_time) == (0, 10_000)
     for schema, channel, message in messages:
         assert (channel.message_encoding, schema.encoding) == ("json", "jsonschema")
@@ -114,7 +149,7 @@ def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
 
 def test_the_map_and_the_potential_are_foxglove_grids() -> None:
     map_record, stage = a_run()[0], a_run()[3]
-    data = json.loads(encode(map_record, cell_size=0.05))
+    data = json.loads(encode(map_record, Floor(2, 0.05)))
     assert data["frame_id"] == "map"
     assert data["cell_size"] == {"x": 0.05, "y": 0.05}
     assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 3, 1)
@@ -150,7 +185,7 @@ def test_foxglove_can_read_the_schema(record_type: type[Record]) -> None:
     assert schema["type"] == "object"
     walk(schema)
     names = {item.name for item in fields(record_type)}
-    assert names - {"free", "potential"} <= set(schema["properties"])
+    assert names - {"free", "potential", "values"} <= set(schema["properties"])
 
 
 def test_the_same_records_give_the_same_bytes(tmp_path: Path) -> None:
@@ -268,6 +303,8 @@ class PluginRecord(Record):
         (MapRecord(0, "host", FREE, np.zeros((1, 2), np.int64), None), "goals is int64 in place of int32"),  # type: ignore[arg-type]
         (MapRecord(0, "host", FREE.astype(np.uint8), np.zeros((1, 2), np.int32), None), "no grid"),  # type: ignore[arg-type]
         (VisitsRecord(0, "fpga", 0, 0, 7, *[np.zeros(2**24 + 1, np.int32)] * 2), r"more than 2\^24"),
+        (ObstacleRecord(0, "world", np.zeros(2, np.int32), True), "cells has shape"),
+        (PoseRecord(0, "robot", float("nan"), 0.0, 0.0, 0.0), "cannot be written as JSON"),
         (StrangeRecord(0, "host", [1]), r"cannot hold StrangeRecord.what, a list\[int\]"),
     ],
 )

@@ -13,11 +13,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
-from test_trace_mcap import a_run, same, write
+from test_trace_mcap import a_mission, a_run, same, write
 
 from codesign.errors import TraceError
 from codesign.records import (
     MapRecord,
+    MessageRecord,
+    ObstacleRecord,
+    PoseRecord,
     Record,
     StageRecord,
     TrajectoryRecord,
@@ -69,13 +72,38 @@ def test_a_run_comes_back_in_the_order_of_emission(tmp_path: Path) -> None:
     trace = open_trace(path)
     assert trace.complete
     assert trace.size == path.stat().st_size
-    assert trace.messages == 11
+    assert (trace.messages, trace.record_messages) == (12, 11)
     assert (trace.begin, trace.end) == (0, 10_000_000)
     assert trace.metadata["run"]["platform"] == "virtex4-pci"
     assert trace.result["time_ps"] == 10_000_000
     back = list(trace.records())
     assert len(back) == len(a_run())
     assert all(same(one, other) for one, other in zip(back, a_run(), strict=True))
+
+
+def test_a_mission_comes_back_without_what_was_made_for_viewers(tmp_path: Path) -> None:
+    """It ended early, with no result: the file is whole all the same."""
+    trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
+    assert trace.complete
+    assert trace.result is None
+    assert trace.messages > trace.record_messages == len(a_mission())
+    back = list(trace.records())
+    assert all(same(one, other) for one, other in zip(back, a_mission(), strict=True))
+
+
+def test_classes_choose_records(tmp_path: Path) -> None:
+    trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
+    chosen = list(trace.records(kinds=[PoseRecord, ObstacleRecord]))
+    expected = [record for record in a_mission() if isinstance(record, PoseRecord | ObstacleRecord)]
+    assert all(same(one, other) for one, other in zip(chosen, expected, strict=True))
+    assert list(trace.records(["/mission"], kinds=[PoseRecord])) == []
+
+
+def test_a_message_of_an_older_file_takes_the_defaults() -> None:
+    """Messages on links had no outcome when only delivered ones were written."""
+    old = b'{"time":1,"source":"pci","sender":"a","receiver":"b","name":"map","bits":8,"begin":2,"end":3}'
+    record = decode(MessageRecord, old)
+    assert record == MessageRecord(1, "pci", "a", "b", "map", 8, 2, 3, "delivered", None, 1)
 
 
 def test_topics_choose_records_and_patterns_too(tmp_path: Path) -> None:
@@ -210,7 +238,7 @@ def without_checksums(path: Path) -> None:
         writer = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
         writer.start()
         writer.add_metadata("run", {"format": "1"})
-        for record in a_run():
+        for record in a_run() + a_mission():
             names = {"record": type(record).__name__, "source": record.source}
             channel = writer.register_channel("/any", "json", 0, names)
             writer.add_message(channel, record.time // 1000, encode(record), 0)
@@ -224,7 +252,7 @@ values = st.recursive(
 )  # fmt: skip
 
 
-@given(st.sampled_from(a_run()), st.data())
+@given(st.sampled_from(a_run() + a_mission()), st.data())
 @settings(max_examples=250, deadline=None)
 def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
     """A message with one value replaced, one level down in arrays too, is a good record or an error."""
@@ -256,6 +284,12 @@ def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st
         ("TaskRecord", b"{}", "time is missing"),
         ("UtilisationRecord", b'{"time":-1,"source":"a","busy":0,"span":1}', "time -1"),
         ("MapRecord", b'{"time":0,"source":"a"}', "a grid without columns or data"),
+        (
+            "BeliefRecord",
+            b'{"time":0,"source":"a","cells":{"dtype":"int32","shape":[0,2],"data":""},'
+            b'"blocked":{"dtype":"bool","shape":[1],"data":"AQ=="}}',
+            "one cell is not one truth",
+        ),
     ],
 )
 def test_a_message_that_is_none_is_refused(record_type: str, message: bytes, why: str) -> None:

@@ -1,8 +1,9 @@
 """Records as JSON messages with JSON schemas, and back: both generated from the fields of the record classes.
 
 An array is ``{"dtype", "shape", "data"}``, its bytes little-endian and base64; compression is left to the
-file's chunks. A record that holds a grid becomes a ``foxglove.Grid`` with the record's other fields beside
-the standard ones. A field that is None is left out. The schemas keep to what Foxglove's reader of JSON
+file's chunks. A record that holds a grid becomes a ``foxglove.Grid``, and a pose or an event of a mission the
+message of ``foxglove.STANDARDS``, with the record's other fields beside the standard ones. A field that is None
+is left out; one that is missing and has a default takes it. The schemas keep to what Foxglove's reader of JSON
 schemas takes: every property has one type, every object its properties.
 
 Decoding trusts nothing: sizes are bounded and checked against shapes, types are those of the fields.
@@ -15,7 +16,7 @@ import json
 import math
 import types
 import typing
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from typing import Any, NoReturn
 
 import numpy as np
@@ -23,7 +24,18 @@ from numpy.typing import NDArray
 
 from codesign import records
 from codesign.errors import TraceError
-from codesign.records import MapRecord, Record, StageRecord, SummaryRecord, TrajectoryRecord, VisitsRecord
+from codesign.records import (
+    BeliefRecord,
+    FieldRecord,
+    MapRecord,
+    MissionRecord,
+    Record,
+    StageRecord,
+    SummaryRecord,
+    TrajectoryRecord,
+    VisitsRecord,
+)
+from codesign.trace.foxglove import STANDARDS, Floor
 from codesign.trace.grid import GRID_PROPERTIES, GRID_REQUIRED, decode_base64, decode_grid, encode_grid
 
 MAX_ELEMENTS = 2**24
@@ -48,10 +60,10 @@ RECORD_TYPES: dict[str, type[Record]] = {
 }
 """Every class of record by its name: what a reader can give back."""
 
-RUN_LEVEL = (MapRecord, TrajectoryRecord, SummaryRecord)
+RUN_LEVEL = (MapRecord, TrajectoryRecord, MissionRecord, SummaryRecord)
 """Records of the run as a whole: their topics do not begin with the source."""
 
-GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential"}
+GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential", FieldRecord: "values"}
 """The field of a record that is shown as a grid."""
 
 # Shapes that the records promise, by field; None stands for any length.
@@ -60,6 +72,9 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
     "points": (None, 2),
     "block": (None,),
     "iterations": (None,),
+    "cells": (None, 2),
+    "blocked": (None,),
+    "positions": (None, 2),
 }
 _JSON_TYPES: dict[object, str] = {int: "integer", float: "number", str: "string", bool: "boolean"}
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
@@ -73,12 +88,22 @@ _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
 
 @dataclass(frozen=True)
 class FieldPlan:
-    """How one field crosses over: its JSON type, or ``array`` with a ``dtype``, ``mapping`` or ``grid``."""
+    """How one field crosses over: its JSON type, or ``array`` with a ``dtype``, ``mapping`` or ``grid``.
+
+    ``default``: what it is where a message lacks it, as those of older files may.
+    """
 
     name: str
     kind: str
     optional: bool = False
     dtype: np.dtype[Any] | None = None
+    has_default: bool = False
+    default: Any = None
+
+    @property
+    def required(self) -> bool:
+        """Whether every message has it."""
+        return not (self.optional or self.has_default)
 
 
 _PLANS: dict[type[Record], tuple[FieldPlan, ...]] = {}
@@ -96,7 +121,10 @@ def topic_of(record_type: type[Record], source: str) -> str:
 
 def schema_name(record_type: type[Record]) -> str:
     """The name of a record's schema."""
-    return "foxglove.Grid" if record_type in GRIDS else f"codesign.{record_type.__name__}"
+    if record_type in GRIDS:
+        return "foxglove.Grid"
+    standard = STANDARDS.get(record_type)
+    return f"codesign.{record_type.__name__}" if standard is None else standard.schema
 
 
 def schema_of(record_type: type[Record]) -> bytes:
@@ -108,8 +136,10 @@ def schema_of(record_type: type[Record]) -> bytes:
         required = [*GRID_REQUIRED, *(item.name for item in fields(Record))]
         about = "A grid; what else its record holds stands beside it"
     else:
-        properties = _properties(record_type)
-        required = [plan.name for plan in plan_of(record_type) if not plan.optional]
+        standard = STANDARDS.get(record_type)
+        shown = {} if standard is None else standard.properties
+        properties = {**shown, **_properties(record_type)}
+        required = [*shown, *(plan.name for plan in plan_of(record_type) if plan.required)]
         about = (record_type.__doc__ or record_type.__name__).split("\n\n")[0]
     schema = {
         "title": schema_name(record_type),
@@ -121,8 +151,11 @@ def schema_of(record_type: type[Record]) -> bytes:
     return json.dumps(schema, ensure_ascii=False).encode()
 
 
-def encode(record: Record, cell_size: float = 1.0) -> bytes:
-    """The message of a record, UTF-8 JSON. ``cell_size``: metres a cell of a grid, 1 where nobody knows.
+_NO_FLOOR = Floor()
+
+
+def encode(record: Record, floor: Floor = _NO_FLOOR) -> bytes:
+    """The message of a record, UTF-8 JSON. ``floor``: the map that the record's grids and places are of.
 
     Raises:
         TraceError: a field holds what its type does not promise, or an array is too large.
@@ -136,19 +169,37 @@ def encode(record: Record, cell_size: float = 1.0) -> bytes:
             continue
         if plan.kind == "grid":
             _bound(value.size, record, plan)
-            message.update(encode_grid(value, record.time, cell_size))
+            if value.dtype != plan.dtype:
+                raise TraceError(f"no grid: {plan.name} is {value.dtype} in place of {plan.dtype}")
+            name = record.name if isinstance(record, FieldRecord) else plan.name
+            message.update(encode_grid(value, record.time, floor.cell_size, name))
         elif plan.kind == "array":
             message[plan.name] = _encode_array(record, plan, value)
         else:
             if isinstance(value, int) and abs(value) > MAX_INTEGER:
                 _refuse_integer(record, plan.name, value)
             message[plan.name] = value
+    standard = STANDARDS.get(type(record))
+    if standard is not None:
+        message.update(standard.fill(record, floor))
+    return packed(type(record).__name__, message)
+
+
+_JSON = json.JSONEncoder(allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+
+
+def packed(name: str, message: dict[str, Any]) -> bytes:
+    """A message as JSON, UTF-8; ``name``: of what it is, to be told where it is refused.
+
+    Raises:
+        TraceError: it holds what JSON cannot, or takes more than ``MAX_MESSAGE_BYTES``.
+    """
     try:
-        text = json.dumps(message, allow_nan=False, ensure_ascii=False, separators=(",", ":")).encode()
+        text = _JSON.encode(message).encode()
     except (TypeError, ValueError, RecursionError) as fault:
-        raise TraceError(f"a {type(record).__name__} cannot be written as JSON: {fault}") from fault
+        raise TraceError(f"a {name} cannot be written as JSON: {fault}") from fault
     if len(text) > MAX_MESSAGE_BYTES:
-        _refuse(type(record), f"{len(text)} bytes of JSON, more than a reader takes")
+        raise TraceError(f"no {name}: {len(text)} bytes of JSON, more than a reader takes")
     return text
 
 
@@ -167,6 +218,8 @@ def decode(record_type: type[Record], message: bytes) -> Record:
         _refuse(record_type, f"time {record.time}")
     if isinstance(record, VisitsRecord) and record.block.shape != record.iterations.shape:
         _refuse(record_type, "one block a visit is not one number of iterations a visit")
+    if isinstance(record, BeliefRecord) and len(record.cells) != len(record.blocked):
+        _refuse(record_type, "one cell is not one truth whether it is blocked")
     return record
 
 
@@ -199,7 +252,8 @@ def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
         hints = typing.get_type_hints(record_type)
         grid = GRIDS.get(record_type)
         _PLANS[record_type] = tuple(
-            _plan(record_type, item.name, hints[item.name], grid) for item in fields(record_type)
+            _defaulted(_plan(record_type, item.name, hints[item.name], grid), item.default)
+            for item in fields(record_type)
         )
     return _PLANS[record_type]
 
@@ -218,6 +272,10 @@ def _plan(record_type: type[Record], name: str, hint: Any, grid: str | None) -> 
         dtype = np.dtype(typing.get_args(typing.get_args(hint)[1])[0])
         return FieldPlan(name, "grid" if name == grid else "array", optional, dtype)
     raise TraceError(f"a trace cannot hold {record_type.__name__}.{name}, a {hint}")
+
+
+def _defaulted(plan: FieldPlan, default: Any) -> FieldPlan:
+    return plan if default is MISSING else replace(plan, has_default=True, default=default)
 
 
 def _properties(record_type: type[Record]) -> dict[str, Any]:
@@ -246,6 +304,8 @@ def _encode_array(record: Record, plan: FieldPlan, value: Any) -> dict[str, Any]
     _bound(array.size, record, plan)
     if not np.can_cast(array.dtype, plan.dtype, casting="safe"):
         _refuse(type(record), f"{plan.name} is {array.dtype} in place of {plan.dtype}")
+    if not _as_promised(plan.name, list(array.shape)):
+        _refuse(type(record), f"{plan.name} has shape {list(array.shape)}")
     data = array.astype(plan.dtype.newbyteorder("<")).tobytes()
     return {
         "dtype": plan.dtype.name,
@@ -264,8 +324,8 @@ def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, An
         assert plan.dtype is not None
         return decode_grid(data, plan.dtype, MAX_ELEMENTS)
     if plan.name not in data:
-        if plan.optional:
-            return None
+        if not plan.required:
+            return plan.default
         _refuse(record_type, f"{plan.name} is missing")
     value = data[plan.name]
     if plan.kind == "array":
@@ -280,7 +340,6 @@ def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, An
 
 def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDArray[Any]:
     assert plan.dtype is not None
-    promised = _SHAPES.get(plan.name)
     if not isinstance(value, dict) or value.get("dtype") != plan.dtype.name:
         _refuse(record_type, f"{plan.name} is no {plan.dtype} array")
     shape = value.get("shape")
@@ -290,10 +349,7 @@ def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDA
         or not all(type(side) is int and side >= 0 for side in shape)
     ):
         _refuse(record_type, f"{plan.name} has no shape")
-    if promised is not None and (
-        len(shape) != len(promised)
-        or any(side not in (None, given) for side, given in zip(promised, shape, strict=True))
-    ):
+    if not _as_promised(plan.name, shape):
         _refuse(record_type, f"{plan.name} has shape {shape[:4]}")
     size = math.prod(shape)
     if size > MAX_ELEMENTS:
@@ -302,6 +358,14 @@ def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDA
     if len(data) != size * plan.dtype.itemsize:
         _refuse(record_type, f"{plan.name} has {len(data)} bytes for {size} elements")
     return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(shape)
+
+
+def _as_promised(name: str, shape: list[int]) -> bool:
+    """Whether the field of that name may have that shape."""
+    promised = _SHAPES.get(name, (None,) * len(shape))
+    return len(shape) == len(promised) and all(
+        side in (None, given) for side, given in zip(promised, shape, strict=True)
+    )
 
 
 def _refuse_integer(record: Record, name: str, value: int) -> NoReturn:

@@ -3,8 +3,9 @@ documents.
 
 Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
 first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
-1 for an obstacle (field ``occupied``); a potential is one float64 a cell (field ``potential``). The map lies
-1 cm lower than the potential, so that the two don't flicker in one plane.
+1 for an obstacle (field ``occupied``); what a robot knows of it is one byte a cell too (field ``belief``: 0 free,
+1 unknown, 2 blocked); a potential, or any other field, is one float64 a cell, under its name. Maps lie lower than
+fields, so that the two don't flicker in one plane.
 """
 
 from __future__ import annotations
@@ -17,35 +18,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError
+from codesign.trace.foxglove import POSE, TIMESTAMP, pose, timestamp
 
 # foxglove.NumericType
 _UINT8 = 1
 _FLOAT64 = 8
 
-_VECTOR = {axis: {"type": "number"} for axis in ("x", "y", "z")}
+_GRID_TYPES = (np.dtype(bool), np.dtype(np.uint8), np.dtype(np.float64))
 
 GRID_PROPERTIES: dict[str, Any] = {
-    "timestamp": {
-        "type": "object",
-        "title": "time",
-        "properties": {
-            "sec": {"type": "integer", "minimum": 0},
-            "nsec": {"type": "integer", "minimum": 0, "maximum": 999999999},
-        },
-    },
+    "timestamp": TIMESTAMP,
     "frame_id": {"type": "string"},
-    "pose": {
-        "type": "object",
-        "title": "foxglove.Pose",
-        "properties": {
-            "position": {"type": "object", "title": "foxglove.Vector3", "properties": _VECTOR},
-            "orientation": {
-                "type": "object",
-                "title": "foxglove.Quaternion",
-                "properties": {**_VECTOR, "w": {"type": "number"}},
-            },
-        },
-    },
+    "pose": POSE,
     "column_count": {"type": "integer", "minimum": 0},
     "cell_size": {
         "type": "object",
@@ -71,35 +55,32 @@ GRID_PROPERTIES: dict[str, Any] = {
 GRID_REQUIRED = tuple(GRID_PROPERTIES)
 
 
-def encode_grid(values: NDArray[Any], time: int, cell_size: float) -> dict[str, Any]:
-    """The standard fields of a grid: a bool array of free cells, or a float64 potential, rows × columns.
+_HEIGHTS = {"occupied": -0.02, "belief": -0.01}
+"""Metres at which grids lie; all others at 0."""
+
+
+def encode_grid(values: NDArray[Any], time: int, cell_size: float, name: str) -> dict[str, Any]:
+    """The standard fields of a grid, rows × columns: a bool array of free cells, a uint8 or a float64 array.
+
+    ``name``: of the field; that of a bool array is ``occupied``.
 
     Raises:
-        TraceError: it is neither.
+        TraceError: it is none of these.
     """
-    if values.ndim != 2 or values.dtype not in (np.dtype(bool), np.dtype(np.float64)):
+    if values.ndim != 2 or values.dtype not in _GRID_TYPES:
         raise TraceError(f"no grid: an array of {values.ndim} dimensions and {values.dtype}")
-    is_map = values.dtype == bool
-    cells = (~values).view(np.uint8) if is_map else values.astype("<f8")
-    seconds, rest = divmod(time, 10**12)
+    if values.dtype == bool:
+        values, name = (~values).view(np.uint8), "occupied"
+    cells = values.astype(values.dtype.newbyteorder("<"))
     return {
-        "timestamp": {"sec": seconds, "nsec": rest // 1000},
+        "timestamp": timestamp(time),
         "frame_id": "map",
-        "pose": {
-            "position": {"x": 0.0, "y": 0.0, "z": -0.01 if is_map else 0.0},
-            "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
-        },
+        "pose": pose({"x": 0.0, "y": 0.0, "z": _HEIGHTS.get(name, 0.0)}),
         "column_count": values.shape[1],
         "cell_size": {"x": cell_size, "y": cell_size},
         "row_stride": values.shape[1] * cells.itemsize,
         "cell_stride": cells.itemsize,
-        "fields": [
-            {
-                "name": "occupied" if is_map else "potential",
-                "offset": 0,
-                "type": _UINT8 if is_map else _FLOAT64,
-            }
-        ],
+        "fields": [{"name": name, "offset": 0, "type": _UINT8 if cells.itemsize == 1 else _FLOAT64}],
         "data": base64.b64encode(np.flipud(cells).tobytes()).decode("ascii"),
     }
 

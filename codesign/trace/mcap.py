@@ -14,6 +14,8 @@ from codesign.errors import TraceError
 from codesign.files import is_special, landing
 from codesign.records import MapRecord, Record, SummaryRecord
 from codesign.trace.encoding import GRIDS, encode, schema_name, schema_of, topic_of
+from codesign.trace.foxglove import Floor, floor_of
+from codesign.trace.views import Views
 
 LIBRARY = "hwsw-codesign"
 FORMAT = "1"
@@ -57,10 +59,11 @@ class McapListener:
         # A link is followed, and stays; and a long name is cut, as the temporary one is longer still.
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
-        self._channels: dict[tuple[type[Record], str], int] = {}
+        self._channels: dict[tuple[str, str], int] = {}
         self._schemas: dict[str, int] = {}
         self._count = 0
-        self._cell_size = 1.0
+        self._floor = Floor()
+        self._views = Views()
         self._finished = False
         self._stream: BinaryIO | None = None
         if self.path.is_dir():
@@ -76,22 +79,20 @@ class McapListener:
         self.attach(RUN_ATTACHMENT, "application/json", _json(run))
 
     def __call__(self, record: Record) -> None:
-        """Write one record; its ``time`` rounded down to nanoseconds is the message's time.
+        """Write one record, and what is to be shown after it; its ``time`` rounded down to nanoseconds is theirs.
 
         Raises:
             TraceError: see the class; or the record holds what a trace cannot, or the file is closed.
         """
-        if isinstance(record, MapRecord) and record.resolution:
-            self._cell_size = record.resolution
-        message = encode(record, self._cell_size)
-        with self._guard():
-            self._count += 1
-            self._writer.add_message(
-                channel_id=self._channel(record),
-                log_time=record.time // 1000,
-                publish_time=record.time // 1000,
-                sequence=self._count,
-                data=message,
+        if isinstance(record, MapRecord):
+            self._floor = floor_of(record)
+        message = encode(record, self._floor)
+        self._count += 1
+        self._write(self._record_channel(record), record.time, message)
+        for view in self._views.of(record):
+            metadata = {"source": record.source, "shows": type(record).__name__}
+            self._write(
+                self._channel(view.topic, view.schema, view.schema_json, metadata), record.time, view.data
             )
         if isinstance(record, SummaryRecord):
             self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
@@ -146,20 +147,37 @@ class McapListener:
         if self._stream is not None:
             self._stream.close()
 
-    def _channel(self, record: Record) -> int:
-        key = type(record), record.source
-        if key not in self._channels:
-            name = schema_name(type(record))
-            if name not in self._schemas:
-                self._schemas[name] = self._writer.register_schema(
-                    name, "jsonschema", schema_of(type(record))
-                )
-            metadata = {"record": type(record).__name__, "source": record.source}
-            if type(record) in GRIDS:
-                metadata["grid"] = GRIDS[type(record)]
-            self._channels[key] = self._writer.register_channel(
-                topic_of(*key), "json", self._schemas[name], metadata
+    def _write(self, channel: int, time: int, message: bytes) -> None:
+        with self._guard():
+            self._writer.add_message(
+                channel_id=channel,
+                log_time=time // 1000,
+                publish_time=time // 1000,
+                sequence=self._count,
+                data=message,
             )
+
+    def _record_channel(self, record: Record) -> int:
+        kind = type(record)
+        topic, schema = topic_of(kind, record.source), schema_name(kind)
+        found = self._channels.get((topic, schema))
+        if found is not None:
+            return found
+        metadata = {"record": kind.__name__, "source": record.source}
+        if kind in GRIDS:
+            metadata["grid"] = GRIDS[kind]
+        return self._channel(topic, schema, schema_of(kind), metadata)
+
+    def _channel(self, topic: str, schema: str, schema_json: bytes, metadata: dict[str, str]) -> int:
+        """The channel of a topic and a schema; it, and the schema by that name, are made where they are new."""
+        key = topic, schema
+        if key not in self._channels:
+            with self._guard():
+                if schema not in self._schemas:
+                    self._schemas[schema] = self._writer.register_schema(schema, "jsonschema", schema_json)
+                self._channels[key] = self._writer.register_channel(
+                    topic, "json", self._schemas[schema], metadata
+                )
         return self._channels[key]
 
     @contextmanager

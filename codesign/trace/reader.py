@@ -81,6 +81,11 @@ class Trace:
         return sum(channel.messages for channel in self.channels)
 
     @property
+    def record_messages(self) -> int:
+        """Messages that are records known to this version: as many as ``records`` gives."""
+        return sum(channel.messages for channel in self.channels if channel.record in RECORD_TYPES)
+
+    @property
     def result(self) -> Any:
         """The result of the run, as JSON gives it; None where the file has none.
 
@@ -95,11 +100,11 @@ class Trace:
         except TraceError as fault:
             raise TraceError(fault.what, f"{self.path}: {RESULT_ATTACHMENT}", fault.hint) from fault
 
-    def records(self, topics: Sequence[str] = ()) -> Iterator[Record]:
-        """The records of the run in the order of emission; of those topics only, where any are named.
+    def records(self, topics: Sequence[str] = (), kinds: Sequence[type[Record]] = ()) -> Iterator[Record]:
+        """The records of the run in the order of emission; of those topics, and of those classes, where any are named.
 
-        A topic may be a pattern (``/fpga/*``). Messages whose record class this version does not know are
-        left out. In a cut file the records end where the file does.
+        A topic may be a pattern (``/fpga/*``). Messages whose record class this version does not know, and those
+        made for viewers, are left out. In a cut file the records end where the file does.
 
         Raises:
             TraceError: no topic matches, a message is not what its channel says, or the file has changed.
@@ -109,10 +114,11 @@ class Trace:
             if not any(fnmatchcase(name, topic) for name in known):
                 raise TraceError(f"no topic {topic!r}", str(self.path), choose_hint(topic, known))
         channels = _Channels()
+        names = {kind.__name__ for kind in kinds or RECORD_TYPES.values()}
         try:
             for item in scan(self.path):
                 found = channels.message(item)
-                if found is not None:
+                if found is not None and found[0].record in names:
                     yield from self._decoded(*found, topics)
         except DamagedError as fault:
             if self.complete:

@@ -1,0 +1,234 @@
+"""Messages for viewers, made of the records as they pass: maps as they are by now, and a scene.
+
+Changes of the true map (``ObstacleRecord``) and of what a robot knows of it (``BeliefRecord``) are small, exact, and
+nothing that a viewer draws. So a whole grid of each is written beside them now and then: seldom on a large map, so that
+the bytes for each second of a mission stay within bounds whatever its size. The scene holds the way last planned, and
+what stands in the way as cubes, at once. Our reader leaves these messages out; they say nothing that records don't.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.records import (
+    BeliefRecord,
+    MapRecord,
+    MissionRecord,
+    ObstacleRecord,
+    Record,
+    SummaryRecord,
+    TrajectoryRecord,
+)
+from codesign.trace.encoding import packed, schema_of
+from codesign.trace.foxglove import POSE, TIMESTAMP, VECTOR, Floor, floor_of, pose, timestamp
+from codesign.trace.grid import encode_grid
+
+SHORTEST_INTERVAL = 10**12
+INTERVAL_A_CELL = 64 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 64 us for each cell.
+
+One byte a cell and base64: at most 21 kB of JSON for each second of a mission, before packing.
+"""
+
+MOST_CUBES = 256
+"""Cells of one record that are shown as cubes; where more change at once, the grids alone show them."""
+
+UNKNOWN = 1
+
+_SCENE = "/scene"
+_FLAT = {"x": 0.0, "y": 0.0, "z": 0.0}
+_WAY = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
+_OBSTACLE = {"r": 0.85, "g": 0.55, "b": 0.13, "a": 0.9}
+
+
+@dataclass(frozen=True)
+class View:
+    """One such message: where it goes, its schema's name and JSON, and the message itself."""
+
+    topic: str
+    schema: str
+    schema_json: bytes
+    data: bytes
+
+
+class Views:
+    """Takes the records of a run in the order of emission, and gives what is to be shown after each.
+
+    A record that does not fit the map of its run, or comes before it, shows nothing.
+    """
+
+    def __init__(self) -> None:
+        self._floor = Floor()
+        self._shape = (0, 0)
+        self._grids: dict[str, _Snapshots] = {}
+        self._walls: NDArray[np.uint8] = np.zeros(self._shape, np.uint8)
+        self._way_time = -1
+        self._ways = 0
+
+    def of(self, record: Record) -> Iterator[View]:
+        """What is to be shown after ``record``."""
+        if isinstance(record, MapRecord):
+            self._begin(record)
+        elif isinstance(record, ObstacleRecord) and self._inside(record.cells):
+            grid = self._grid(record.source, "occupied", self._walls)
+            grid.put(record.cells, int(record.appeared))
+            yield from self._shown(grid, record.time)
+            if len(record.cells) <= MOST_CUBES:
+                yield self._scene(record, *self._cubes(record))
+        elif isinstance(record, BeliefRecord) and self._inside(record.cells):
+            grid = self._grid(record.source, "belief", np.full(self._shape, UNKNOWN, np.uint8))
+            grid.put(record.cells, record.blocked.astype(np.uint8) * 2)
+            yield from self._shown(grid, record.time)
+        elif isinstance(record, TrajectoryRecord):
+            yield self._scene(record, [self._line(record)], [])
+        elif isinstance(record, SummaryRecord) or (
+            isinstance(record, MissionRecord) and record.event == "ended"
+        ):
+            for grid in self._grids.values():
+                yield from self._shown(grid, record.time, last=True)
+
+    def _begin(self, record: MapRecord) -> None:
+        self._floor = floor_of(record)
+        self._shape = record.free.shape
+        self._walls = (~record.free).astype(np.uint8)
+        self._grids.clear()
+
+    def _inside(self, cells: NDArray[np.int32]) -> bool:
+        return bool(self._shape[0] and ((cells >= 0) & (cells < self._shape)).all())
+
+    def _grid(self, source: str, name: str, begin: NDArray[np.uint8]) -> _Snapshots:
+        topic = f"/{source}/map"
+        if topic not in self._grids:
+            self._grids[topic] = _Snapshots(topic, source, name, begin)
+        return self._grids[topic]
+
+    def _shown(self, grid: _Snapshots, time: int, last: bool = False) -> Iterator[View]:
+        if grid.due(time, last):
+            message = encode_grid(grid.cells, time, self._floor.cell_size, grid.name)
+            yield _view(grid.topic, "foxglove.Grid", time, grid.source, message)
+
+    def _scene(self, record: Record, entities: list[Any], deletions: list[Any]) -> View:
+        message = {"deletions": deletions, "entities": entities}
+        return _view(_SCENE, "foxglove.SceneUpdate", record.time, record.source, message)
+
+    def _cubes(self, record: ObstacleRecord) -> tuple[list[Any], list[Any]]:
+        """The entities that came, and the deletions of those that went: one each cell, so that each can go."""
+        entities, deletions = [], []
+        side = self._floor.cell_size
+        for row, column in record.cells.tolist():
+            name = f"obstacle {row} {column}"
+            if not record.appeared:
+                deletions.append({"timestamp": timestamp(record.time), "type": 0, "id": name})
+                continue
+            middle = self._floor.place(row, column, side / 2)
+            cube = {"pose": pose(middle), "size": {"x": side, "y": side, "z": side}, "color": _OBSTACLE}
+            entities.append(_entity(record.time, name, cubes=[cube]))
+        return entities, deletions
+
+    def _line(self, record: TrajectoryRecord) -> dict[str, Any]:
+        """The way as an entity that takes the place of an older one; ways planned at one time stand side by side."""
+        self._ways = self._ways + 1 if record.time == self._way_time else 0
+        self._way_time = record.time
+        line = {
+            "type": 0,
+            "pose": pose(_FLAT),
+            "thickness": 2.0,
+            "scale_invariant": True,
+            "points": [self._floor.place(row, column) for row, column in record.points.tolist()],
+            "color": _WAY,
+            "colors": [],
+            "indices": [],
+        }
+        return _entity(record.time, f"way {self._ways}", lines=[line])
+
+
+class _Snapshots:
+    """A grid that changes: uint8, rows × columns, and when it was last written."""
+
+    def __init__(self, topic: str, source: str, name: str, cells: NDArray[np.uint8]) -> None:
+        self.topic, self.source, self.name = topic, source, name
+        self.cells = cells.copy()
+        self._interval = max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size)
+        self._written: int | None = None
+        self._changed = False
+
+    def put(self, cells: NDArray[np.int32], values: Any) -> None:
+        self.cells[cells[:, 0], cells[:, 1]] = values
+        self._changed = True
+
+    def due(self, time: int, last: bool) -> bool:
+        """Whether it is to be written now; True is taken for done."""
+        soon = self._written is not None and time - self._written < self._interval
+        if not self._changed or (soon and not last):
+            return False
+        self._written, self._changed = time, False
+        return True
+
+
+def _view(topic: str, schema: str, time: int, source: str, message: dict[str, Any]) -> View:
+    schema_json = schema_of(MapRecord) if schema == "foxglove.Grid" else _SCENE_SCHEMA
+    return View(topic, schema, schema_json, packed(schema, {"time": time, "source": source, **message}))
+
+
+_PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+
+
+def _entity(time: int, name: str, **primitives: list[Any]) -> dict[str, Any]:
+    """An entity that stays until it is replaced or deleted."""
+    return {
+        "timestamp": timestamp(time),
+        "frame_id": "map",
+        "id": name,
+        "lifetime": {"sec": 0, "nsec": 0},
+        "frame_locked": False,
+        "metadata": [],
+        **{kind: primitives.get(kind, []) for kind in _PRIMITIVES},
+    }
+
+
+def _object(title: str, **properties: Any) -> dict[str, Any]:
+    return {"type": "object", "title": title, "properties": properties}
+
+
+def _list(items: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "array", "items": items}
+
+
+def _scene_schema() -> bytes:
+    """The JSON schema of the scene, UTF-8: of the primitives, those that are used are told in full."""
+    text, number, truth = ({"type": kind} for kind in ("string", "number", "boolean"))
+    whole = {"type": "integer"}
+    place = _object("foxglove.Vector3", **VECTOR)
+    color = _object("foxglove.Color", r=number, g=number, b=number, a=number)
+    cube = _object("foxglove.CubePrimitive", pose=POSE, size=place, color=color)
+    line = _object(
+        "foxglove.LinePrimitive", type=whole, pose=POSE, thickness=number, scale_invariant=truth,
+        points=_list(_object("foxglove.Point3", **VECTOR)), color=color, colors=_list(color), indices=_list(whole),
+    )  # fmt: skip
+    primitives = {kind: _list(_object("")) for kind in _PRIMITIVES}
+    key_value = _object("foxglove.KeyValuePair", key=text, value=text)
+    entity = _object(
+        "foxglove.SceneEntity",
+        timestamp=TIMESTAMP,
+        frame_id=text,
+        id=text,
+        lifetime={**TIMESTAMP, "title": "duration"},
+        frame_locked=truth,
+        metadata=_list(key_value),
+        **{**primitives, "cubes": _list(cube), "lines": _list(line)},
+    )
+    deletion = _object("foxglove.SceneEntityDeletion", timestamp=TIMESTAMP, type=whole, id=text)
+    schema = _object(
+        "foxglove.SceneUpdate", time=whole, source=text, deletions=_list(deletion), entities=_list(entity)
+    )
+    schema["required"] = ["time", "source", "deletions", "entities"]
+    return json.dumps(schema).encode()
+
+
+_SCENE_SCHEMA = _scene_schema()
