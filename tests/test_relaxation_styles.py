@@ -147,7 +147,8 @@ def test_platforms_carry_the_costs() -> None:
     cost = paper.costs[SEQUENTIAL.kernel]  # type: ignore[union-attr]
     assert cost.value == round(unit().value * 1e12)
     assert cost.status == Status.CALIBRATED
-    kernels = {style.kernel for style in catalog.architectures().values() if style.kernel}
+    styles = (*catalog.architectures().values(), *catalog.task_styles().values())
+    kernels = {style.kernel for style in styles if style.kernel}
     assert set(PROBES) <= kernels | {DIRECT_KERNEL}
     assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
     assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]

@@ -104,6 +104,28 @@ def _harmonic() -> Probe:
     return Probe(run().total_iterations * free.size, run)
 
 
+def _harmonic_decision() -> Probe:
+    """Directions at all free cells of a map of rooms, at 62 bits."""
+    from codesign import maps
+    from codesign.planners.harmonic import relax
+    from codesign.planners.harmonic.decision import directions
+
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    field = relax(
+        free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False
+    ).field
+    return Probe(int(free.sum()), lambda: directions(field, free))
+
+
+def _sparse_solve() -> Probe:
+    """A start nowhere above the field at 63 bits: factors, refinement, certificate."""
+    from codesign import maps
+    from codesign.planners.harmonic.warm_start import warm_start
+
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    return Probe(int(free.sum()), lambda: warm_start(free, [(64, 64)], 63))
+
+
 def _relaxation() -> Probe:
     """Sweeps of SOR over rooms of the size of Saudi and Sulaiman's area."""
     from codesign import maps
@@ -153,6 +175,8 @@ def _wavefront() -> Probe:
 
 PROBES: Mapping[str, Callable[[], Probe]] = {
     "harmonic_node_update": _harmonic,
+    "harmonic_decision": _harmonic_decision,
+    "sparse_solve_cell": _sparse_solve,
     "relaxation_node_update": _relaxation,
     "relaxation_direct_cell": _relaxation_direct,
     "breadth_first_cell": _breadth_first,

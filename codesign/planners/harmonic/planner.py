@@ -120,19 +120,20 @@ class Harmonic:
         """What following the field is worth."""
         from codesign.planners.harmonic.quality import quality
 
-        return quality(problem, plan.field)
+        return quality(problem, plan.field, from_below=plan.from_below)
 
     def identity(self, plan: Relaxation) -> str:
         """The digest of the final field."""
         return plan.field.digest()
 
     def figures(self, plan: Relaxation) -> dict[str, Any]:
-        """The stages and the final precision."""
+        """The stages and the final precision; why the field did not settle, where it did not."""
         stages = [
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
             for index, stage in enumerate(plan.stages)
         ]
-        return {"stages": stages, "precision": plan.precision}
+        found: dict[str, Any] = {"stages": stages, "precision": plan.precision}
+        return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
     def trajectory(
         self, problem: Problem, plan: Relaxation, start: tuple[int, int]

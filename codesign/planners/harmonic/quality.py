@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codesign.errors import InputError
 from codesign.planners.harmonic.decision import Rule
 from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.trajectory import DEFAULT_STEP, Ascent
@@ -17,6 +18,7 @@ def quality(
     *,
     rule: Rule | str = Rule.TRIANGLE,
     step: float = DEFAULT_STEP,
+    from_below: bool = True,
 ) -> Quality:
     """The quality of ``field`` on ``problem``: depends on nothing else, so it may be kept by their digests.
 
@@ -24,8 +26,8 @@ def quality(
     (``trajectory.Ascent``) from ``problem.starts``; a start on a goal counts as arrived and has no ratio.
     The mean clearance weighs every piece of way by its length.
 
-    ``wrong_cells`` are those that change when the field is relaxed on under sound termination: none where the
-    run was sound, some where the published termination ended a stage early.
+    ``wrong_cells``: none where the run was sound and its values began below, some where the published termination
+    ended a stage early or the values began above (not ``from_below``), as those that an earlier plan left may.
 
     Raises:
         MapError: a goal cannot be used. InputError: a start is not in a free cell, or another argument
@@ -42,21 +44,30 @@ def quality(
         reachable_cells=count,
         local_maxima=int((cells & (ascent.best < 0)).sum()),
         share_reaching_goal=share_of(int((ascent.climbs_to_goal() & cells).sum()), count),
-        wrong_cells=wrong_cells(problem, field),
+        wrong_cells=wrong_cells(problem, field, from_below=from_below),
         **judge_ways(problem, ways),
     )
 
 
-def wrong_cells(problem: Problem, field: Field) -> int:
+def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> int | None:
     """Cells whose value differs from the least fixed point at the field's precision.
 
     A run from below that ended early is still below that fixed point, so relaxing it on leads there and nowhere else
-    (monotone from below); where nothing is wrong that takes a single sweep.
+    (monotone from below); where nothing is wrong that takes a single sweep. A run from above may have settled at
+    another fixed point, so the least one is computed anew from a lower bound; None where the map is too large for one.
     """
     from codesign.planners.harmonic.relax import stage_cost
+    from codesign.planners.harmonic.warm_start import warm_start
 
     whole = problem.rows, problem.columns
+    if from_below:
+        start = field
+    else:
+        try:
+            start = warm_start(problem.free, problem.goals, field.precision)
+        except InputError:
+            return None
     _, settled = stage_cost(
-        problem.free, problem.goals, field, field.precision, block=whole, iterations=_CONSECUTIVE_ITERATIONS
+        problem.free, problem.goals, start, field.precision, block=whole, iterations=_CONSECUTIVE_ITERATIONS
     )
     return int((settled.limbs != field.limbs).any(axis=2).sum())
