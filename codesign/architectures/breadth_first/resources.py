@@ -9,6 +9,7 @@ bits: obstacle, visited), the directions (2 bits) and the queue (an address each
 from __future__ import annotations
 
 from codesign.architectures.breadth_first import published, timing
+from codesign.architectures.external import ExternalMemoryLaw
 from codesign.architectures.interface import Bound, Item, Lever
 from codesign.figures import Status
 from codesign.planners.breadth_first.parameters import Display, MemoryPlace, SearchParameters
@@ -28,6 +29,10 @@ DISPLAY_LUT4, DISPLAY_FLIP_FLOPS = 90, 45
 """Two counters of 11 and 10 bits, their comparisons, the address and the colour. Assumed."""
 CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS = 600, 600
 """The controller of an external dynamic RAM. Assumed."""
+SRAM_LUT4 = 60
+"""Of an external static RAM, beside a flip-flop for each of its pins: it needs a counter and no refreshing. Assumed."""
+BUFFERS = 2
+"""Of the queue outside, before it and behind it; a LUT holds 16 entries' bit. Assumed."""
 SLICE_PACKING = 1.13
 """Slices over half of the LUT, in a part that is far from full. Assumed."""
 
@@ -63,7 +68,16 @@ def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str,
     return found
 
 
-def items(problem: Problem, parameters: SearchParameters, part: Part) -> tuple[Item, ...]:
+def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
+    """LUT and flip-flops of the controller of an external memory; None: of a dynamic RAM not told of."""
+    if external is None or external.technology == "dram":
+        return CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS
+    return SRAM_LUT4, 2 * external.width + external.words.bit_length()
+
+
+def items(
+    problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
+) -> tuple[Item, ...]:
     """The demand of a design, item by item."""
     bits = address_bits(problem.rows, problem.columns)
     logic = [
@@ -83,12 +97,14 @@ def items(problem: Problem, parameters: SearchParameters, part: Part) -> tuple[I
         logic.append(
             (
                 "memory controller",
-                CONTROLLER_LUT4,
-                CONTROLLER_FLIP_FLOPS,
+                *controller(external),
                 Status.ASSUMED,
-                "the order of a controller of dynamic RAM; the paper has none",
+                f"the order of a controller of {external.technology if external else 'dram'}; the paper has none",
             )
         )
+        if external is not None:
+            buffers = BUFFERS * bits
+            logic.append(("queue buffers", buffers, buffers, Status.ASSUMED, "two of 16 entries, in LUT"))
     found = []
     for name, lut4, flip_flops, status, source in logic:
         slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
@@ -206,6 +222,11 @@ def _ports(parameters: SearchParameters) -> Bound:
     elif search == PORTS:
         levers.append(
             Lever("search.micro_architecture", "two_cycles or three_cycles: the search takes one port")
+        )
+        levers.append(
+            Lever(
+                "search.display", "none, and a display of the platform beside the FPGA: it stalls the search"
+            )
         )
     return Bound(
         name="ports of the cells' block RAM",

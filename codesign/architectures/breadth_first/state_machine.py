@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.architectures.breadth_first import external as outside
 from codesign.architectures.breadth_first import published, resources, timing
 from codesign.architectures.breadth_first.steps import (
     INIT,
@@ -20,10 +21,11 @@ from codesign.architectures.breadth_first.steps import (
     step,
     steps,
 )
+from codesign.architectures.external import ExternalMemoryLaw
 from codesign.architectures.interface import Demand, Memory, Step, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
-from codesign.planners.breadth_first.parameters import Display, MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.search import Search
 from codesign.planners.interface import Problem
 from codesign.spec.part import Part
@@ -35,29 +37,56 @@ SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
 
 
 class StateMachine:
-    """The paper's circuit. Its laws are in ``timing`` and ``resources``."""
+    """The paper's circuit. Its laws are in ``timing`` and ``resources``; beside an external memory, in ``external``.
+
+    ``external`` is the memory that the mapping names. Without it, ``search.external_cycles`` stands for one.
+    """
 
     planner = "breadth_first"
     style = "state_machine"
     description = "one cell after the other by a state machine, its memories in block RAM or outside"
     component_type = "fpga"
     kernel = ""
+    supports_external = True
 
-    def demand(self, problem: Problem, parameters: SearchParameters, part: Part) -> Demand:
-        """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen."""
+    def demand(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        part: Part,
+        *,
+        external: ExternalMemoryLaw | None = None,
+    ) -> Demand:
+        """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.
+
+        With ``external``, without what moves there, and with the bits that this takes.
+        """
+        parameters = outside.placed(parameters, external)
         depth = searched(problem, None).queue_depth if parameters.queue_words is not None else None
         return Demand(
-            items=resources.items(problem, parameters, part),
-            bounds=resources.bounds(problem, parameters, depth),
+            items=resources.items(problem, parameters, part, external),
+            bounds=(
+                *resources.bounds(problem, parameters, depth),
+                *([outside.capacity(problem, parameters, external)] if external is not None else ()),
+            ),
             levers=resources.levers(problem, parameters, part),
         )
 
-    def clock_limit(self, problem: Problem, parameters: SearchParameters, part: Part) -> Figure:  # noqa: ARG002
-        """The paper's 185 MHz, or the limit of the block RAM where that is lower, Hz.
+    def clock_limit(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        part: Part,
+        *,
+        external: ExternalMemoryLaw | None = None,
+    ) -> Figure:
+        """The paper's 185 MHz, or the limit of the block RAM or the external memory where that is lower, Hz.
 
         Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
         assumed to reach it too. At the low end stands the fastest clock that was shown to work.
         """
+        if external is not None:
+            return outside.clock_limit(self.clock_limit(problem, parameters, part), external)
         ram = part.block_ram_clock
         if ram.value < published.CLOCK_LIMIT:
             return ram
@@ -87,30 +116,47 @@ class StateMachine:
         detail: bool = True,
         start: Any = None,  # noqa: ARG002
         inside: frozenset[str] | None = None,
+        external: ExternalMemoryLaw | None = None,
     ) -> Generator[Step, None, Search]:
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
-        State Path is the task ``track``. Every search begins anew: ``start`` changes nothing.
+        State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
+        of the search alone; a display that reads the same memory is a component of its own.
         """
-        addresses = self._addresses(parameters, 1)
-        yield step(INIT, timing.init_cycles(problem.free.size), addresses)
+        parameters = outside.placed(parameters, external)
+        addresses = int(parameters.memory is not MemoryPlace.EXTERNAL)
+        cycles = timing.init_cycles(problem.free.size)
+        if external is not None:
+            cycles = outside.init_cycles(problem, parameters, external)
+        yield step(INIT, cycles, addresses)
         plan = searched(problem, memo)
-        units = self.expansion_cycles(plan, parameters)
-        searching = self._addresses(parameters, timing.SEARCH_ADDRESSES[parameters.micro_architecture])
+        units = self.expansion_cycles(plan, parameters, problem, external)
+        searching = timing.SEARCH_ADDRESSES[parameters.micro_architecture] * addresses
         if detail:
             yield from steps(SEARCH, units, searching)
         else:
             yield step(SEARCH, int(units.sum()), searching)
         if plan.reached and is_done(TRACK, inside):
             cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
+            if external is not None:
+                cycles = outside.path_cycles(plan, parameters, external)
             yield step(PATH, cycles, addresses)
         return plan
 
-    def expansion_cycles(self, plan: Search, parameters: SearchParameters) -> NDArray[np.int64]:
+    def expansion_cycles(
+        self,
+        plan: Search,
+        parameters: SearchParameters,
+        problem: Problem,
+        external: ExternalMemoryLaw | None = None,
+    ) -> NDArray[np.int64]:
         """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them."""
         place, latency = parameters.memory, parameters.external_cycles
         each = timing.EXPANSION_CYCLES[parameters.micro_architecture]
         cycles = np.full(expansions(plan) + 1, each, np.int64)
+        if external is not None:
+            cycles[-1] = timing.SEARCH_CHANGES
+            return cycles + outside.waits(plan, problem, parameters, external)
         if place is not MemoryPlace.BLOCK_RAM:
             pushes = pushes_of_each_pop(plan)[: expansions(plan)]
             cycles[:-1] += latency * (timing.ACCESSES_A_POP[place] + timing.ACCESSES_A_PUSH[place] * pushes)
@@ -132,9 +178,3 @@ class StateMachine:
             high=high * clock * (slices + SLICES_A_BLOCK_RAM_HIGH * rams),
         )
         return part.static_power, dynamic
-
-    def _addresses(self, parameters: SearchParameters, of_search: int) -> int:
-        """Addresses a cycle of the cells' memory, those of the display included."""
-        if parameters.memory is MemoryPlace.EXTERNAL:
-            return 0
-        return of_search + (parameters.display is Display.SHARED)
