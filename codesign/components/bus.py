@@ -120,48 +120,59 @@ class Bus(Link):
         """Process generator: one attempt, giving way between bursts where others wait."""
         words = self._words(self._wire_bits(message))
         since: int | None = None
-        while True:
+        while words:
             yield from line.wait_turn(message)
-            if since is not None and self._outages.between(since, self.now + 1):
+            if self._cut(since):
                 return LINK_DOWN
+            granted = self.now
             if not (yield from self._wait_up()):
                 return LINK_DOWN
+            if self.now > granted:
+                # The choice falls at the edge at which a burst begins, not before.
+                line.give_way(message)
+                if line.holder is not message:
+                    continue
+                if self._cut(since):
+                    return LINK_DOWN
             if since is None:
                 since = self.now
                 self._begin(message)
-            elif self._outages.between(since, self.now + 1):
-                return LINK_DOWN
-            done, cut = yield from self._run_bursts(message, line, words)
-            if cut:
+            done = yield from self._run_bursts(message, line, words)
+            if done is None:
                 return LINK_DOWN
             words -= done
             if done:
                 line.serve(message)
-            if not words:
-                return None
-            line.give_way(message)
+            if words:
+                line.give_way(message)
+        return None
+
+    def _cut(self, since: int | None) -> bool:
+        """Whether an outage began after ``since``, when the attempt did (ps), if it did."""
+        return since is not None and self._outages.between(since, self.now + 1) is not None
 
     def _run_bursts(
         self, message: Message, line: Line, words: int
-    ) -> Generator[simpy.Event, Any, tuple[int, bool]]:
-        """Process generator: bursts until the message ends or another one may be next.
+    ) -> Generator[simpy.Event, Any, int | None]:
+        """Process generator: bursts until the message ends, or others may be next.
 
-        Returns the words that were carried, and whether an outage cut them off.
+        Returns the words that were carried, or None where an outage cut them off.
         """
         first = self.clock.cycle_at_or_after(self.now)
-        begin = self.now
-        contested = line.contested(message)
-        planned = min(words, self.burst_words) if contested else words
-        end = self.clock.edge(first + self._cycles(planned))
-        cut = self._outages.between(begin, end)
-        end = end if cut is None else cut.begin
-        yield from self._on_wire(message, end, None if contested else line.contender)
-        if self.now < end:
+        planned = min(words, self.burst_words) if line.contested(message) else words
+        end, cut = self._end_and_cut(first, planned)
+        yield from self._on_wire(message, cut or end, line.contender)
+        if self.now < (cut or end):
             planned = min(words, self._bursts_until(first, self.now) * self.burst_words)
-            end = self.clock.edge(first + self._cycles(planned))
-            cut = self._outages.between(begin, end)
-            yield from self._on_wire(message, end if cut is None else cut.begin)
-        return planned, cut is not None
+            end, cut = self._end_and_cut(first, planned)
+            yield from self._on_wire(message, cut or end)
+        return planned if cut is None else None
+
+    def _end_and_cut(self, first: int, words: int) -> tuple[int, int | None]:
+        """When ``words`` words from edge ``first`` on are over, and the outage that begins before, if any, ps."""
+        end = self.clock.edge(first + self._cycles(words))
+        outage = self._outages.between(self.clock.edge(first), end)
+        return end, None if outage is None else outage.begin
 
     def _bursts_until(self, first: int, time: int) -> int:
         """How many bursts from edge ``first`` on have begun before ``time`` (ps)."""

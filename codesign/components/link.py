@@ -268,15 +268,13 @@ class Link(Component):
     def _wait_up(self) -> Generator[simpy.Event, Any, bool]:
         """Process generator: wait for an edge at which the link is up; False where it is down for good."""
         while True:
-            begin = self._next_begin()
-            if begin > self.now:
-                yield self.environment.timeout(begin - self.now)
             outage = self._outages.at(self.now)
-            if outage is None:
-                return True
-            if outage.end is None:
+            begin = self._next_begin() if outage is None else outage.end
+            if begin is None:
                 return False
-            yield self.environment.timeout(outage.end - self.now)
+            if begin == self.now:
+                return True
+            yield self.environment.timeout(begin - self.now)
 
     def _begin(self, message: Message) -> None:
         message.attempts += 1

@@ -12,7 +12,7 @@ import numpy as np
 
 from codesign.errors import InputError
 
-MAX_RETRIES = 255
+MAX_RETRIES = 1000
 """Retransmissions a message; its luck is drawn for all of them at once, see ``Luck``."""
 
 
