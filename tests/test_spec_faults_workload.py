@@ -21,7 +21,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             "w.yaml:9:5: mapping.relax.iterations: missing\n  hint: add this key\n"
             "w.yaml:11:5: mapping.relax.iteratons: unknown key\n"
             "  hint: did you mean iterations? "
-            "accepted: block, blocks, component, exact, iterations, memory, schedule, share, style",
+            "accepted: block, blocks, component, exact, external_memory, iterations, schedule, share, style",
         ),
         (
             ("iterations: 6", 'iterations: "6"'),
@@ -145,7 +145,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             ("relax.block:", "relax.blok:"),
             "w.yaml:15:5: explore.axes.relax.blok: task relax has no parameter 'blok'\n"
             "  hint: did you mean block? "
-            "accepted: block, blocks, component, exact, iterations, memory, schedule, share, style",
+            "accepted: block, blocks, component, exact, external_memory, iterations, schedule, share, style",
         ),
         (
             ("    fpga.clock:", "    relax.blocks: [[2, 2]]\n    fpga.clock:"),
@@ -166,7 +166,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("fpga.clock: [", "clock: ["),
             "w.yaml:17:12: explore.axes.clock: 'clock' is no axis\n"
-            "  hint: write TASK.PARAMETER or COMPONENT.FIELD, such as relax.iterations",
+            "  hint: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations",
         ),
     ],
 )

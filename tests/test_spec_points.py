@@ -116,7 +116,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         (
             {"relax.iteratons": 1},
             "point: relax.iteratons: unknown key\n  hint: did you mean iterations? "
-            "accepted: block, blocks, component, exact, iterations, memory, schedule, share, style",
+            "accepted: block, blocks, component, exact, external_memory, iterations, schedule, share, style",
         ),
         (
             {"relax.schedule.last": 6},
@@ -135,10 +135,10 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         (
             {"relx.block": 1},
-            "point: relx.block: no axis: write TASK.PARAMETER or COMPONENT.FIELD\n"
-            "  hint: did you mean relax? accepted: fpga, host, relax",
+            "point: relx.block: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n"
+            "  hint: did you mean relax? accepted: fpga, host, pci, relax, workload",
         ),
-        ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER or COMPONENT.FIELD"),
+        ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"),
         (
             {"fpga.clock": "600 MHz"},
             "point: fpga.clock: 600 MHz is above the 500 MHz limit of part XC4VLX160-12\n"
@@ -211,8 +211,8 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         ),
         (
             ("    fpga.clock: [", "    fgpa.clock: ["),
-            "w.yaml:17:5: explore.axes.fgpa.clock: there is no task or component 'fgpa'\n"
-            "  hint: did you mean fpga? accepted: fpga, host, relax, workload.problem",
+            "w.yaml:17:5: explore.axes.fgpa.clock: there is no task, component or link 'fgpa'\n"
+            "  hint: did you mean fpga? accepted: fpga, host, pci, relax, workload.problem, workload.scenario, workload.variant",
         ),
         (
             ("    fpga.clock: [", "    fpga.clok: ["),

@@ -149,7 +149,6 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
             "9:35",
             "no style 'bit_parallel'",
         ),
-        ("  decide: {component: fpga}", "  decide: {component: host}", "10:23", "task decide is on host"),
     ],
 )
 def test_what_only_the_map_tells_is_told_at_its_place(
@@ -167,8 +166,21 @@ def test_what_only_the_map_tells_is_told_at_its_place(
     assert f"{fault.line}:{fault.column}" == place
 
 
+def test_a_task_apart_needs_its_cost(specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8")
+    specs[1].write_text(
+        text.replace("  decide: {component: fpga}", "  decide: {component: host}"), encoding="utf-8"
+    )
+    with pytest.raises(SpecError) as caught:
+        bind(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    (fault,) = caught.value.faults
+    assert fault.key == "components.host.costs"
+    assert "harmonic_decision" in fault.what
+    assert "task decide" in fault.what
+
+
 def test_no_link_no_run(specs: Specs) -> None:
     text = specs[0].read_text(encoding="utf-8").split("links:")[0]
     specs[0].write_text(text, encoding="utf-8")
-    with pytest.raises(SpecError, match="no link joins host, which wants the plan, and fpga"):
+    with pytest.raises(SpecError, match="no link joins host, which does load, and fpga, which does relax"):
         simulate(*loaded(specs))

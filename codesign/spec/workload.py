@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -35,6 +35,7 @@ from codesign.spec.scalars import clip, show
 from codesign.spec.scenario import PlanOnce, Scenario
 from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask
 from codesign.spec.validate import validate
+from codesign.spec.variants import BASE, MAX_VARIANTS, StagedScenario, merged, parts_present
 
 ProblemModels = Mapping[str, type[SpecModel]]
 """Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
@@ -59,13 +60,13 @@ class TaskMapping(SpecModel):
     style: Name | None = Field(
         default=None, description="The architecture style; by default the component's own."
     )
-    memory: Name | None = Field(
+    external_memory: Name | None = Field(
         default=None, description="The external memory that holds what does not fit in block RAM."
     )
     parameters: SerializeAsAny[BaseModel] = Field(description="Parameters of planner and style.")
 
 
-PLACE_KEYS = ("component", "style", "memory")
+PLACE_KEYS = ("component", "style", "external_memory")
 """The keys of a task's mapping that say where it runs and how; the others are its parameters."""
 
 
@@ -96,8 +97,24 @@ def map_task(raw: Any, model: type[BaseModel], document: Document | None = None)
     return made
 
 
+class Variant(SpecModel):
+    """Another way to do the same: what it gives stands in the place of the workload's own.
+
+    ``scenario`` is whole: the workload's, with the keys that the variant changes put in.
+    """
+
+    description: str = Field(default="", description="What it is, for humans.")
+    planner: Name | None = Field(default=None, description="Its planner; by default the workload's.")
+    mapping: dict[Name, TaskMapping] | None = Field(
+        default=None, description="Where its tasks run; by default as in the workload, else wholly its own."
+    )
+    scenario: Scenario | None = Field(
+        default=None, description="Keys of the scenario that differ; the rest is the workload's."
+    )
+
+
 class Workload(Spec):
-    """Planner, problem, scenario, mapping and exploration."""
+    """Planner, problem, scenario, mapping, variants and exploration."""
 
     kind: Literal["workload"] = Field(description="This file is a workload.")
     name: Name = Field(description="Name of the workload.")
@@ -109,11 +126,14 @@ class Workload(Spec):
         default=(), description="Tasks beside those of planner and scenario, which nothing waits for."
     )
     mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
+    variants: Annotated[dict[Name, Variant], Field(max_length=MAX_VARIANTS)] = Field(
+        default={}, description="Other planners or mappings for the same, which axis workload.variant tries."
+    )
     explore: Exploration | None = Field(
         default=None, description="What hwsw explore tries, and what is good."
     )
 
-    _models: Mapping[str, type[BaseModel]] | None = PrivateAttr(default=None)
+    _models: TaskModels | None = PrivateAttr(default=None)
 
     @property
     def map_file(self) -> Path | None:
@@ -124,7 +144,13 @@ class Workload(Spec):
     @property
     def task_models(self) -> Mapping[str, type[BaseModel]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
-        return self._models
+        if self._models is None or self.planner not in self._models:
+            return None
+        return {**_other_tasks(self.scenario, self.tasks), **self._models[self.planner]}
+
+    def _identity(self) -> dict[str, Any]:
+        # A variant that is not chosen changes no result; one that is has no variants left.
+        return {key: value for key, value in super()._identity().items() if key != "variants"}
 
     @field_validator("planner", mode="after")
     @classmethod
@@ -159,39 +185,157 @@ class Workload(Spec):
     @field_validator("mapping", mode="wrap")
     @classmethod
     def _map_tasks(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
-        context = info.context or {}
-        if "document" not in context:
+        if "document" not in (info.context or {}):
             return handler(value)
-        if not isinstance(value, dict) or not value:
-            raise RefusalError("maps no task", "write TASK: {component: NAME, ...}")
-        models = (context.get("tasks") or {}).get(info.data.get("planner"))
-        if models is not None:
-            models = {**_other_tasks(info.data), **models}
+        fields = info.data
+        others = _other_tasks(fields.get("scenario", PlanOnce()), fields.get("tasks", ()))
+        return _mapped(value, fields.get("planner"), others, info.context or {})
+
+    @field_validator("variants", mode="wrap")
+    @classmethod
+    def _each_variant(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
+        if "document" not in (info.context or {}) or not isinstance(value, dict) or len(value) > MAX_VARIANTS:
+            return handler(value)
         lines: list[InitErrorDetails] = []
-        made: dict[str, TaskMapping] = {}
-        for task, raw in value.items():
-            if models is not None and task not in models:
-                what = f"{info.data['planner']} has no task {clip(task)!r}"
-                refusal = RefusalError(what, choose_hint(clip(task, 60), models), of_key=True)
-                lines.append(refusal_details(refusal, (task,)))
+        made: dict[str, Variant] = {}
+        for name, raw in value.items():
+            if name == BASE:
+                what = f"{BASE} is what the workload itself does"
+                refusal = RefusalError(what, "give the variant another name", of_key=True)
+                lines.append(refusal_details(refusal, (name,)))
                 continue
             try:
-                made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
+                made[name] = _variant(raw, info.data, info.context or {})
             except ValidationError as error:
-                lines += details_of(error, (task,))
+                lines += details_of(error, (name,))
         raise_all("Workload", lines)
-        return made
+        return handler(made)
 
-    def with_models(self, models: Mapping[str, type[BaseModel]] | None) -> Self:
-        """The workload, with the models that substituted parameters are checked against."""
+    def with_models(self, models: TaskModels | None) -> Self:
+        """The workload, with the models, by planner and task, that substituted parameters are checked against."""
         self._models = models
         return self
 
 
-def _other_tasks(fields: Mapping[str, Any]) -> dict[str, type[BaseModel]]:
+def _other_tasks(scenario: Scenario, extra: Iterable[ExtraTask]) -> dict[str, type[BaseModel]]:
     """The tasks that the scenario brings and that the user adds."""
-    scenario, extra = fields.get("scenario", PlanOnce()), fields.get("tasks", ())
     return dict.fromkeys((*SCENARIO_TASKS[scenario.type], *(task.name for task in extra)), PlacedTask)
+
+
+def _mapped(
+    value: Any, planner: str | None, others: Mapping[str, type[BaseModel]], context: Mapping[str, Any]
+) -> dict[str, TaskMapping]:
+    """A mapping from its raw form; ``others``: the tasks that are not the planner's."""
+    if not isinstance(value, dict) or not value:
+        refusal = RefusalError("maps no task", "write TASK: {component: NAME, ...}")
+        raise_all("Workload", [refusal_details(refusal)])
+    models = (context.get("tasks") or {}).get(planner)
+    if models is not None:
+        models = {**others, **models}
+    lines: list[InitErrorDetails] = []
+    made: dict[str, TaskMapping] = {}
+    for task, raw in value.items():
+        if models is not None and task not in models:
+            what = f"{planner} has no task {clip(task)!r}"
+            refusal = RefusalError(what, choose_hint(clip(task, 60), models), of_key=True)
+            lines.append(refusal_details(refusal, (task,)))
+            continue
+        try:
+            made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
+        except ValidationError as error:
+            lines += details_of(error, (task,))
+    raise_all("Workload", lines)
+    return made
+
+
+def _variant(raw: Any, fields: Mapping[str, Any], context: Mapping[str, Any]) -> Variant:
+    """A variant from its raw form, ``fields`` those of the workload that are sound.
+
+    Raises:
+        ValidationError: with locations inside ``raw``.
+    """
+    if not isinstance(raw, dict):
+        refusal = RefusalError(
+            f"{show(raw)} is not a mapping", "write {planner: NAME, mapping: {...}, scenario: {...}}"
+        )
+        raise_all("Variant", [refusal_details(refusal)])
+    lines: list[InitErrorDetails] = []
+    planner = raw.get("planner", fields.get("planner"))
+    other = _planner_refusal(raw, fields, context)
+    lines += [other] if other else []
+    scenario = fields.get("scenario", PlanOnce())
+    if "scenario" in raw:
+        try:
+            scenario = _varied_scenario(raw["scenario"], context["document"])
+        except ValidationError as error:
+            lines += details_of(error)
+    made = {key: value for key, value in raw.items() if key not in {"scenario", "mapping"}}
+    made |= {"scenario": scenario} if "scenario" in raw else {}
+    others = _other_tasks(scenario, fields.get("tasks", ()))
+    if "mapping" in raw and not other:
+        try:
+            made["mapping"] = _mapped(raw["mapping"], planner, others, context)
+        except ValidationError as error:
+            lines += details_of(error, ("mapping",))
+    elif "mapping" not in raw:
+        lost = stray_task(fields.get("mapping", {}), scenario, fields.get("scenario", PlanOnce()))
+        if lost is not None:
+            refusal = RefusalError(lost, "give the variant a mapping of its own")
+            lines.append(refusal_details(refusal, ("scenario",)))
+    try:
+        variant = Variant.model_validate(made)
+    except ValidationError as error:
+        lines += [line for line in details_of(error) if line["loc"][0] not in {"scenario", "mapping"}]
+    raise_all("Variant", lines)
+    return variant
+
+
+def _planner_refusal(
+    raw: Mapping[str, Any], fields: Mapping[str, Any], context: Mapping[str, Any]
+) -> InitErrorDetails | None:
+    """What keeps the planner of a variant from taking the workload's problem, or its mapping."""
+    planner, base = raw.get("planner"), fields.get("planner")
+    tasks, problems = context.get("tasks"), context.get("problems") or {}
+    if not isinstance(planner, str) or base is None or planner == base:
+        return None
+    if tasks is not None and planner not in tasks:
+        refusal = RefusalError(
+            f"there is no planner {clip(planner)!r}", choose_hint(clip(planner, 60), tasks)
+        )
+    elif problems.get(planner) is not problems.get(base):
+        what = f"the problem of {planner} is of another kind than that of {base}"
+        refusal = RefusalError(what, "choose a planner of the same kind, or make a workload of its own")
+    elif "mapping" not in raw:
+        what = f"the workload maps the tasks of {base}, not those of {planner}"
+        refusal = RefusalError(what, "give the variant a mapping of its own")
+    else:
+        return None
+    return refusal_details(refusal, ("planner",))
+
+
+def _varied_scenario(raw: Any, document: Document) -> Scenario:
+    """The workload's scenario with the keys of ``raw`` put in."""
+    if not isinstance(raw, dict):
+        refusal = RefusalError(f"{show(raw)} is not a mapping", "write the keys that differ")
+        raise_all("Variant", [refusal_details(refusal, ("scenario",))])
+    tree = {"scenario": merged(document.tree.get("scenario"), raw)}
+    try:
+        return StagedScenario.model_validate(tree, context={"document": document}).scenario
+    except ValidationError as error:
+        # A key of the workload's scenario that clashes is told of the variant, which brought the clash in.
+        lines = details_of(error)
+        for line in lines:
+            line["loc"] = parts_present({"scenario": raw}, line["loc"], keep_last=line["type"] == "missing")
+        raise ValidationError.from_exception_data("Variant", lines) from None
+
+
+def stray_task(mapping: Iterable[str], scenario: Scenario, before: Scenario) -> str | None:
+    """What is wrong where a mapping made for scenario ``before`` places a task that ``scenario`` does not have."""
+    known = SCENARIO_TASKS[scenario.type]
+    for task in mapping:
+        if task in SCENARIO_TASKS[before.type] and task not in known:
+            return f"scenario {scenario.type} has no task {task!r}, which the mapping places"
+    return None
 
 
 def load_workload(
@@ -208,14 +352,14 @@ def load_workload(
         InputError: no shipped workload of that name.
         SpecError: all the faults of the file.
     """
-    from codesign.spec.design_point import axis_faults
+    from codesign.spec.axes import axis_faults
 
     path, shown = find_spec(source, "workloads")
     document = read_document(path, shown)
     workload = validate(
         Workload, document, {"tasks": tasks, "problems": problems}, axis_faults
     ).with_document(document)
-    return workload.with_models(tasks[workload.planner] if tasks is not None else None)
+    return workload.with_models(tasks)
 
 
 def list_workloads() -> list[str]:

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from codesign import maps
+from codesign.architectures.external import ExternalMemoryLaw
 from codesign.architectures.interface import Architecture
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.maps import OccupancyGrid
@@ -23,6 +24,8 @@ from codesign.spec import Part, Platform, Workload, cross_check, fault
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.system import catalog
+from codesign.system.external import external_of, memory_faults
+from codesign.system.place import Placement, place
 
 _grids = Memo(max_bytes=256 * 2**20)
 
@@ -32,7 +35,8 @@ class System:
     """One design point, all settled: what ``fit`` and ``run`` take.
 
     ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
-    ``parameters``: those of each mapped task; ``planning`` those of the planning task.
+    ``placement``: where each task is done; ``external``: the memory beside the FPGA that holds what does not fit in
+    block RAM, where one is asked for. ``parameters``: those of each mapped task; ``planning``: of the planning task.
     """
 
     platform: Platform
@@ -43,6 +47,8 @@ class System:
     component: str
     part: Part | None
     clock: int
+    placement: Placement
+    external: ExternalMemoryLaw | None
     parameters: Mapping[str, BaseModel]
 
     @property
@@ -67,17 +73,8 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         text = f"planner {planner.name} needs task {planner.planning_task}, which no component is given"
         faults.append(fault(workload, ("mapping",), text, f"add {planner.planning_task}: {{component: ...}}"))
         raise SpecError(faults)
-    for name, other in workload.mapping.items():
-        # The circuits that plan also decide or track, on the same fabric; only the map may come from elsewhere.
-        if name != "load" and other.component != task.component:
-            text = f"task {name} is on {other.component}, task {planner.planning_task} on {task.component}"
-            faults.append(
-                fault(workload, ("mapping", name, "component"), text, f"give it component {task.component}")
-            )
     architecture, style_fault = _architecture(platform, workload, planner)
     faults += style_fault
-    if architecture is not None:
-        faults += _platform_faults(platform, task.component, architecture)
     problem, problem_faults = _problem(workload, planner, grid)
     faults += problem_faults
     if problem is not None:
@@ -89,7 +86,12 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
             faults.append(fault(workload, path, what, f"change {key}, or the problem"))
     if faults or problem is None or architecture is None:
         raise SpecError(faults)
+    placement, faults = place(platform, workload, planner, architecture, problem)
+    faults += memory_faults(platform, workload, architecture)
+    if faults or placement is None:
+        raise SpecError(faults)
     component = platform.components[task.component]
+    assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
     return System(
         platform=platform,
         workload=workload,
@@ -99,6 +101,8 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         component=task.component,
         part=component.chip if isinstance(component, FpgaComponent) else None,
         clock=int(component.clock.value),
+        placement=placement,
+        external=external_of(platform, workload),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
     )
 
@@ -152,39 +156,6 @@ def _problem(
     if faults:
         return None, faults
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
-
-
-def asker_of(platform: Platform, component: str) -> str:
-    """Who wants the plan: the first processor that is not the planning ``component``, or else that itself."""
-    others = [
-        name
-        for name, spec in platform.components.items()
-        if isinstance(spec, ProcessorComponent) and name != component
-    ]
-    return others[0] if others else component
-
-
-def _platform_faults(platform: Platform, name: str, architecture: Architecture) -> list[Fault]:
-    """What the platform lacks for this style on its component ``name``: a cost of the kernel, a way for messages."""
-    faults = []
-    component = platform.components[name]
-    kernel = architecture.kernel
-    if isinstance(component, ProcessorComponent) and kernel and kernel not in component.costs:
-        text = f"{name} has no cost of kernel {kernel}, which style {architecture.style} is counted in"
-        hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
-        faults.append(fault(platform, ("components", name, "costs"), text, hint))
-    asker = asker_of(platform, name)
-    joined = {asker}
-    # Each pass joins what one more link reaches.
-    for _ in platform.links:
-        for link in platform.links.values():
-            if joined.intersection(link.between):
-                joined.update(link.between)
-    if name not in joined:
-        text = f"no link joins {asker}, which wants the plan, and {name}, which plans"
-        hint = f"add a link with between: [{asker}, {name}] under links:"
-        faults.append(fault(platform, ("links",), text, hint))
-    return faults
 
 
 def grid_of(workload: Workload) -> OccupancyGrid | None:

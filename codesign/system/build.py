@@ -1,40 +1,69 @@
-"""Build: the SimPy components of a bound system, and the routes between them."""
+"""Build: the SimPy components of a bound system, and what tasks and messages cost on them."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
-from itertools import pairwise
+from collections.abc import Generator, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from codesign.architectures.interface import Exchange, Step
+from codesign.errors import CodesignError
 from codesign.records import Listener, Record
-from codesign.spec.components import FpgaComponent, ProcessorComponent
-from codesign.system.bind import System, asker_of
+from codesign.spec.components import (
+    DisplayComponent,
+    FpgaComponent,
+    MemoryComponent,
+    ProcessorComponent,
+    RobotComponent,
+)
+from codesign.system.assemble import display_of, link_of, memory_law, processor_of
+from codesign.system.bind import System
+from codesign.system.ledger import Ledger, Spent
+from codesign.system.routes import Routes
+from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.architectures.interface import Step
-    from codesign.components import BlockRam, Bus, ClockDomain, Component, Granularity
+    from codesign.components import BlockRam, ClockDomain, Component, Granularity
+
+PLANNING, CONTROL, SIDE = 10, 0, 20
+"""Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
+the tasks that nothing waits for."""
+
+
+class LostMessageError(CodesignError):
+    """A message that no retransmission brought to its receiver."""
 
 
 class Machine:
-    """A platform come to life: its components on one simulation environment, and the clock of the mission.
+    """A platform come to life on one simulation environment.
 
-    ``planner`` is the component that plans, ``asker`` the one that wants the plan (the first processor that is not the
-    planner, or the planner itself). ``map_loaded``, ``planned`` and ``answered`` are set by the mission, ps.
+    ``by_name``: components, ``links``: links, by name. ``planner``: the component that plans. The robot of a drive
+    is put in by its scenario, which knows where it stands (``by_name`` again).
     """
 
-    def __init__(self, system: System, listeners: Sequence[Listener]) -> None:
+    def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
         import simpy
 
         self.system = system
+        self.granularity = granularity
         self.environment = simpy.Environment()
         self._listeners = tuple(listeners)
-        self.by_name = {name: self._component(name) for name in system.platform.components}
-        self._links = {name: self._link(name) for name in system.platform.links}
+        self.by_name: dict[str, Any] = {}
+        for name in sorted(system.platform.components, key=self._building_order):
+            made = self._component(name)
+            if made is not None:
+                self.by_name[name] = made
+        self.links = {
+            name: link_of(self.environment, name, link, self._listeners)
+            for name, link in system.platform.links.items()
+        }
+        self.routes = Routes(system.platform)
         self.planner = self.by_name[system.component]
-        self.asker_name = asker_of(system.platform, system.component)
-        self._route = _route(system, self.asker_name, system.component)
+        self._turns = {
+            name: simpy.PriorityResource(self.environment, capacity=1)
+            for name, spec in system.platform.components.items()
+            if isinstance(spec, FpgaComponent)
+        }
         self._spent: dict[str, int] = {}
-        self.map_loaded = self.planned = self.answered = 0
 
     @property
     def now(self) -> int:
@@ -50,17 +79,13 @@ class Machine:
     def components(self) -> tuple[Component, ...]:
         """Components and links, in the order of the platform file, and the block RAMs of the planner."""
         ram = getattr(self.planner, "block_ram", None)
-        return (*self.by_name.values(), *self._links.values(), *([ram] if ram is not None else []))
+        ordered = [self.by_name[name] for name in self.system.platform.components if name in self.by_name]
+        return (*ordered, *self.links.values(), *([ram] if ram is not None else []))
 
     @property
-    def processors(self) -> list[tuple[Component, ProcessorComponent]]:
-        """The processors with their specs."""
-        specs = self.system.platform.components
-        return [
-            (component, spec)
-            for name, component in self.by_name.items()
-            if isinstance(spec := specs[name], ProcessorComponent)
-        ]
+    def listeners(self) -> tuple[Listener, ...]:
+        """Who listens."""
+        return self._listeners
 
     def tell(self, record: Record) -> None:
         """Hand a record of the run as a whole to every listener."""
@@ -74,50 +99,163 @@ class Machine:
             return {phase: clock.cycle_at_or_after(spent) for phase, spent in self._spent.items()}
         return {phase: use.cycles for phase, use in self.planner.phases.items()}
 
-    def carry_to_planner(self, name: str, bits: int) -> Generator[Any, Any, None]:
-        """Process generator: a message from the asker to the planner, over every link of the way."""
-        yield from self._carry(name, bits, self._route)
+    def carry(
+        self, flow: Flow, ledger: Ledger | None = None, *, bits: int | None = None, priority: int = CONTROL
+    ) -> Generator[Any, Any, None]:
+        """Process generator: a message between two tasks, over every link between their components.
 
-    def carry_back(self, name: str, bits: int) -> Generator[Any, Any, None]:
-        """Process generator: a message from the planner to the asker."""
-        yield from self._carry(name, bits, [(link, to, of) for link, of, to in reversed(self._route)])
+        ``bits``: its size, where it is not the flow's own. Tasks on one component exchange nothing.
 
-    def execute(
-        self, steps: Generator[Step, None, Any], granularity: Granularity
-    ) -> Generator[Any, Any, Any]:
-        """Process generator: run the planner's steps on the planning component; returns the plan.
-
-        On a processor a step is one task, and its cycles are units of its kernel, or else of the style's.
+        Raises:
+            LostMessageError: a link gave it up; with the link and its reason.
         """
-        if self.system.part is not None:
-            return (yield from self.planner.execute(steps, granularity))
+        places = self.system.placement.places
+        origin, target = places[flow.sender], places[flow.receiver]
+        if origin == target:
+            return
+        for hop in self.routes.between(origin, target):
+            if hop.link is None:
+                continue
+            size = flow.bits if bits is None else bits
+            delivery = yield from self.links[hop.link].send(
+                hop.sender, hop.receiver, flow.name, size, priority
+            )
+            if ledger is not None:
+                ledger.book(Spent.WAIT, hop.link, delivery.queued)
+                ledger.book(Spent.TRANSFER, hop.link, delivery.transferred)
+            if delivery.reason is not None:
+                raise LostMessageError(
+                    f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
+                    hop.link,
+                )
+
+    def plan(
+        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: run the steps of the planner's style on its component; returns the plan."""
         kernel = self.system.architecture.kernel
+        return (yield from self._run(self.system.component, steps, kernel, PLANNING, ledger))
+
+    def perform(
+        self,
+        task: str,
+        steps: Generator[Step, None, Any],
+        ledger: Ledger | None = None,
+        *,
+        priority: int = CONTROL,
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: run the steps of a task's own style on its component; returns what the task makes."""
+        placement = self.system.placement
+        kernel = placement.styles[task].kernel
+        return (yield from self._run(placement.places[task], steps, kernel, priority, ledger))
+
+    def follow_up(self, task: str) -> None:
+        """Start the tasks of the user's own that come after ``task``, which has ended; nothing waits for them."""
+        for extra in self.system.workload.tasks:
+            if task in extra.after:
+                self.environment.process(self._side_task(task, extra))
+
+    def _side_task(self, task: str, extra: Any) -> Generator[Any, Any, None]:
+        flow = Flow(task, extra.name, extra.name, extra.after[task])
+        try:
+            yield from self.carry(flow, priority=SIDE)
+        except LostMessageError:
+            return
+        processor = self.by_name[self.system.placement.places[extra.name]]
+        yield from processor.execute(extra.kernel, extra.units, extra.name, priority=SIDE)
+        self.follow_up(extra.name)
+
+    def _run(
+        self,
+        component: str,
+        steps: Generator[Step, None, Any],
+        kernel: str,
+        priority: int,
+        ledger: Ledger | None,
+    ) -> Generator[Any, Any, Any]:
+        begin, ledger = self.now, Ledger() if ledger is None else ledger
+        on_fpga = component in self._turns
+        run = self._on_fpga(component, steps, priority, ledger) if on_fpga else None
+        if run is None:
+            run = self._on_processor(component, steps, kernel, priority, ledger)
+        before = ledger.total
+        made = yield from run
+        # What was neither computed, sent nor waited for in a message's queue was waited for here.
+        ledger.book(Spent.WAIT, component, self.now - begin - (ledger.total - before))
+        return made
+
+    def _on_fpga(
+        self, name: str, steps: Generator[Step, None, Any], priority: int, ledger: Ledger
+    ) -> Generator[Any, Any, Any]:
+        fpga = self.by_name[name]
+        with self._turns[name].request(priority=priority) as turn:
+            yield turn
+            while True:
+                busy = fpga.busy
+                try:
+                    asked, made = yield from fpga.execute(_until_exchange(steps), self.granularity)
+                finally:
+                    ledger.book(Spent.COMPUTE, name, fpga.busy - busy)
+                if asked is None:
+                    return made
+                yield from self._exchange(asked, ledger)
+
+    def _on_processor(
+        self, name: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger
+    ) -> Generator[Any, Any, Any]:
+        """A step is one task, and its cycles are units of its kernel, or else of the style's."""
+        processor = self.by_name[name]
         while True:
             try:
                 step = next(steps)
             except StopIteration as done:
                 return done.value
+            if isinstance(step, Exchange):
+                yield from self._exchange(step, ledger)
+                continue
             begin, units = self.now, int(step.cycles.sum())
             if units:
-                yield from self.planner.execute(step.kernel or kernel, units, step.phase)
-                self._spent[step.phase] = self._spent.get(step.phase, 0) + self.now - begin
+                wanted = step.kernel or kernel
+                yield from processor.execute(wanted, units, step.phase, priority=priority)
+                spent = processor.duration(wanted, units)
+                ledger.book(Spent.COMPUTE, name, spent)
+                if processor is self.planner:
+                    self._spent[step.phase] = self._spent.get(step.phase, 0) + spent
             if self.listening and step.record is not None:
-                self.tell(step.record(begin, self.now, self.planner.name))
+                self.tell(step.record(begin, self.now, processor.name))
 
-    def _carry(self, name: str, bits: int, route: list[tuple[str, str, str]]) -> Generator[Any, Any, None]:
-        for link, sender, receiver in route:
-            yield from self._links[link].send(sender, receiver, name, bits)
+    def _exchange(self, step: Exchange, ledger: Ledger) -> Generator[Any, Any, None]:
+        """The round trip of an ``Exchange``: a question, the other task, its answer."""
+        asker, task = self.system.planner.planning_task, step.to
+        placement, system = self.system.placement, self.system
+        yield from self.carry(Flow(asker, task, f"{task} request", step.bits), ledger)
+        style = placement.styles[task]
+        yield from self.perform(task, style.steps(system.problem, system.planning, None, (0.0, 0.0)), ledger)
+        yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits), ledger)
+
+    def _building_order(self, name: str) -> int:
+        """What others stand beside comes first: FPGA, then memories, then displays."""
+        kind = self.system.platform.components[name].type
+        return {"memory": 1, "display": 2}.get(kind, 0)
 
     def _component(self, name: str) -> Any:
-        from codesign.components import ClockDomain, Fpga, Processor
+        from codesign.components import ClockDomain, ExternalMemory, Fpga
 
         spec = self.system.platform.components[name]
-        clock = ClockDomain(int(spec.clock.value))
+        if isinstance(spec, RobotComponent):
+            return None
         if isinstance(spec, FpgaComponent):
+            clock = ClockDomain(int(spec.clock.value))
             ram = self._block_ram(name, clock) if name == self.system.component else None
             return Fpga(self.environment, name, clock, self._listeners, ram)
-        costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
-        return Processor(self.environment, name, clock, costs, self._listeners)
+        if isinstance(spec, MemoryComponent):
+            return ExternalMemory(self.environment, name, memory_law(name, spec), self._listeners)
+        if isinstance(spec, DisplayComponent):
+            beside = self.by_name[spec.beside]
+            memory = getattr(beside, "block_ram", beside) if isinstance(beside, Fpga) else beside
+            return display_of(self.environment, name, spec, memory, self._listeners)
+        assert isinstance(spec, ProcessorComponent), "no other type is left"
+        return processor_of(self.environment, name, spec, self._listeners)
 
     def _block_ram(self, name: str, clock: ClockDomain) -> BlockRam | None:
         """One block RAM for all of the design, which are driven alike, with what each holds."""
@@ -135,36 +273,20 @@ class Machine:
             ram.allocate(content, words)
         return ram
 
-    def _link(self, name: str) -> Bus:
-        from codesign.components import Bus, ClockDomain
 
-        spec = self.system.platform.links[name]
-        return Bus(
-            self.environment,
-            name,
-            ClockDomain(int(spec.clock.value)),
-            width=int(spec.width.value),
-            setup_cycles=int(spec.setup_cycles.value),
-            burst_words=int(spec.burst_words.value),
-            listeners=self._listeners,
-        )
-
-
-def build(system: System, listeners: Sequence[Listener] = ()) -> Machine:
+def build(system: System, listeners: Sequence[Listener], granularity: Granularity) -> Machine:
     """The components of ``system``, at time 0."""
-    return Machine(system, listeners)
+    return Machine(system, listeners, granularity)
 
 
-def _route(system: System, origin: str, target: str) -> list[tuple[str, str, str]]:
-    """The links from ``origin`` to ``target`` as (link, sender, receiver), over as few links as possible.
-
-    ``bind`` has refused a platform where there is no such way.
-    """
-    import networkx
-
-    graph = networkx.MultiGraph()
-    graph.add_nodes_from(system.platform.components)
-    for name, link in system.platform.links.items():
-        networkx.add_path(graph, link.between, link=name)
-    hops = pairwise(networkx.shortest_path(graph, origin, target))
-    return [(min(edge["link"] for edge in graph[a][b].values()), a, b) for a, b in hops]
+def _until_exchange(steps: Iterable[Step]) -> Generator[Step, None, tuple[Exchange | None, Any]]:
+    """The steps up to the next exchange, which is returned; or to the end, with what the steps return."""
+    source = iter(steps)
+    while True:
+        try:
+            step = next(source)
+        except StopIteration as done:
+            return None, done.value
+        if isinstance(step, Exchange):
+            return step, None
+        yield step

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from codesign.figures import Status, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.spec.exploration import ResultFigure
+from codesign.system.mission_result import LinkUse, Mission
 
 
 class _Model(BaseModel):
@@ -118,6 +119,8 @@ class Energy(_Model):
 
     fpga_j: float
     processors_j: float
+    links_j: float = 0.0
+    memories_j: float = 0.0
     total_j: float
 
 
@@ -130,6 +133,7 @@ class Result(_Model):
     planner: str
     style: str
     component: str
+    places: dict[str, str] = Field(default={}, description="component of each task")
     part: str | None
     parameters: dict[str, dict[str, Any]] = Field(description="parameters of each task")
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
@@ -151,7 +155,9 @@ class Result(_Model):
     utilisation: dict[str, float] | None = Field(
         default=None, description="busy share of each component and link"
     )
+    links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
     quality: Quality | RobotsQuality | None = None
+    mission: Mission | None = Field(default=None, description="figures of a drive")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
     def figure(self, name: ResultFigure) -> float | None:

@@ -1,0 +1,146 @@
+"""From what a platform file declares to the components that run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from codesign.architectures.external import ExternalMemoryLaw
+from codesign.records import Listener
+from codesign.spec.components import (
+    DifferentialKinematics,
+    DisplayComponent,
+    MemoryComponent,
+    OmnidirectionalKinematics,
+    ProcessorComponent,
+    RaySensor,
+    RobotComponent,
+    Sensor,
+)
+from codesign.spec.links import BusLink, Link, SerialLink
+
+if TYPE_CHECKING:
+    import simpy
+
+    from codesign import components
+    from codesign.components.motion import Kinematics
+
+
+def processor_of(
+    environment: simpy.Environment, name: str, spec: ProcessorComponent, listeners: Sequence[Listener]
+) -> components.Processor:
+    """The processor that ``spec`` declares."""
+    from codesign.components import ClockDomain, Processor
+
+    costs = {kernel: int(cost.value) for kernel, cost in spec.costs.items()}
+    clock = ClockDomain(int(spec.clock.value))
+    return Processor(environment, name, clock, costs, listeners, cores=spec.cores)
+
+
+def memory_law(name: str, spec: MemoryComponent) -> ExternalMemoryLaw:
+    """What the accesses of an external memory cost."""
+    return ExternalMemoryLaw(
+        technology=spec.technology,
+        hz=int(spec.clock.value),
+        width=int(spec.width.value),
+        capacity=int(spec.capacity.value),
+        latency_cycles=int(spec.latency_cycles.value),
+        row_words=None if spec.row_words is None else int(spec.row_words.value),
+        row_cycles=0 if spec.row_cycles is None else int(spec.row_cycles.value),
+        refresh_share=spec.refresh_share,
+        name=name,
+    )
+
+
+def display_of(
+    environment: simpy.Environment,
+    name: str,
+    spec: DisplayComponent,
+    memory: Any,
+    listeners: Sequence[Listener],
+) -> components.Display:
+    """The display that ``spec`` declares; ``memory`` is what it reads from, None a copy of its own."""
+    from codesign.components import ClockDomain, Display
+    from codesign.components.scan import Scan
+
+    scan = Scan(
+        columns=int(spec.columns.value),
+        rows=int(spec.rows.value),
+        total_columns=int(spec.total_columns.value),
+        total_rows=int(spec.total_rows.value),
+        pixels_a_word=int(spec.pixels_a_word.value),
+    )
+    clock = ClockDomain(int(spec.pixel_clock.value))
+    return Display(environment, name, clock, scan, memory=memory, listeners=listeners)
+
+
+def link_of(
+    environment: simpy.Environment, name: str, spec: Link, listeners: Sequence[Listener]
+) -> components.Link:
+    """The link that ``spec`` declares."""
+    from codesign.components import Bus, ClockDomain, Ideal, Serial
+    from codesign.components.serial import Parity
+
+    shared: dict[str, Any] = {
+        "between": spec.between,
+        "errors": _errors(spec),
+        "outages": [(outage.begin, outage.end) for outage in spec.outages],
+        "listeners": listeners,
+    }
+    if isinstance(spec, BusLink):
+        return Bus(
+            environment,
+            name,
+            ClockDomain(int(spec.clock.value)),
+            width=int(spec.width.value),
+            setup_cycles=int(spec.setup_cycles.value),
+            burst_words=int(spec.burst_words.value),
+            **shared,
+        )
+    if isinstance(spec, SerialLink):
+        return Serial(
+            environment,
+            name,
+            baud=int(spec.baud.value),
+            data_bits=spec.data_bits,
+            start_bits=spec.start_bits,
+            stop_bits=spec.stop_bits,
+            parity=Parity(spec.parity),
+            fifo_depth=int(spec.fifo_depth.value),
+            **shared,
+        )
+    return Ideal(environment, name, **shared)
+
+
+def _errors(spec: Link) -> components.LinkErrors | None:
+    from codesign.components import LinkErrors
+
+    if spec.errors is None:
+        return None
+    told = spec.errors.model_dump(exclude={"late"})
+    late = spec.errors.late
+    return LinkErrors(**told, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0)
+
+
+def kinematics_of(spec: RobotComponent) -> Kinematics:
+    """How the robot moves, in metres and seconds."""
+    from codesign.components.motion import DifferentialDrive, OmnidirectionalDrive, PointDrive
+
+    kinematics = spec.kinematics
+    speed = float(kinematics.speed.value)
+    if isinstance(kinematics, OmnidirectionalKinematics):
+        return OmnidirectionalDrive(speed, float(kinematics.acceleration.value))
+    if isinstance(kinematics, DifferentialKinematics):
+        return DifferentialDrive(
+            speed, float(kinematics.acceleration.value), float(kinematics.turn_rate.value)
+        )
+    return PointDrive(speed)
+
+
+def sensor_of(spec: Sensor, resolution: float) -> Any:
+    """The sensor that ``spec`` declares, its range in cells of ``resolution`` metres."""
+    from codesign.components.sensor import RadiusSensor as Radius
+    from codesign.components.sensor import RaySensor as Rays
+
+    reach = float(spec.range.value) / resolution
+    return Rays(reach, spec.rays) if isinstance(spec, RaySensor) else Radius(reach)

@@ -1,0 +1,149 @@
+"""What a bound system and its run come to, as the fields of a ``Result``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from codesign.memo import Memo
+from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.system.bind import System
+from codesign.system.build import Machine
+from codesign.system.chain import Answer
+from codesign.system.fit import fit, source
+from codesign.system.mission_result import LinkUse
+from codesign.system.result import Energy, Power, Reason, Source, Times
+
+
+def head_fields(system: System) -> dict[str, Any]:
+    """What was run: names, places and parameters."""
+    parameters = {name: model.model_dump(mode="json") for name, model in system.parameters.items()}
+    count = getattr(system.planning, "block_count", None)
+    return {
+        "platform": system.platform.name,
+        "workload": system.workload.name,
+        "planner": system.planner.name,
+        "style": system.architecture.style,
+        "component": system.component,
+        "places": dict(system.placement.places),
+        "part": None if system.part is None else system.part.full_name,
+        "parameters": parameters,
+        "blocks": None if count is None else count(system.problem.rows, system.problem.columns),
+    }
+
+
+def fitted_fields(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
+    """What the design takes of its part, as fields of a result, and why it does not fit where it does not."""
+    problem, parameters, part = system.problem, system.planning, system.part
+    external = {} if system.external is None else {"external": system.external}
+    demand = system.architecture.demand(problem, parameters, part, **external)
+    fields, reasons = _apart(system)
+    if part is None:
+        held = fit(demand, None, system.clock, None)
+        return {"processor": _processor_figures(system), **fields}, held.reasons + reasons
+    limit = system.architecture.clock_limit(problem, parameters, part, **external)
+    held = fit(demand, part, system.clock, limit)
+    static, dynamic = system.architecture.power(demand, system.clock, part)
+    power = Power(static=source(static), dynamic=source(dynamic))
+    own = {"resources": held.resources, "clock": held.clock, "power": power}
+    return fields | own, held.reasons + reasons
+
+
+def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
+    """What tasks take of an FPGA that does not plan."""
+    fields: dict[str, Any] = {}
+    reasons: tuple[Reason, ...] = ()
+    for task, style in system.placement.styles.items():
+        spec = system.platform.components[system.placement.places[task]]
+        if task in system.placement.inside or not isinstance(spec, FpgaComponent):
+            continue
+        part, clock = spec.chip, int(spec.clock.value)
+        demand = style.demand(system.problem, system.planning, part)
+        held = fit(demand, part, clock, style.clock_limit(system.problem, system.planning, part))
+        static, dynamic = style.power(demand, clock, part)
+        power = Power(static=source(static), dynamic=source(dynamic))
+        fields = {"resources": held.resources, "clock": held.clock, "power": power}
+        reasons += held.reasons
+    return fields, reasons
+
+
+def _processor_figures(system: System) -> dict[str, Source]:
+    """What the time and the energy of a processor rest on."""
+    spec = system.platform.components[system.component]
+    assert isinstance(spec, ProcessorComponent), "what has no part is a processor"
+    figures = {f"cost of {kernel}": source(cost) for kernel, cost in spec.costs.items()}
+    return figures | {"power busy": source(spec.power.busy), "power idle": source(spec.power.idle)}
+
+
+def plan_fields(system: System, machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
+    """Times, cycles and quality of a first plan."""
+    planner = system.planner
+    key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
+    quality = (Memo() if memo is None else memo).get(
+        key, lambda: planner.quality(answer.problem, answer.plan)
+    )
+    times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
+    return {"time": times, "cycles": machine.cycles(), **planner.figures(answer.plan), "quality": quality}
+
+
+def use_fields(machine: Machine, power: Power | None) -> dict[str, Any]:
+    """Energy, utilisation and messages up to now."""
+    return {
+        "energy": energy(machine, power),
+        "utilisation": {
+            # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
+            component.name: component.busy / max(machine.now, 1)
+            for component in machine.components
+        },
+        "links": {name: link_use(link, machine.now) for name, link in machine.links.items()},
+    }
+
+
+def link_use(link: Any, now: int) -> LinkUse:
+    """The account of a link's messages."""
+    return LinkUse(
+        sent=link.sent,
+        delivered=link.delivered,
+        dropped=dict(sorted(link.dropped.items())),
+        in_flight=link.in_flight,
+        retransmissions=link.retransmissions,
+        undetected=link.undetected,
+        late=link.late,
+        bits=link.bits,
+        utilisation=link.busy / max(now, 1),
+        queued_s=link.queued / 1e12,
+    )
+
+
+def energy(machine: Machine, power: Power | None) -> Energy:
+    """Static power over the whole time and dynamic power over the busy time; all others by their own figures."""
+    span, system = machine.now / 1e12, machine.system
+    fpga = 0.0
+    if power is not None:
+        spent = sum(
+            machine.by_name[name].busy
+            for name, spec in system.platform.components.items()
+            if isinstance(spec, FpgaComponent)
+        )
+        fpga = power.static.value * span + power.dynamic.value * spent / 1e12
+    parts = {ProcessorComponent: 0.0, MemoryComponent: 0.0}
+    for name, component in system.platform.components.items():
+        for kind in parts:
+            if isinstance(component, kind) and component.power is not None:
+                parts[kind] += _joules(component.power, machine.by_name[name].busy / 1e12, span)
+    links = sum(
+        _joules(spec.power, machine.links[name].busy / 1e12, span)
+        for name, spec in system.platform.links.items()
+        if spec.power is not None
+    )
+    processors, memories = parts[ProcessorComponent], parts[MemoryComponent]
+    return Energy(
+        fpga_j=fpga,
+        processors_j=processors,
+        links_j=links,
+        memories_j=memories,
+        total_j=fpga + processors + links + memories,
+    )
+
+
+def _joules(power: Any, busy: float, span: float) -> float:
+    return float(power.busy.value * busy + power.idle.value * (span - busy))

@@ -1,0 +1,261 @@
+"""Placement: which component does each task, and what crosses the links between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from codesign.architectures.interface import Architecture, TaskStyle
+from codesign.errors import Fault, InputError, choose_hint
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, Planner, Problem
+from codesign.spec import Platform, Workload, fault
+from codesign.spec.components import ProcessorComponent, RobotComponent
+from codesign.spec.scenario import Drive
+from codesign.spec.tasks import SCENARIO_TASKS
+from codesign.system import catalog
+from codesign.task_graph import Flow, TaskGraph
+
+SENSE, MOVE, DISPLAY, DETECT = "sense", "move", "display", "detect"
+
+COMMAND_BITS = 96
+"""How far to go on which way at most how fast, three words of 32 bits: assumed."""
+
+FRAME_BITS = 64
+"""A position to be drawn, two words of 32 bits: assumed."""
+
+_OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
+"""Tasks that are done only where they are mapped."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where the tasks of a workload are done.
+
+    - ``places``: the component of each task that is done.
+    - ``graph``: those tasks, and what flows between them in one turn.
+    - ``inside``: the planner's tasks that the planning component does by itself.
+    - ``styles``: how the other tasks of the planner are done, and those inside that are asked for again and again.
+    """
+
+    places: Mapping[str, str]
+    graph: TaskGraph
+    inside: frozenset[str]
+    styles: Mapping[str, TaskStyle]
+
+    def apart(self, sender: str, receiver: str) -> bool:
+        """Whether two tasks are done by different components."""
+        return self.places[sender] != self.places[receiver]
+
+
+def asker_of(platform: Platform, component: str) -> str:
+    """Who wants the plan: the first processor that is not the planning ``component``, or else that itself."""
+    others = [
+        name
+        for name, spec in platform.components.items()
+        if isinstance(spec, ProcessorComponent) and name != component
+    ]
+    return others[0] if others else component
+
+
+def robot_of(platform: Platform, workload: Workload) -> str | None:
+    """The robot of a drive, None where the platform has none or several and the scenario names none."""
+    wanted = workload.scenario.robot if isinstance(workload.scenario, Drive) else None
+    robots = [name for name, spec in platform.components.items() if isinstance(spec, RobotComponent)]
+    if wanted is not None:
+        return wanted if wanted in robots else None
+    return robots[0] if len(robots) == 1 else None
+
+
+def place(
+    platform: Platform, workload: Workload, planner: Planner, architecture: Architecture, problem: Problem
+) -> tuple[Placement | None, list[Fault]]:
+    """The placement that workload and defaults come to, or every fault of it."""
+    faults = _scenario_faults(platform, workload, planner)
+    if faults:
+        return None, faults
+    places = _places(platform, workload, planner)
+    faults = _type_faults(platform, workload, places)
+    planning = places[planner.planning_task]
+    inside = frozenset(task for task in planner.tasks if places.get(task) == planning)
+    styles, style_faults = _styles(platform, workload, planner, places, inside)
+    faults += style_faults
+    try:
+        graph = TaskGraph(tuple(places), _flows(platform, workload, planner, problem, places))
+    except InputError as wrong:
+        return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
+    faults += _way_faults(platform, graph, places)
+    needed = [(planning, architecture.kernel, f"style {architecture.style}")]
+    again = isinstance(workload.scenario, Drive) and planner.steering == "field"
+    needed += [
+        (places[task], style.kernel, f"task {task}")
+        for task, style in styles.items()
+        if task not in inside or (again and task != DETECT)
+    ]
+    needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
+    faults += _cost_faults(platform, needed)
+    return (None if faults else Placement(places, graph, inside, styles)), faults
+
+
+def _scenario_faults(platform: Platform, workload: Workload, planner: Planner) -> list[Fault]:
+    """What the scenario needs and platform or planner have not."""
+    scenario = workload.scenario
+    wanted = "drive" if planner.problem_model is None else "fleet"
+    if scenario.type not in {"plan_once", wanted}:
+        text = f"scenario {scenario.type} is not for planner {planner.name}"
+        return [fault(workload, ("scenario", "type"), text, f"scenario {wanted}, or another planner")]
+    if not isinstance(scenario, Drive) or robot_of(platform, workload) is not None:
+        return []
+    robots = [name for name, spec in platform.components.items() if isinstance(spec, RobotComponent)]
+    if scenario.robot is not None:
+        text = f"platform {platform.name} has no robot {scenario.robot!r}"
+        return [fault(workload, ("scenario", "robot"), text, choose_hint(scenario.robot, robots))]
+    text = f"a drive needs a robot, and platform {platform.name} has {len(robots) or 'none'}"
+    hint = (
+        f"set robot to one of {', '.join(robots)}"
+        if robots
+        else "give the platform a component of type robot"
+    )
+    return [fault(workload, ("scenario",), text, hint)]
+
+
+def _places(platform: Platform, workload: Workload, planner: Planner) -> dict[str, str]:
+    """Every task that is done, with its component, in the order in which data flow."""
+    mapping = {task: mapped.component for task, mapped in workload.mapping.items()}
+    planning = mapping[planner.planning_task]
+    asker = asker_of(platform, planning)
+    robot = robot_of(platform, workload)
+    scenario = SCENARIO_TASKS[workload.scenario.type]
+    extra = [task.name for task in workload.tasks]
+    ahead = [task for task in scenario if task in {SENSE, LOAD}]
+    behind = [task for task in scenario if task not in ahead]
+    places: dict[str, str] = {}
+    for task in (*ahead, *planner.tasks, *behind, *extra):
+        default = planning
+        if task in {LOAD, COMMAND} or task in extra:
+            default = asker
+        elif task in {SENSE, MOVE}:
+            default = robot or asker
+        if task in mapping or task not in _OPTIONAL:
+            places[task] = mapping.get(task, default)
+    return places
+
+
+def _flows(
+    platform: Platform, workload: Workload, planner: Planner, problem: Problem, places: Mapping[str, str]
+) -> tuple[Flow, ...]:
+    parameters = workload.mapping[planner.planning_task].parameters
+    flows = [
+        flow for flow in planner.flows(problem, parameters) if {flow.sender, flow.receiver} <= set(places)
+    ]
+    if SENSE in places:
+        flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
+        flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
+    if DISPLAY in places:
+        flows.append(Flow(COMMAND, DISPLAY, "frame", FRAME_BITS * max(1, getattr(problem, "count", 1))))
+    for task in workload.tasks:
+        flows += [Flow(sender, task.name, task.name, bits) for sender, bits in task.after.items()]
+    return tuple(flows)
+
+
+def scan_bits(platform: Platform, workload: Workload, problem: Problem) -> int:
+    """Bits of one scan of the drive's robot."""
+    from codesign.system.assemble import sensor_of
+
+    robot = robot_of(platform, workload)
+    assert robot is not None, "a drive has a robot"
+    spec = platform.components[robot]
+    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    return max(1, int(sensor_of(spec.sensor, resolution_of(workload, problem)).bits))
+
+
+def resolution_of(workload: Workload, problem: Problem) -> float:
+    """Metres a cell of a drive: what the scenario says, or else the map; 1 where neither does."""
+    chosen = workload.scenario.resolution if isinstance(workload.scenario, Drive) else None
+    return chosen or problem.resolution or 1.0
+
+
+def _type_faults(platform: Platform, workload: Workload, places: Mapping[str, str]) -> list[Fault]:
+    """Tasks on components that cannot do them."""
+    accepted = {SENSE: ("robot",), MOVE: ("robot",), DISPLAY: ("processor", "display")}
+    accepted |= {task.name: ("processor",) for task in workload.tasks}
+    faults = []
+    for task, component in places.items():
+        types = accepted.get(task)
+        kind = platform.components[component].type
+        if (types is None and kind in {"fpga", "processor"}) or (types is not None and kind in types):
+            continue
+        wanted = " or ".join(types or ("fpga", "processor"))
+        path: tuple[str, ...] = ("mapping", task, "component") if task in workload.mapping else ("mapping",)
+        text = f"task {task} is on {component}, which is a {kind}"
+        faults.append(fault(workload, path, text, f"place it on a component of type {wanted}"))
+    return faults
+
+
+def _styles(
+    platform: Platform,
+    workload: Workload,
+    planner: Planner,
+    places: Mapping[str, str],
+    inside: frozenset[str],
+) -> tuple[dict[str, TaskStyle], list[Fault]]:
+    """The style of each task of the planner that is done apart, or again at each turn."""
+    styles, faults = {}, []
+    for task in planner.tasks:
+        if task in {planner.planning_task, LOAD} or task not in places:
+            continue
+        mapped = workload.mapping.get(task)
+        kind = platform.components[places[task]].type
+        found = {
+            name: style
+            for (of, name), style in catalog.task_styles_of(planner.name, task).items()
+            if of == kind
+        }
+        wanted = None if mapped is None or task in inside else mapped.style
+        chosen = found.get(wanted) if wanted is not None else next(iter(found.values()), None)
+        if chosen is not None:
+            styles[task] = chosen
+        elif task not in inside:
+            text = f"task {task} cannot be done on {places[task]} while {planner.planning_task} is done elsewhere"
+            if wanted is not None:
+                text = f"task {task} has no style {wanted!r} on a component of type {kind}"
+            hint = (
+                choose_hint(wanted, found) if wanted and found else f"place it beside {planner.planning_task}"
+            )
+            path = ("mapping", task) if mapped is not None else ("mapping",)
+            faults.append(fault(workload, path, text, hint))
+    return styles, faults
+
+
+def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]) -> list[Fault]:
+    """Flows between components that no links join."""
+    from codesign.system.routes import Routes
+
+    routes, faults, told = Routes(platform), [], set[frozenset[str]]()
+    for flow in graph.flows:
+        ends = places[flow.sender], places[flow.receiver]
+        if routes.joined(*ends) or frozenset(ends) in told:
+            continue
+        told.add(frozenset(ends))
+        text = (
+            f"no link joins {ends[0]}, which does {flow.sender}, and {ends[1]}, which does {flow.receiver}:"
+            f" {flow.name!r} cannot be sent"
+        )
+        faults.append(
+            fault(platform, ("links",), text, f"add a link with between: [{ends[0]}, {ends[1]}] under links:")
+        )
+    return faults
+
+
+def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:
+    """Kernels (component, kernel, who is counted in it) that their processor has no cost of."""
+    faults, told = [], set()
+    for name, kernel, user in needed:
+        component = platform.components[name]
+        if not isinstance(component, ProcessorComponent) or not kernel or kernel in component.costs:
+            continue
+        if (name, kernel) not in told:
+            text = f"{name} has no cost of kernel {kernel}, which {user} is counted in"
+            hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
+            faults.append(fault(platform, ("components", name, "costs"), text, hint))
+        told.add((name, kernel))
+    return faults

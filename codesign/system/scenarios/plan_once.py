@@ -1,0 +1,40 @@
+"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+
+from codesign.memo import Memo
+from codesign.records import MapRecord, TrajectoryRecord
+from codesign.system.build import Machine
+from codesign.system.chain import Answer, plan_chain
+
+TRACED_TRAJECTORIES = 16
+
+
+def plan_once(machine: Machine, memo: Memo | None) -> Answer:
+    """Make one plan, and tell listeners of it.
+
+    Raises:
+        LostMessageError: a message of it was lost.
+    """
+    system, problem = machine.system, machine.system.problem
+    if machine.listening:
+        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
+        machine.tell(MapRecord(0, "map", problem.free, goals, problem.resolution))
+    answers: list[Answer] = []
+
+    def mission() -> Generator[Any, Any, None]:
+        answers.append((yield from plan_chain(machine, problem, memo=memo)))
+
+    machine.environment.process(mission())
+    machine.environment.run()
+    answer = answers[0]
+    if machine.listening:
+        for start in problem.starts[:TRACED_TRAJECTORIES]:
+            points, arrived = system.planner.trajectory(problem, answer.plan, start)
+            machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
+    return answer
