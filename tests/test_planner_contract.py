@@ -115,11 +115,169 @@ def test_another_problem_another_answer(case: tuple[Planner, Any], problem: Any,
     assert problem.digest != other_problem.digest
 
 
-def test_messages_are_sent_and_answered(case: tuple[Planner, Any], problem: Any) -> None:
-    messages = case[0].messages(problem)
-    assert messages.problem_bits > 0
-    assert messages.answer_bits > 0
-    assert messages.problem != messages.answer
+def test_flows_lead_from_the_map_to_the_answer(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    flows = planner.flows(problem, parameters)
+    known = {*planner.tasks, "load", "command"}
+    assert {task for flow in flows for task in (flow.sender, flow.receiver)} <= known
+    assert all(flow.bits > 0 and flow.name for flow in flows)
+    assert len({(flow.sender, flow.receiver, flow.name) for flow in flows}) == len(flows)
+    assert any((flow.sender, flow.receiver) == ("load", planner.planning_task) for flow in flows)
+    assert len(answers(planner, flows)) == 1
+    # Every task is reached from the map, and none twice on its way: the flows of one plan make no cycle.
+    done, left = {"load"}, list(flows)
+    while ready := [
+        flow
+        for flow in left
+        if all(other.sender in done for other in left if other.receiver == flow.receiver)
+    ]:
+        done |= {flow.receiver for flow in ready}
+        left = [flow for flow in left if flow not in ready]
+    assert not left
+    assert {"command", planner.planning_task} <= done
+
+
+def test_flows_bring_what_one_plan_sends(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    messages, flows = planner.messages(problem), planner.flows(problem, parameters)
+    brought = [flow.bits for flow in flows if (flow.sender, flow.receiver) == ("load", planner.planning_task)]
+    assert brought == [messages.problem_bits]
+    assert [flow.bits for flow in flows if flow.receiver == "command"] == [messages.answer_bits]
+
+
+def test_policies_are_known_and_have_what_they_take(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    assert planner.steering in {"field", "way"}
+    assert planner.policies[0] == "restart"
+    assert set(planner.policies) <= {"restart", "lower_bound", "continue"}
+    assert ("lower_bound" in planner.policies) == ("lower_bound" in planner.tasks)
+    start = planner.start_of(planner.plan(problem, parameters))
+    assert ("continue" in planner.policies) == (start is not None)
+
+
+def answers(planner: Planner, flows: Any) -> set[str]:
+    return {flow.sender for flow in flows if flow.receiver == "command"}
+
+
+def phases_of(steps: list[Any]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for step in steps:
+        if len(step.cycles):
+            found[step.phase] = found.get(step.phase, 0) + int(step.cycles.sum())
+    return found
+
+
+def test_work_leaves_out_the_answer_where_it_is_placed_elsewhere(
+    case: tuple[Planner, Any], problem: Any
+) -> None:
+    planner, parameters = case
+    (answer,) = answers(planner, planner.flows(problem, parameters))
+    everything = frozenset(planner.tasks)
+    for style in catalog.styles_of(planner.name).values():
+        whole, plan = drained(style.work(problem, parameters))
+        same, _ = drained(style.work(problem, parameters, inside=everything))
+        for detail in (True, False):
+            without = everything - {answer} | {planner.planning_task}
+            steps, again = drained(style.work(problem, parameters, inside=without, detail=detail))
+            left = phases_of(steps)
+            gone = set(phases_of(whole)) - set(left)
+            # Software that searches breadth first has its path in the cost of a cell.
+            none = answer == planner.planning_task or (planner.name, style.component_type) == (
+                "breadth_first",
+                "processor",
+            )
+            assert len(gone) == (0 if none else 1)
+            assert left == {phase: spent for phase, spent in phases_of(whole).items() if phase not in gone}
+            assert planner.identity(again) == planner.identity(plan)
+        assert phases_of(same) == phases_of(whole)
+
+
+def test_going_on_from_the_own_answer_is_no_slower_and_as_good(
+    case: tuple[Planner, Any], grid_problem: Problem
+) -> None:
+    planner, parameters = case
+    plan = planner.plan(grid_problem, parameters)
+    start = planner.start_of(plan)
+    for style in catalog.styles_of(planner.name).values():
+        cold, _ = drained(style.work(grid_problem, parameters))
+        warm, again = drained(style.work(grid_problem, parameters, start=start))
+        assert sum(phases_of(warm).values()) <= sum(phases_of(cold).values())
+        before, after = (planner.quality(grid_problem, each) for each in (plan, again))
+        assert after.starts_arrived >= before.starts_arrived
+        coarse, _ = drained(style.work(grid_problem, parameters, start=start, detail=False))
+        assert phases_of(coarse) == phases_of(warm)
+
+
+def test_a_lower_bound_ends_in_the_same_bits(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    if "lower_bound" not in planner.policies:
+        pytest.skip("the planner knows no lower bound")
+    parameters = parameters.model_copy(update={"stop": "schedule_end"})
+    ((_, maker),) = catalog.task_styles_of(planner.name, "lower_bound").items()
+    made, bound = drained(maker.steps(problem, parameters, None, (0.0, 0.0)))
+    assert sum(int(step.cycles.sum()) for step in made) == int(problem.free.sum())
+    plan = planner.plan(problem, parameters)
+    for style in catalog.styles_of(planner.name).values():
+        cold, _ = drained(style.work(problem, parameters))
+        warm, again = drained(style.work(problem, parameters, start=bound))
+        assert planner.identity(again) == planner.identity(plan)
+        assert phases_of(warm)["relax"] < phases_of(cold)["relax"]
+
+
+def test_tasks_by_themselves_are_those_of_the_planner(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    plan = planner.plan(problem, parameters)
+    answering = answers(planner, planner.flows(problem, parameters))
+    for (name, task, _, _), style in catalog.task_styles().items():
+        if name != planner.name:
+            continue
+        assert task in planner.tasks
+        assert (style.component_type == "processor") == bool(style.kernel)
+        assert style.description
+        assert not style.description.endswith(".")
+        position = tuple(map(float, problem.starts[0]))
+        steps, made = drained(style.steps(problem, parameters, plan, position))
+        assert all(int(step.cycles.min()) >= 1 for step in steps)
+        if style.component_type == "processor":
+            assert style.demand(problem, parameters, None).items == ()
+        if task in answering:
+            points, arrived = planner.way(problem, plan, position)
+            assert np.array_equal(made[0], points)
+            assert made[1] == arrived
+
+
+def test_ways_from_any_position_keep_to_free_cells(case: tuple[Planner, Any], grid_problem: Problem) -> None:
+    planner, parameters = case
+    problem = grid_problem
+    plan = planner.plan(problem, parameters)
+    random = np.random.Generator(np.random.PCG64(3))
+    for start in problem.starts[:12]:
+        middle, arrived = planner.way(problem, plan, (float(start[0]), float(start[1])))
+        for off in random.uniform(-0.49, 0.49, (8, 2)):
+            position = (start[0] + float(off[0]), start[1] + float(off[1]))
+            points, there = planner.way(problem, plan, position)
+            assert points.dtype == np.float64
+            assert tuple(points[0]) == position
+            assert there == arrived
+            dense = np.concatenate([np.linspace(a, b, 41) for a, b in pairwise(points)] or [points])
+            cells = np.floor(dense + 0.5).astype(int)
+            # A corner that a way cuts is on the edge of a cell: only what is inside of an obstacle counts.
+            inside = np.abs(dense - cells).max(axis=1) < 0.5 - 1e-9
+            assert problem.free[cells[inside, 0], cells[inside, 1]].all()
+            if there:
+                assert tuple(np.floor(points[-1] + 0.5).astype(int)) in problem.goals
+        if arrived:
+            assert np.allclose(middle, planner.trajectory(problem, plan, start)[0])
+
+
+def test_no_way_from_where_no_robot_can_be(case: tuple[Planner, Any], grid_problem: Problem) -> None:
+    planner, parameters = case
+    plan = planner.plan(grid_problem, parameters)
+    wall = tuple(float(value) for value in np.argwhere(~grid_problem.free)[0])
+    for position in (wall, (-3.0, 2.0), (2.0, 1e6)):
+        points, arrived = planner.way(grid_problem, plan, position)
+        assert points.tolist() == [list(position)]
+        assert not arrived
 
 
 def test_every_style_drains_to_the_plan(case: tuple[Planner, Any], problem: Any) -> None:
