@@ -25,6 +25,9 @@ SECOND = 10**12
 SMOOTH = math.radians(10.0)
 """Assumed: a differential drive follows a bend of up to 10° while driving; for a sharper one it stands and turns."""
 
+_AIMED = 1e-9
+"""Radians: what rounding makes of one heading."""
+
 _SLACK = 1e-5
 """Cells a second by which a speed may exceed what a new way allows at its begin: the rounding of a braking distance."""
 
@@ -80,7 +83,7 @@ class DifferentialDrive:
     """It drives where it heads, and turns by at most ``turn_rate``, rad/s.
 
     Bends of up to ``smooth`` (radians) it takes while driving, no faster than ``turn_rate`` allows over the length of
-    the piece that follows; at a sharper one it stands and turns.
+    the piece that follows; at a sharper one, and before it starts, it stands and turns.
 
     Raises:
         InputError: a limit that is not above 0.
@@ -202,11 +205,14 @@ class Motion:
         reached = arc + past * (speed + 0.5 * acceleration * past)
         return min(max(reached, arc), latest), max(speed + acceleration * past, 0.0)
 
-    def time_at(self, arc: float) -> int:
-        """The first whole picosecond at which the robot has come to ``arc`` (which must not lie beyond the end)."""
-        if arc <= float(self._arcs[0]):
+    def time_at(self, arc: float, *, leaving: bool = False) -> int:
+        """The first whole picosecond at which the robot has come to ``arc`` (which must not lie beyond the end).
+
+        Where it stands there a while to turn: ``leaving`` tells when it goes on.
+        """
+        index = int(self._arcs.searchsorted(arc, side="right" if leaving else "left")) - 1
+        if index < 0:
             return 0
-        index = int(self._arcs.searchsorted(arc, side="left")) - 1
         begin, at, speed, acceleration = self._phases[min(index, len(self._phases) - 1)].tolist()
         distance = arc - at
         root = math.sqrt(max(speed * speed + 2.0 * acceleration * distance, 0.0))
@@ -261,6 +267,8 @@ def _profile(
         with np.errstate(divide="ignore"):
             bends = kinematics.turn_rate * lengths / angles
         sharp = angles > kinematics.smooth
+        # Standing, it turns all of the way before it drives: else a turn that is commanded again would end early.
+        sharp[0] = sharp[0] or (speed <= 0.0 and angles[0] > _AIMED)
         limits = np.where(sharp, 0.0, bends)
         turns[:-1] = np.where(sharp, angles / kinematics.turn_rate, 0.0)
     else:

@@ -212,14 +212,14 @@ class Robot(Component):
         halt = max(float(entry[index]) - NEAR, self._arc)
         back = NEAR
         parts = [(int(row), int(column)) for row, column in cells[index].reshape(3, 2)]
-        cell = next(part for part in parts if _is_closed(blocked, part))
+        closed = [part for part in parts if _is_closed(blocked, part)]
         # A way that grazes a border can round into the cell behind it even a little before the crossing.
-        while halt > self._arc and _is_closed(blocked, cell_of(self.way.point_at(halt))):
+        while halt > self._arc and cell_of(self.way.point_at(halt)) in closed:
             back *= 2.0
             halt = max(halt - back, self._arc)
-        past = max(self._motion.time_at(halt), self._time - self._since)
+        past = max(self._motion.time_at(halt, leaving=True), self._time - self._since)
         contact_time = min(self._since + past, now)
-        contact = Contact(contact_time, self.way.point_at(halt), cell, self._motion.at(past)[1])
+        contact = Contact(contact_time, self.way.point_at(halt), closed[0], self._motion.at(past)[1])
         heading = self._motion.heading_at(past)
         self._drive_to(halt)
         self._pass_time(contact_time)
@@ -238,7 +238,8 @@ class Robot(Component):
 
     def _drive_to(self, arc: float) -> None:
         entry, _ = self.way.crossings
-        following = int(entry.searchsorted(arc, side="right"))
+        # On a border it has not entered: where it drives towards smaller numbers, the border is still the old cell's.
+        following = int(entry.searchsorted(arc, side="left"))
         for index in range(self._next, following):
             at = float(entry[index])
             self.log.append((self._since + self._motion.time_at(at), *self.way.point_at(at)))

@@ -22,6 +22,9 @@ Point = tuple[float, float]
 NEAR = 1e-6
 """Cells: points closer than this are taken as one. A robot also halts this far before a border it may not cross."""
 
+SAME = 1e-9
+"""Cells: what rounding makes of one point."""
+
 STANDING_ROOM = 1e-3
 """Cells: an authority ends this far before the border of the first cell that is not known free."""
 
@@ -118,7 +121,7 @@ class Way:
         """What is left of the way from arc ``start`` on."""
         if start <= 0.0:
             return self
-        later = self.arcs > start + NEAR
+        later = self.arcs > start + SAME
         return Way(np.concatenate((np.array([self.point_at(start)]), self.points[later])))
 
 
@@ -172,8 +175,10 @@ def join(
     # Of equally close points the latest: a way that comes by twice is not driven twice.
     order = np.lexsort((-arcs, distances))
     closest = int(order[0])
-    if distances[closest] <= NEAR:
-        return _from(way, position, float(arcs[closest]))
+    off = float(distances[closest])
+    if off <= NEAR:
+        # A vertex so near ahead that the robot's being off the way would bend the way to it is passed over.
+        return _from(way, position, float(arcs[closest]) + max(10.0 * off, SAME))
     ahead = _from(way, position, min(float(arcs[closest]) + lookahead, way.length), keep=True)
     if _clear(ahead, passable):
         return ahead
@@ -186,7 +191,7 @@ def join(
 
 def _from(way: Way, position: Point, arc: float, *, keep: bool = False) -> Way:
     """``position``, then (where ``keep``) the point at ``arc``, then the rest of the way."""
-    later = way.points[way.arcs > arc + NEAR]
+    later = way.points[way.arcs > arc]
     points = [np.array([position])]
     if keep:
         points.append(np.array([way.point_at(arc)]))
