@@ -11,6 +11,7 @@ import numpy as np
 from codesign.architectures.interface import Demand, Memory, Step
 from codesign.architectures.velocity_obstacle import levers, power, resources, timing
 from codesign.architectures.velocity_obstacle.published import Style
+from codesign.architectures.velocity_obstacle.updates import Updates
 from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid
@@ -90,8 +91,15 @@ class Circuit:
                 sums[phase] += amount
         for phase, amount in sums.items():
             if amount:
-                yield Step(phase, np.array([amount], np.int64), ram_addresses=_addresses(phase))
+                yield Step(phase, np.array([amount], np.int64), ram_addresses=timing.addresses(phase))
         return plan
+
+    def updates(
+        self, problem: RobotsProblem, parameters: AvoidParameters, memo: Memo | None = None
+    ) -> Updates:
+        """The run, with the cycles of every robot's own circuit in every update: for scenario ``fleet``."""
+        plan = avoid(problem, parameters) if memo is None else _kept(problem, parameters, memo)
+        return Updates(plan, timing.update_costs(self._style, problem.count, parameters))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
@@ -114,12 +122,7 @@ def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Ste
         cycles = (
             np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
         )
-        yield Step(phase, cycles, _story(phase, amount), _addresses(phase))
-
-
-def _addresses(phase: str) -> int:
-    """Addresses a cycle that the array of velocities is given: one while the selector runs."""
-    return int(phase == timing.SELECT)
+        yield Step(phase, cycles, _story(phase, amount), timing.addresses(phase))
 
 
 def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:

@@ -128,6 +128,11 @@ def run_cycles(style: Style, plan: Avoidance, parameters: AvoidParameters) -> Up
     return UpdateCycles(costs, plan.checks[chosen].astype(np.int64), plan.trials[chosen].astype(np.int64))
 
 
+def addresses(phase: str) -> int:
+    """Addresses a cycle that the array of velocities is given: one while the selector runs."""
+    return int(phase == SELECT)
+
+
 def clock_limit(part: Part) -> Figure:
     """The fastest clock, Hz: the board's oscillator is all that was shown."""
     ram = part.block_ram_clock.interval[1]

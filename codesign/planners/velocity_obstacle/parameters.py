@@ -127,7 +127,12 @@ class AvoidParameters(SpecModel):
     @property
     def step(self) -> float:
         """Time between two updates, s."""
-        return float(parse_quantity(self.time_step, Dimension.TIME) / PICOSECONDS_PER_SECOND)
+        return self.step_ps / PICOSECONDS_PER_SECOND
+
+    @property
+    def step_ps(self) -> int:
+        """Time between two updates, ps."""
+        return int(parse_quantity(self.time_step, Dimension.TIME))
 
 
 Place = tuple[

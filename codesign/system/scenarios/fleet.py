@@ -1,0 +1,248 @@
+"""Scenario ``fleet``: n robots with an FPGA each, and a line that takes all coordinates to a display.
+
+In an update every robot decides on its own FPGA, all from the same state, in as many cycles as its own candidates
+and trials take. The state is common, so all wait for the last one; how they come to know it the paper does not say,
+and here it takes no time. Then the coordinates of all robots are one message to the component that draws them
+("the co-ordinates of all the robots are being transmitted through an on-board serial port", Dubey et al. 2013, section
+VI): the first robot's board sends it, the one that the platform file declares.
+
+- ``real_time``: an update begins with each time step, as the planner assumes. One that takes longer is missed, and
+  the next begins with the first time step after it. Nobody waits for the line: while it has not taken over a message,
+  later ones are skipped.
+- ``free_running``: an update begins once all have decided the one before and its message stands in the line's FIFO.
+
+What the robots decide is the planner's run, whatever the time is: that they drive on is not held against the time
+that an update took. FPGAs beyond the first are no components of the platform; they tell nobody anything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from codesign.architectures.velocity_obstacle.updates import Updates
+from codesign.errors import InputError
+from codesign.memo import Memo
+from codesign.planners.interface import COMMAND, LOAD
+from codesign.planners.velocity_obstacle.avoid import Avoidance
+from codesign.planners.velocity_obstacle.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.quality import arrival_updates
+from codesign.spec.scenario import Fleet
+from codesign.system.build import LostMessageError
+from codesign.system.scenarios.fleet_figures import PACEMAKERS, FleetFigures, Pacemaker, spread
+from codesign.system.scenarios.fleet_trace import FleetTrace
+from codesign.system.scenarios.frames import DISPLAY, FrameSender
+from codesign.units import PICOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from codesign.components import Fpga
+    from codesign.system.build import Machine
+
+ARRIVED = "all robots stand at their targets"
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A fleet's run: the planner's run up to the last update that was done, its figures, and the FPGAs.
+
+    ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, ps;
+    ``ended``: when the last update was over.
+    """
+
+    plan: Avoidance
+    figures: FleetFigures
+    fpgas: tuple[Fpga, ...]
+    loaded: int
+    ended: int
+
+
+def fly(machine: Machine, *, memo: Memo | None = None) -> Flight:
+    """Run scenario ``fleet`` on a machine that has done nothing yet.
+
+    A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
+
+    Raises:
+        InputError: the style does not say what each robot takes for an update.
+    """
+    return _Run(machine, memo).run()
+
+
+class _Run:
+    """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
+
+    def __init__(self, machine: Machine, memo: Memo | None) -> None:
+        from codesign.components import Fpga
+
+        system = machine.system
+        scenario = system.workload.scenario
+        assert isinstance(scenario, Fleet), "the caller looks at the scenario"
+        if not hasattr(system.architecture, "updates"):
+            raise InputError(
+                f"style {system.architecture.style} does not say what each robot takes for an update",
+                "scenario",
+                "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once",
+            )
+        self.machine, self.scenario = machine, scenario
+        self.environment = machine.environment
+        self.work: Updates = system.architecture.updates(system.problem, system.planning, memo)
+        problem: Any = system.problem
+        assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
+        self.trace = FleetTrace(machine, self.work, problem)
+        own = machine.planner
+        self.fpgas: tuple[Fpga, ...] = (
+            own,
+            *(
+                Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
+                for number in range(1, problem.count)
+            ),
+        )
+        self.step_ps: int = system.planning.step_ps
+        self.begins: list[int] = []
+        self.decided: list[int] = []
+        self.ends: list[int] = []
+        self.loaded = self.missed = 0
+        self.frames = self._frames()
+        self._failure: str | None = None
+        self._starting = self.environment.event()
+        self._barrier = self.environment.event()
+        self._deciding = 0
+
+    def run(self) -> Flight:
+        """Let things happen until nothing more does, or a watchdog ends it."""
+        environment = self.environment
+        environment.process(self._mission())
+        for robot in range(len(self.fpgas)):
+            environment.process(self._robot(robot))
+        events, limit, most = 0, self.scenario.limit, self.scenario.events
+        horizon = environment.peek()
+        while horizon <= limit and events < most:
+            environment.step()
+            events += 1
+            horizon = environment.peek()
+        stopped = None
+        if horizon != float("inf"):
+            seconds = f"{limit / PICOSECONDS_PER_SECOND:g} s of simulated time"
+            stopped = f"the limit of {seconds if horizon > limit else f'{most:,} events'} was reached"
+        return self._flight(stopped, events)
+
+    def _mission(self) -> Generator[Any, Any, None]:
+        """Process generator: load, then update after update."""
+        system = self.machine.system
+        self.trace.begin()
+        try:
+            for flow in system.planner.flows(system.problem, system.planning):
+                if (flow.sender, flow.receiver) == (LOAD, system.planner.planning_task):
+                    yield from self.machine.carry(flow)
+        except LostMessageError as lost:
+            self._failure = f"{lost.what} on {lost.where}"
+            return
+        self.loaded = self.machine.now
+        for update in range(self.work.plan.updates):
+            yield from self._update(update)
+
+    def _update(self, update: int) -> Generator[Any, Any, None]:
+        """Process generator: one update, up to where the next one begins."""
+        begin = self.machine.now
+        self.begins.append(begin)
+        self._barrier, self._deciding = self.environment.event(), len(self.fpgas)
+        start, self._starting = self._starting, self.environment.event()
+        start.succeed(update)
+        yield self._barrier
+        decided = self.machine.now
+        self.decided.append(decided)
+        missed = decided - begin > self.step_ps
+        self.missed += missed
+        self.trace.decided(update, begin, self.fpgas, missed)
+        self.machine.follow_up(self.machine.system.planner.planning_task)
+        if self.scenario.pace == "real_time":
+            if self.frames is not None:
+                self.frames.offer()
+            steps = max(1, -(-(decided - begin) // self.step_ps))
+            if begin + steps * self.step_ps > decided:
+                yield self.environment.timeout(begin + steps * self.step_ps - decided)
+        elif self.frames is not None:
+            yield from self.frames.hand_over()
+        self.ends.append(self.machine.now)
+        self.trace.ended_update(update)
+
+    def _robot(self, robot: int) -> Generator[Any, Any, None]:
+        """Process generator: one robot's FPGA decides whenever an update begins; the last one ends it for all."""
+        fpga, visits = self.fpgas[robot], self.machine.granularity == "visit"
+        while True:
+            update = yield self._starting
+            # Nobody asks for the phases of the others: one event an update is all that they take.
+            whole = robot > 0 and not visits
+            steps = self.work.whole(update, robot) if whole else self.work.steps(update, robot, visits=visits)
+            yield from fpga.execute(steps, self.machine.granularity)
+            self._deciding -= 1
+            if not self._deciding:
+                self._barrier.succeed()
+
+    def _frames(self) -> FrameSender | None:
+        """Who sends the coordinates; None where nobody wants them, or the FPGA itself draws them."""
+        places = self.machine.system.placement.places
+        receiver = places.get(DISPLAY, places[COMMAND])
+        if self.scenario.report == "none" or receiver == self.machine.system.component:
+            return None
+        return FrameSender(self.machine, receiver, len(self.fpgas))
+
+    def _flight(self, stopped: str | None, events: int) -> Flight:
+        updates = len(self.ends)
+        whole = self.work.plan
+        plan = replace(
+            whole,
+            positions=whole.positions[: updates + 1],
+            velocities=whole.velocities[: updates + 1],
+            candidates=whole.candidates[:updates],
+            checks=whole.checks[:updates],
+            trials=whole.trials[:updates],
+        )
+        there = sum(arrival is not None for arrival in arrival_updates(plan)) if updates else 0
+        completed = there == len(self.fpgas)
+        ended = (
+            self._failure or stopped or (ARRIVED if completed else _waiting(updates, there, len(self.fpgas)))
+        )
+        self.trace.ended(ended, updates)
+        end = self.ends[-1] if self.ends else self.loaded
+        return Flight(plan, self._figures(ended, completed, events), self.fpgas, self.loaded, end)
+
+    def _figures(self, ended: str, completed: bool, events: int) -> FleetFigures:
+        updates = len(self.ends)
+        span = self.ends[-1] - self.loaded if updates else 0
+        deciding = [done - begin for done, begin in zip(self.decided, self.begins, strict=False)][:updates]
+        periods = [end - begin for end, begin in zip(self.ends, self.begins, strict=False)]
+        spent = {"fpga": sum(deciding), "line": 0, "time_step": 0}
+        spent["time_step" if self.scenario.pace == "real_time" else "line"] = span - spent["fpga"]
+        shares: dict[Pacemaker, float] = {name: spent[name] / span if span else 0.0 for name in PACEMAKERS}
+        pace: Pacemaker = max(PACEMAKERS, key=shares.__getitem__)
+        line = 0 if self.frames is None else self.frames.line_ps
+        slowest = max(spent["fpga"] / updates if updates else 0.0, line)
+        busy = [fpga.busy for fpga in self.fpgas]
+        whole = max(self.machine.now, 1)
+        return FleetFigures(
+            robots=len(self.fpgas),
+            fpgas=len(self.fpgas),
+            ended=ended,
+            completed=completed,
+            updates=updates,
+            span_ps=span,
+            time_step_ps=self.step_ps,
+            decide=spread(deciding),
+            period=spread(periods),
+            updates_a_second=updates * PICOSECONDS_PER_SECOND / span if span else 0.0,
+            reachable_a_second=PICOSECONDS_PER_SECOND / slowest if slowest else 0.0,
+            pace=pace if span else None,
+            shares=shares,
+            missed_updates=self.missed,
+            frames=None if self.frames is None else self.frames.figures(self.step_ps),
+            fpga_busy_ps=sum(busy),
+            fpga_utilisation=(min(busy) / whole, max(busy) / whole),
+            events=events,
+        )
+
+
+def _waiting(updates: int, there: int, robots: int) -> str:
+    return (
+        f"after {updates:,} updates {there} of {robots} robots have arrived: the others still wait or drive"
+    )

@@ -1,0 +1,84 @@
+"""What a fleet's run comes to: how fast the updates follow each other, what sets their pace, and what the display saw.
+
+Times are integer picoseconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Pacemaker = Literal["fpga", "line", "time_step"]
+PACEMAKERS: tuple[Pacemaker, ...] = ("fpga", "line", "time_step")
+
+
+class _Model(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
+
+
+class Spread(_Model):
+    """Some spans of time: their median, 95th percentile and worst, ps; each is one of them."""
+
+    median_ps: int
+    share_95_ps: int = Field(description="95th percentile")
+    worst_ps: int
+
+
+class Frames(_Model):
+    """The coordinates of all robots on their way to the display, one message an update.
+
+    ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. ``skipped``: the message before was not in the
+    line's FIFO yet (real time only: a free-running fleet waits). ``dropped``: by reason. ``late``: of those shown,
+    shown more than a time step after their update was decided. ``age``: how long after.
+    """
+
+    receiver: str = Field(description="the component that draws them")
+    bits: int = Field(description="bits of one message, framing left out")
+    made: int
+    skipped: int
+    dropped: dict[str, int]
+    shown: int
+    late: int
+    under_way: int = Field(description="at the end of the run")
+    age: Spread | None
+
+
+class FleetFigures(_Model):
+    """The figures of one run of scenario ``fleet``."""
+
+    robots: int
+    fpgas: int = Field(description="one for each robot, all alike: the platform file declares one of them")
+    ended: str = Field(description="why the run ended")
+    completed: bool = Field(description="whether all robots stand at their targets")
+    updates: int
+    span_ps: int = Field(description="from the begin of the first update to the end of the last")
+    time_step_ps: int
+    decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
+    period: Spread | None = Field(description="from the begin of an update to that of the next")
+    updates_a_second: float = Field(description="that were done")
+    reachable_a_second: float = Field(
+        description="that FPGA and line allow, each by its mean: the lesser of them"
+    )
+    pace: Pacemaker | None = Field(description="what most of the time went into")
+    shares: dict[Pacemaker, float] = Field(
+        description="shares of the time: robots decided, waited for the line, waited for the time step"
+    )
+    missed_updates: int = Field(description="that took longer than the time step")
+    frames: Frames | None
+    fpga_busy_ps: int = Field(description="the sum over all FPGAs")
+    fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
+    events: int = Field(description="events of the simulation")
+
+
+def spread(spans: Sequence[int]) -> Spread | None:
+    """Median, 95th percentile and worst of some spans; None of none."""
+    if not spans:
+        return None
+    ordered = sorted(spans)
+
+    def rank(percent: int) -> int:
+        return ordered[max(0, -(-len(ordered) * percent // 100) - 1)]
+
+    return Spread(median_ps=rank(50), share_95_ps=rank(95), worst_ps=ordered[-1])

@@ -1,0 +1,102 @@
+"""The coordinates of all robots on their way to the display, one message an update."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+from codesign.planners.interface import COMMAND
+from codesign.spec.components import ProcessorComponent
+from codesign.system.scenarios.fleet_figures import Frames, spread
+
+if TYPE_CHECKING:
+    from codesign.system.build import Machine
+
+DISPLAY = "display"
+NAME = "coordinates"
+RENDER_KERNEL = "render_robot"
+"""What a processor's cost of drawing one robot is called; without it a frame is shown once it has arrived."""
+
+_AFTER_ALL = 20
+"""Drawing is what nothing waits for: the least urgent work of a processor."""
+
+
+class FrameSender:
+    """Sends frames of ``robots`` robots from the planning component to ``receiver`` and accounts for each of them.
+
+    ``line_ps``: what one frame takes on the slowest link of its way where nothing goes wrong, ps.
+    """
+
+    def __init__(self, machine: Machine, receiver: str, robots: int) -> None:
+        system = machine.system
+        self._machine = machine
+        self._receiver = receiver
+        self._robots = robots
+        # Where a display hangs on the pins of another component, no link is between them.
+        self._hops = [
+            (machine.links[hop.link], hop.sender, hop.receiver)
+            for hop in machine.routes.between(system.component, receiver)
+            if hop.link is not None
+        ]
+        flows = system.planner.flows(system.problem, system.planning)
+        ends = system.planner.planning_task, COMMAND
+        self.bits = sum(flow.bits for flow in flows if (flow.sender, flow.receiver) == ends)
+        self.line_ps = max((link.duration(self.bits) for link, _, _ in self._hops), default=0)
+        spec = system.platform.components[receiver]
+        self._renders = isinstance(spec, ProcessorComponent) and RENDER_KERNEL in spec.costs
+        self._writer: Any = None
+        self._made = self._skipped = 0
+        self._dropped: Counter[str] = Counter()
+        self._ages: list[int] = []
+
+    def offer(self) -> None:
+        """Send a frame in the background, or skip it where the one before is not in the line's FIFO yet."""
+        if self._writer is not None and self._writer.is_alive:
+            self._made += 1
+            self._skipped += 1
+        else:
+            self._writer = self._machine.environment.process(self.hand_over())
+
+    def hand_over(self) -> Generator[Any, Any, None]:
+        """Process generator: send a frame, and wait until the line has taken it over."""
+        self._made += 1
+        begin = self._machine.now
+        if not self._hops:
+            self._machine.environment.process(self._arrive(None, begin))
+            return
+        link, sender, receiver = self._hops[0]
+        carrier = yield from link.post(sender, receiver, NAME, self.bits)
+        self._machine.environment.process(self._arrive(carrier, begin))
+
+    def _arrive(self, carrier: Any, begin: int) -> Generator[Any, Any, None]:
+        """Process generator: over the further links to the receiver, which draws it."""
+        if carrier is not None:
+            delivery = yield carrier
+            for link, sender, receiver in self._hops[1:]:
+                if delivery.reason is None:
+                    delivery = yield from link.send(sender, receiver, NAME, self.bits)
+            if delivery.reason is not None:
+                self._dropped[delivery.reason] += 1
+                return
+        if self._renders:
+            processor = self._machine.by_name[self._receiver]
+            yield from processor.execute(RENDER_KERNEL, self._robots, "render", priority=_AFTER_ALL)
+        self._ages.append(self._machine.now - begin)
+        self._machine.follow_up(DISPLAY)
+
+    def figures(self, step_ps: int) -> Frames:
+        """The account so far; a frame is late where it is older than a time step of ``step_ps`` ps when shown."""
+        dropped = dict(sorted(self._dropped.items()))
+        shown = len(self._ages)
+        return Frames(
+            receiver=self._receiver,
+            bits=self.bits,
+            made=self._made,
+            skipped=self._skipped,
+            dropped=dropped,
+            shown=shown,
+            late=sum(age > step_ps for age in self._ages),
+            under_way=self._made - self._skipped - sum(dropped.values()) - shown,
+            age=spread(self._ages),
+        )
