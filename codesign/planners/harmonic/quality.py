@@ -56,18 +56,22 @@ def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> i
     (monotone from below); where nothing is wrong that takes a single sweep. A run from above may have settled at
     another fixed point, so the least one is computed anew from a lower bound; None where the map is too large for one.
     """
+    from codesign.planners.harmonic.precision import converged_field
     from codesign.planners.harmonic.relax import stage_cost
-    from codesign.planners.harmonic.warm_start import warm_start
 
-    whole = problem.rows, problem.columns
     if from_below:
-        start = field
+        whole = problem.rows, problem.columns
+        _, settled = stage_cost(
+            problem.free,
+            problem.goals,
+            field,
+            field.precision,
+            block=whole,
+            iterations=_CONSECUTIVE_ITERATIONS,
+        )
     else:
         try:
-            start = warm_start(problem.free, problem.goals, field.precision)
+            settled = converged_field(problem.free, problem.goals, field.precision)
         except InputError:
             return None
-    _, settled = stage_cost(
-        problem.free, problem.goals, start, field.precision, block=whole, iterations=_CONSECUTIVE_ITERATIONS
-    )
     return int((settled.limbs != field.limbs).any(axis=2).sum())
