@@ -40,6 +40,7 @@ from codesign.spec.part import load_part_file
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.links import BusLink
 from codesign.spec.problem import MAPS, SampledStarts
+from codesign.spec.workload import PLACE_KEYS
 from codesign.system import catalog
 
 SHIPPED_TASKS = catalog.task_models()
@@ -328,8 +329,9 @@ def test_the_schema_of_a_workload_knows_the_planners_parameters() -> None:
     schema = json_schema("workload", SHIPPED_TASKS)
     assert "harmonic" in schema["properties"]["planner"]["enum"]
     (rule,) = (rule for rule in schema["allOf"] if rule["if"]["properties"]["planner"]["const"] == "harmonic")
-    relax = rule["then"]["properties"]["mapping"]["properties"]["relax"]
-    assert set(relax["properties"]) == {"component", "style", *RelaxParameters.model_fields}
+    assert rule["then"]["properties"]["mapping"] == {"$ref": "#/$defs/harmonic.mapping"}
+    relax = schema["$defs"]["harmonic.mapping"]["properties"]["relax"]
+    assert set(relax["properties"]) == {*PLACE_KEYS, *RelaxParameters.model_fields}
     assert relax["required"] == ["component", "iterations", "schedule"]
     with pytest.raises(InputError, match="no kind of file"):
         json_schema("plattform")

@@ -59,8 +59,8 @@ def compare(
     import codesign
     from codesign.cli.run import settings_of
     from codesign.report import comparison_table, render_text
+    from codesign.spec import has_axis
     from codesign.system import problem_from_map, problem_of
-    from codesign.system.comparison import has_axis
 
     if map_file is not None:
         if goal is None or start is None:
@@ -82,7 +82,9 @@ def compare(
     for axis in values:
         if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
             raise InputError(
-                "none of the designs has this", f"--set {axis}", "write TASK.PARAMETER or COMPONENT.FIELD"
+                "none of the designs has this",
+                f"--set {axis}",
+                "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
             )
     results: list[tuple[str, Result | CodesignError]] = [
         (design, _simulated(platform, workload, problem, values, map_file is not None))

@@ -1,9 +1,9 @@
-"""Design points: values put in the place of what the files declare; checks of platform against workload."""
+"""Design points: values put in the place of what the files declare."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,116 +12,50 @@ from pydantic import BaseModel, ValidationError
 from codesign.errors import Fault, SpecError, choose_hint
 from codesign.spec.base import Spec, declared_in, placed
 from codesign.spec.components import COMPONENTS
-from codesign.spec.exploration import MAX_AXES, MAX_VALUES
+from codesign.spec.links import LINKS
 from codesign.spec.marks import Document, KeyPath, dotted
+from codesign.spec.model import SpecModel
 from codesign.spec.platform import Platform
-from codesign.spec.problem import FileMap
-from codesign.spec.scalars import clip, show
+from codesign.spec.scalars import clip
+from codesign.spec.scenario import Scenario
 from codesign.spec.validate import translate
-from codesign.spec.workload import PLACE_KEYS, RawParameters, TaskMapping, Workload, map_task
+from codesign.spec.variants import NO_SCENARIO, VARIANT_AXIS, StagedScenario, choose_variant
+from codesign.spec.workload import PLACE_KEYS, RawParameters, Workload, map_task, stray_task
 
 S = TypeVar("S", bound=Spec)
 
-_PROBLEM = "workload.problem"
+PROBLEM, SCENARIO = "workload.problem", "workload.scenario"
+"""Axes that move the problem or the scenario of the workload: the whole of it, or a key inside."""
+
+PLACED_FIELDS = frozenset({"type", "between", "beside"})
+"""Fields of components and links that no axis moves: what they are and what they join is the platform itself."""
+
 _CHOSEN = "chosen for this design point"
+_NO_AXIS = "no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"
 
 
-def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
-    """What is wrong with the axes of a workload that move tasks, each value tried in its place.
-
-    A value that only clashes with another key is left to the design points if another axis moves the task.
-    """
-    tree = document.tree if isinstance(document.tree, dict) else {}
-    mapping, explore = tree.get("mapping"), tree.get("explore")
-    axes = explore.get("axes") if isinstance(explore, dict) else None
-    if not isinstance(mapping, dict) or not isinstance(axes, dict) or len(axes) > MAX_AXES:
-        return []
-    planner = tree.get("planner")
-    models = (context.get("tasks") or {}).get(planner, {}) if isinstance(planner, str) else {}
-    faults: list[Fault] = []
-    for axis, values in axes.items():
-        task, *keys = axis.split(".")
-        raw, model = mapping.get(task), models.get(task, RawParameters)
-        if not keys or not isinstance(raw, dict) or not isinstance(values, list) or len(values) > MAX_VALUES:
-            continue
-        rival = next((other for other in axes if other != axis and _collide(other, axis, model)), None)
-        if rival is not None and list(axes).index(rival) < list(axes).index(axis):
-            what = f"sets the same thing as axis {rival}"
-            faults.append(document.fault(("explore", "axes", axis), what, "keep one of them", at_key=True))
-        elif model is not RawParameters and keys[0] not in (*PLACE_KEYS, *model.model_fields):
-            hint = choose_hint(clip(keys[0], 60), (*PLACE_KEYS, *model.model_fields))
-            what = f"task {task} has no parameter {clip(keys[0])!r}"
-            faults.append(document.fault(("explore", "axes", axis), what, hint, at_key=True))
-        else:
-            alone = not any(other != axis and other.startswith(f"{task}.") for other in axes)
-            faults += _task_axis_faults(document, axis, raw, model, alone)
-    return faults
+def moves(axis: str, section: str) -> bool:
+    """Whether an axis moves a section of the workload, the whole or a key inside: ``workload.problem.map.seed``."""
+    return axis == section or axis.startswith(f"{section}.")
 
 
-def _collide(first: str, second: str, model: type[BaseModel]) -> bool:
-    """Whether two axes move the same key, one a key inside the other's, or alternatives of each other."""
-    task, *keys = first.split(".")
-    other_task, *other_keys = second.split(".")
-    if task != other_task or not keys or not other_keys:
-        return False
-    shared = min(len(keys), len(other_keys))
-    replaced = _alternatives(model).get(keys[0], ())
-    return keys[:shared] == other_keys[:shared] or other_keys[0] in replaced
-
-
-def _alternatives(model: type[BaseModel]) -> Mapping[str, tuple[str, ...]]:
+def alternatives(model: type[BaseModel]) -> Mapping[str, tuple[str, ...]]:
+    """Of each parameter, those that it stands for in another way."""
     found: Mapping[str, tuple[str, ...]] = getattr(model, "alternatives", {})
     return found
 
 
-def _task_axis_faults(
-    document: Document, axis: str, raw: dict[str, Any], model: type[BaseModel], alone: bool
-) -> list[Fault]:
-    keys = tuple(axis.split(".")[1:])
-    base_is_sound = _sound(raw, model, document)
-    faults: list[Fault] = []
-    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
-        place = ("explore", "axes", axis, index)
-        tried = substitute(raw, {keys: value}, model)
-        if tried is None and not base_is_sound:
-            return []
-        if tried is None:
-            what = f"{'.'.join(keys[:-1])} is not a mapping in the mapping of the task"
-            return [document.fault(place[:-1], what, "write it out there as a mapping first", at_key=True)]
-        try:
-            map_task(tried, model, document)
-        except ValidationError as error:
-            faults += _placed_faults(error, document, tried, keys, place, base_is_sound and alone)
-    return faults
-
-
-def _sound(raw: Any, model: type[BaseModel], document: Document) -> bool:
-    try:
-        map_task(raw, model, document)
-    except ValidationError:
-        return False
-    return True
-
-
-def _placed_faults(
-    error: ValidationError, document: Document, tree: Any, keys: KeyPath, place: KeyPath, with_clashes: bool
-) -> list[Fault]:
-    """Faults of a substituted value, at the value; those of other keys only ``with_clashes``."""
-
-    def to_document(path: KeyPath) -> KeyPath | None:
-        if path[: len(keys)] == keys:
-            return (*place, *path[len(keys) :])
-        return place if with_clashes else None
-
-    return translate(error, document, tree, to_document)
-
-
 def substitute(
-    raw: Mapping[str, Any], values: Mapping[KeyPath, Any], model: type[BaseModel] | None = None
+    raw: Mapping[str, Any],
+    values: Mapping[KeyPath, Any],
+    model: type[BaseModel] | None = None,
+    *,
+    create: bool = False,
 ) -> dict[str, Any] | None:
     """A copy of a raw mapping with values put at paths of keys; None where a path leads through no mapping.
 
-    A key that goes in drives out those that ``model.alternatives`` says it stands for.
+    A key that goes in drives out those that ``model.alternatives`` says it stands for. ``create``: a mapping on the
+    way that is not written out begins empty.
     """
     made = dict(raw)
     for keys, value in values.items():
@@ -129,138 +63,78 @@ def substitute(
             made[str(keys[0])] = value
         else:
             inner = made.get(str(keys[0]))
-            changed = substitute(inner, {keys[1:]: value}) if isinstance(inner, dict) else None
+            inner = {} if inner is None and create else inner
+            changed = substitute(inner, {keys[1:]: value}, create=create) if isinstance(inner, dict) else None
             if changed is None:
                 return None
             made[str(keys[0])] = changed
-        for driven_out in _alternatives(model).get(str(keys[0]), ()) if model else ():
+        for driven_out in alternatives(model).get(str(keys[0]), ()) if model else ():
             made.pop(driven_out, None)
     return made
 
 
-def cross_check(platform: Platform, workload: Workload) -> None:
-    """Check that tasks are mapped to components of the platform, and the axes that move components.
+def sound_scenario(raw: Any, document: Document) -> Scenario:
+    """The scenario of a raw one.
 
     Raises:
-        SpecError: every fault, at its place in the workload.
+        ValidationError: with locations inside ``{"scenario": raw}``.
     """
-    faults: list[Fault] = []
-    document = workload.document
-    for task, mapped in workload.mapping.items():
-        if mapped.component not in platform.components:
-            path = ("mapping", task, "component")
-            faults.append(document.fault(path, *_no_component(mapped.component, platform)))
-    axes = workload.explore.axes if workload.explore else {}
-    for axis, values in axes.items():
-        target, key = axis.split(".", 1)
-        if target in workload.mapping:
-            if key == "component":
-                faults += [
-                    document.fault(("explore", "axes", axis, index), *_no_component(value, platform))
-                    for index, value in enumerate(values)
-                    if value not in platform.components
-                ]
-        elif target in platform.components:
-            alone = not any(other != axis and other.startswith(f"{target}.") for other in axes)
-            faults += _component_axis_faults(platform, document, axis, alone)
-        elif _moves_problem(axis):
-            faults += _problem_axis_faults(workload, axis)
-        else:
-            hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components, _PROBLEM))
-            what = f"there is no task or component {clip(target)!r}"
-            faults.append(document.fault(("explore", "axes", axis), what, hint, at_key=True))
-    if faults:
-        raise SpecError(faults)
+    return StagedScenario.model_validate({"scenario": raw}, context={"document": document}).scenario
 
 
-def _no_component(name: str, platform: Platform) -> tuple[str, str]:
-    what = f"platform {platform.name} has no component {clip(name)!r}"
-    return what, choose_hint(clip(name, 60), platform.components)
+def _with_scenario(workload: Workload, values: Mapping[str, Any], where: str) -> Workload:
+    """The workload with the values of the axes that move its scenario."""
 
+    def made(raw: Any) -> Scenario:
+        scenario = sound_scenario(raw, workload.document)
+        stray = stray_task(workload.mapping, scenario, workload.scenario)
+        if stray is not None:
+            hint = "move the scenario in a variant with a mapping of its own"
+            raise SpecError([Fault(f"{where}{', '.join(values)}", 0, 0, "", stray, hint)])
+        return scenario
 
-def _moves_problem(axis: str) -> bool:
-    """Whether an axis moves the workload's problem, the whole of it or a key inside: ``workload.problem.map.seed``."""
-    return axis == _PROBLEM or axis.startswith(f"{_PROBLEM}.")
-
-
-def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
-    document = workload.document
-    faults: list[Fault] = []
-    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
-        place = ("explore", "axes", axis, index)
-        raw = substitute({"problem": document.tree["problem"]}, {_problem_keys(axis): value})
-        if raw is None:
-            return [
-                document.fault(place[:-1], "is not a mapping", "write it out in the problem", at_key=True)
-            ]
-        try:
-            problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
-            if isinstance(getattr(problem, "map", None), FileMap):
-                # Points are kept by what the axes say, and a file may say something else the next time.
-                hint = "generate the maps of this axis, or explore one workload for each file"
-                faults.append(document.fault(place, "a map in a file cannot be moved by an axis", hint))
-        except ValidationError as error:
-            faults += _placed_faults(error, document, raw["problem"], _problem_keys(axis)[1:], place, True)
-    return faults
-
-
-def _problem_keys(axis: str) -> KeyPath:
-    return tuple(axis.split(".")[1:])
+    raw = workload.document.tree.get("scenario") or NO_SCENARIO
+    return _with_section(workload, "scenario", raw, made, values, where)
 
 
 def _with_problem(workload: Workload, values: Mapping[str, Any], where: str) -> Workload:
     """The workload with the values of the axes that move its problem."""
-    if not values:
-        return workload
     document = workload.document
-    raw = substitute(
-        {"problem": document.tree["problem"]}, {_problem_keys(axis): each for axis, each in values.items()}
-    )
-    axes = ", ".join(values)
-    if raw is None:
-        raise SpecError([Fault(f"{where}{axes}", 0, 0, "", "is not inside a mapping", "set the whole of it")])
-    sources = {_problem_keys(axis): f"{where}{axis}" for axis in values}
+
+    def made(raw: Any) -> Any:
+        return type(workload.problem).model_validate(raw, context={"document": document})
+
+    return _with_section(workload, "problem", document.tree["problem"], made, values, where)
+
+
+def _with_section(
+    workload: Workload,
+    section: str,
+    raw: Any,
+    make: Callable[[Any], Any],
+    values: Mapping[str, Any],
+    where: str,
+) -> Workload:
+    """The workload with a section of it made anew, from its raw form with the values of axes put in."""
+    document = workload.document
+    given: dict[KeyPath, Any] = {tuple(axis.split(".")[1:]): value for axis, value in values.items()}
+    moved: dict[KeyPath, str] = {tuple(axis.split(".")[1:]): f"{where}{axis}" for axis in values}
+    tree = substitute({section: raw}, given, create=section == "scenario")
+    if tree is None:
+        place = f"{where}{', '.join(values)}"
+        raise SpecError([Fault(place, 0, 0, "", "is not inside a mapping", "set the whole of it")])
     try:
-        problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
+        made = make(tree[section])
     except ValidationError as error:
-        point = Document(f"{where}{axes}", document.folder, raw["problem"])
-        raise SpecError(translate(error, point, raw["problem"], lambda path: path)) from None
-    made = workload.model_copy(update={"problem": problem})
-    moved = {**document.moved, **sources}
-    made._document = dataclasses.replace(document, tree={**document.tree, **raw}, moved=moved)
-    return made
-
-
-def _component_axis_faults(platform: Platform, document: Document, axis: str, alone: bool) -> list[Fault]:
-    name, *rest = axis.split(".")
-    keys = tuple(rest)
-    raw = platform.document.tree["components"][name]
-    model = COMPONENTS[platform.components[name].type]
-    fields = [field for field in model.model_fields if field != "type"]
-    if keys[0] not in fields:
-        what = f"component {name} has no {clip(keys[0])!r}"
-        hint = choose_hint(clip(keys[0], 60), fields)
-        return [document.fault(("explore", "axes", axis), what, hint, at_key=True)]
-    faults: list[Fault] = []
-    made: list[BaseModel] = []
-    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
-        place = ("explore", "axes", axis, index)
-        tried = substitute(raw, {keys: value})
-        if tried is None:
-            return [
-                document.fault(place[:-1], f"{keys[0]} is not a mapping", "write it out there", at_key=True)
-            ]
-        try:
-            component = model.model_validate(tried, context={"document": platform.document})
-        except ValidationError as error:
-            faults += _placed_faults(error, document, tried, keys, place, alone)
-        else:
-            # Two ways to write one value, such as 100 MHz and 100000 kHz, are one point.
-            if component in made:
-                what = f"{show(value)} says the same as a value before it"
-                faults.append(document.fault(place, what, "list each value once"))
-            made.append(component)
-    return faults
+        point = Document(f"{where}{', '.join(values)}", document.folder, tree, moved=moved)
+        if section == "scenario":
+            raise SpecError(translate(error, point)) from None
+        raise SpecError(translate(error, point, tree[section], lambda path: (section, *path))) from None
+    changed = workload.model_copy(update={section: made})
+    changed._document = dataclasses.replace(
+        document, tree={**document.tree, **tree}, moved={**document.moved, **moved}
+    )
+    return changed
 
 
 def override(
@@ -272,36 +146,33 @@ def override(
 
     Args:
         platform: and ``workload``: loaded specs.
-        values: by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD`` or ``workload.problem``, as YAML would give them.
+        values: by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``workload.variant``, or a key of
+            ``workload.problem`` or ``workload.scenario``, as YAML would give them. The variant comes first.
         where: what stands before the axis where a fault of its value is told, now or later: the files hold no such
             value.
 
     Raises:
         SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
     """
-    workload = _with_problem(
-        workload, {axis: each for axis, each in values.items() if _moves_problem(axis)}, where
-    )
-    values = {axis: each for axis, each in values.items() if not _moves_problem(axis)}
+    values = dict(values)
+    if VARIANT_AXIS in values:
+        workload = choose_variant(workload, values.pop(VARIANT_AXIS), where)
+    for begin, put_in in ((SCENARIO, _with_scenario), (PROBLEM, _with_problem)):
+        inside = {axis: values.pop(axis) for axis in list(values) if moves(axis, begin)}
+        workload = put_in(workload, inside, where) if inside else workload
     faults: list[Fault] = []
-    tasks: dict[str, tuple[dict[str, Any], TaskMapping]] = {}
-    components: dict[str, tuple[dict[str, Any], BaseModel]] = {}
+    entries: dict[str, dict[str, tuple[dict[str, Any], Any]]] = {"mapping": {}, "components": {}, "links": {}}
     moved: dict[KeyPath, str] = {}
     for target, given in _by_target(values).items():
-        is_task = target in workload.mapping
-        if not (is_task or target in platform.components) or () in given:
-            axis = dotted((target, *next(iter(given))))
-            hint = choose_hint(clip(target, 60), (*workload.mapping, *platform.components))
-            what = "no axis: write TASK.PARAMETER or COMPONENT.FIELD"
-            if is_task or target in platform.components:
-                keys = workload.mapping[target].parameters if is_task else platform.components[target]
-                accepted = [key for key in type(keys).model_fields if key != "type"]
-                hint = f"name what to set of {target}: {', '.join(f'{target}.{key}' for key in accepted)}"
-            faults.append(Fault(f"{where}{axis}", 0, 0, "", what, hint))
+        section = _section_of(platform, workload, target)
+        wrong = _refused_axis(platform, workload, section, target, given, where)
+        if section is None or wrong is not None:
+            faults += [wrong] if wrong is not None else []
             continue
-        model = (workload.task_models or {}).get(target, RawParameters)
-        declared = _raw(workload, "mapping") if is_task else _raw(platform, "components")
-        raw = substitute(declared[target], given, model if is_task else None)
+        is_task = section == "mapping"
+        model = (workload.task_models or {}).get(target, RawParameters) if is_task else RawParameters
+        declared = _raw(workload if is_task else platform, section)
+        raw = substitute(declared[target], given, model if is_task else None, create=not is_task)
         if raw is None:
             axis = dotted((target, *max(given, key=len)))
             what, hint = f"{axis.rpartition('.')[0]} is not a mapping", "set the whole of it"
@@ -309,16 +180,76 @@ def override(
             continue
         moved |= _sources(where, target, given, model)
         try:
-            if is_task:
-                tasks[target] = raw, map_task(raw, model, workload.document)
-            else:
-                components[target] = raw, _moved_component(platform, target, raw, given)
+            made: Any = (
+                map_task(raw, model, workload.document)
+                if is_task
+                else _moved_entry(platform, section, target, raw, given)
+            )
+            entries[section][target] = raw, made
         except ValidationError as error:
             faults += _point_faults(error, where, target, given, raw, moved)
     if faults:
         raise SpecError(faults)
-    point = workload.model_copy(update={"explore": None})
-    return _with(platform, "components", components, moved), _with(point, "mapping", tasks, moved)
+    point = _with(workload.model_copy(update={"explore": None}), "mapping", entries["mapping"], moved)
+    platform = _with(platform, "components", entries["components"], moved)
+    return _with(platform, "links", entries["links"], moved), point
+
+
+def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
+    """Whether an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
+    if axis == VARIANT_AXIS:
+        return bool(workload.variants)
+    if moves(axis, PROBLEM) or moves(axis, SCENARIO):
+        spec = workload.problem if moves(axis, PROBLEM) else workload.scenario
+        keys = axis.split(".")[2:]
+        return not keys or keys[0] in type(spec).model_fields
+    target, _, keys_ = axis.partition(".")
+    return keys_.partition(".")[0] in _keys_of(platform, workload, target)
+
+
+def _section_of(platform: Platform, workload: Workload, target: str) -> str | None:
+    """The section in which the first word of an axis stands."""
+    if target in workload.mapping:
+        return "mapping"
+    if target in platform.components:
+        return "components"
+    return "links" if target in platform.links else None
+
+
+def _keys_of(platform: Platform, workload: Workload, target: str) -> tuple[str, ...]:
+    """What an axis may move of a task, component or link; nothing of what is none."""
+    section = _section_of(platform, workload, target)
+    if section is None:
+        return ()
+    if section == "mapping":
+        return (*PLACE_KEYS, *type(workload.mapping[target].parameters).model_fields)
+    entry = getattr(platform, section)[target]
+    return tuple(key for key in type(entry).model_fields if key not in PLACED_FIELDS)
+
+
+def _refused_axis(
+    platform: Platform,
+    workload: Workload,
+    section: str | None,
+    target: str,
+    given: Mapping[KeyPath, Any],
+    where: str,
+) -> Fault | None:
+    """What is wrong with the axes that move ``target``, whatever their values."""
+    axis = dotted((target, *next(iter(given))))
+    keys = _keys_of(platform, workload, target)
+    if section is None:
+        known = (*workload.mapping, *platform.components, *platform.links, "workload")
+        return Fault(f"{where}{axis}", 0, 0, "", _NO_AXIS, choose_hint(clip(target, 60), known))
+    if () in given:
+        names = ", ".join(f"{target}.{key}" for key in keys if key not in PLACE_KEYS)
+        return Fault(f"{where}{axis}", 0, 0, "", _NO_AXIS, f"name what to set of {target}: {names}")
+    for path in given:
+        if section != "mapping" and path[0] in PLACED_FIELDS:
+            what = f"{path[0]} of {target} is no axis: it stands in the platform"
+            names = ", ".join(f"{target}.{key}" for key in keys)
+            return Fault(f"{where}{dotted((target, *path))}", 0, 0, "", what, f"accepted: {names}")
+    return None
 
 
 def _sources(where: str, target: str, given: Iterable[KeyPath], model: type[BaseModel]) -> dict[KeyPath, str]:
@@ -326,7 +257,7 @@ def _sources(where: str, target: str, given: Iterable[KeyPath], model: type[Base
     made: dict[KeyPath, str] = {}
     for keys in given:
         source = f"{where}{dotted((target, *keys))}"
-        for driven_out in _alternatives(model).get(str(keys[0]), ()):
+        for driven_out in alternatives(model).get(str(keys[0]), ()):
             made[target, driven_out] = source
         made[target, *keys] = source
     return made
@@ -346,18 +277,19 @@ def _raw(spec: Spec, section: str) -> dict[str, Any]:
     return raw
 
 
-def _moved_component(
-    platform: Platform, name: str, raw: dict[str, Any], given: Iterable[KeyPath]
+def _moved_entry(
+    platform: Platform, section: str, name: str, raw: dict[str, Any], given: Iterable[KeyPath]
 ) -> BaseModel:
-    """A component from its raw mapping, ``given`` the keys in it that the design point brought."""
+    """A component or link from its raw mapping, ``given`` the keys in it that the design point brought."""
     document, moved = platform.document, set(given)
 
     def source(path: KeyPath) -> str:
         if any(path[: len(keys)] == keys for keys in moved):
             return _CHOSEN
-        return declared_in(document, ("components", name, *path))
+        return declared_in(document, (section, name, *path))
 
-    model = COMPONENTS[platform.components[name].type]
+    models: Mapping[str, type[SpecModel]] = LINKS if section == "links" else COMPONENTS
+    model = models[getattr(platform, section)[name].type]
     return placed(model.model_validate(raw, context={"document": document}), source)
 
 

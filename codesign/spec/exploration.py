@@ -156,7 +156,7 @@ class Exploration(SpecModel):
     ] = Field(
         default={},
         max_length=MAX_AXES,
-        description="Values to try by axis: TASK.PARAMETER or COMPONENT.FIELD.",
+        description="Values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, workload.variant, ...",
     )
     objectives: Annotated[tuple[ResultFigure, ...], Field(min_length=1, max_length=len(ResultFigure))] = (
         Field(
@@ -178,7 +178,7 @@ class Exploration(SpecModel):
         found = []
         for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
-                hint = "write TASK.PARAMETER or COMPONENT.FIELD, such as relax.iterations"
+                hint = "write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations"
                 found.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
             found += _repeated(texts, (axis,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Any
 
 from pydantic import BaseModel
@@ -9,7 +10,8 @@ from pydantic import BaseModel
 from codesign.errors import InputError, choose_hint
 from codesign.spec.part import PartFile
 from codesign.spec.platform import Platform
-from codesign.spec.workload import ProblemModels, TaskModels, Workload
+from codesign.spec.tasks import SCENARIO_TASKS
+from codesign.spec.workload import PLACE_KEYS, ProblemModels, TaskMapping, TaskModels, Variant, Workload
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -33,17 +35,25 @@ def json_schema(
         raise InputError(f"there is no kind of file {kind!r}", "kind", choose_hint(kind, _MODELS))
     schema = _MODELS[kind].model_json_schema()
     if kind == "workload":
-        schema["properties"]["mapping"] = _open_mapping()
+        for holder in (schema, schema["$defs"]["Variant"]):
+            holder["properties"]["mapping"] = _open_mapping()
+        # What the planner's models say holds for a whole scenario; a variant gives the keys of it that differ.
+        schema["$defs"]["Variant"]["properties"]["scenario"] = {
+            "type": "object",
+            "description": Variant.model_fields["scenario"].description,
+        }
         for open_model in ("TaskMapping", "BaseModel", "SpecModel"):
             schema["$defs"].pop(open_model, None)
         # What it holds depends on the planner: see below.
         schema["properties"]["problem"] = {"type": "object", "description": "What is to be planned."}
         if tasks is not None:
             schema["properties"]["planner"]["enum"] = sorted(tasks)
+            schema["$defs"]["Variant"]["properties"]["planner"] = schema["properties"]["planner"]
             schema["allOf"] = [
                 _of_planner(schema["$defs"], name, tasks[name], (problems or {}).get(name))
                 for name in sorted(tasks)
             ]
+            schema["$defs"]["Variant"]["allOf"] = [_variant_of_planner(name) for name in sorted(tasks)]
     return {"$schema": DIALECT, **schema}
 
 
@@ -58,9 +68,17 @@ def _open_mapping() -> dict[str, Any]:
 
 
 def _placement() -> dict[str, Any]:
+    fields = {key: TaskMapping.model_fields[key].description for key in PLACE_KEYS}
+    return {key: {"type": "string", "description": description} for key, description in fields.items()}
+
+
+def _placement_only() -> dict[str, Any]:
+    """Of a task that has nothing to choose but its place."""
     return {
-        "component": {"type": "string", "description": "The component that runs the task."},
-        "style": {"type": "string", "description": "The architecture style; by default the component's own."},
+        "type": "object",
+        "properties": _placement(),
+        "required": ["component"],
+        "additionalProperties": False,
     }
 
 
@@ -75,15 +93,35 @@ def _of_planner(
             definitions[f"{prefix}.{name}"] = definition
         return schema
 
-    tasks = {}
+    tasks = {task: _placement_only() for task in dict.fromkeys(chain(*SCENARIO_TASKS.values()))}
     for task, model in models.items():
         schema = schema_of(model, f"{planner}.{task}")
         schema["properties"] = {**_placement(), **schema.get("properties", {})}
         schema["required"] = ["component", *schema.get("required", [])]
         tasks[task] = schema
-    mapping = {"type": "object", "properties": tasks, "additionalProperties": False}
+    # A task that the user adds has a name of their own.
+    definitions[f"{planner}.mapping"] = {
+        "type": "object",
+        "properties": tasks,
+        "additionalProperties": _placement_only(),
+    }
     own = {"$ref": "#/$defs/ProblemSpec"} if problem is None else schema_of(problem, f"{planner}.problem")
+    mapping = {"$ref": f"#/$defs/{planner}.mapping"}
+    without = {"if": {"not": {"required": ["planner"]}}, "then": {"properties": {"mapping": mapping}}}
     return {
         "if": {"properties": {"planner": {"const": planner}}, "required": ["planner"]},
-        "then": {"properties": {"mapping": mapping, "problem": own}},
+        "then": {
+            "properties": {
+                "mapping": mapping,
+                "problem": own,
+                "variants": {"type": "object", "additionalProperties": without},
+            }
+        },
+    }
+
+
+def _variant_of_planner(planner: str) -> dict[str, Any]:
+    return {
+        "if": {"properties": {"planner": {"const": planner}}, "required": ["planner"]},
+        "then": {"properties": {"mapping": {"$ref": f"#/$defs/{planner}.mapping"}}},
     }

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError
-from codesign.spec import Platform, Workload, override
+from codesign.spec import Platform, Workload, has_axis, override
 from codesign.spec.marks import Document
 from codesign.spec.problem import ProblemSpec
 from codesign.spec.validate import validate
-from codesign.spec.workload import PLACE_KEYS
 
 
 def problem_of(workload: Workload) -> ProblemSpec:
@@ -48,8 +47,7 @@ def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
         InputError: its planner takes no map.
     """
     problem_of(workload)
-    made = workload.model_copy(update={"problem": problem})
-    return made.with_models(workload.task_models)
+    return workload.model_copy(update={"problem": problem})
 
 
 def applicable(
@@ -62,16 +60,6 @@ def applicable(
     """
     chosen = {axis: value for axis, value in settings.items() if has_axis(platform, workload, axis)}
     return override(platform, workload, chosen, "--set ") if chosen else (platform, workload)
-
-
-def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
-    """Whether an axis names a parameter of a mapped task, or a field of a component: planners share names of tasks."""
-    target, _, keys = axis.partition(".")
-    key = keys.partition(".")[0]
-    if target in workload.mapping:
-        return key in {*PLACE_KEYS, *type(workload.mapping[target].parameters).model_fields}
-    component = platform.components.get(target)
-    return component is not None and key in type(component).model_fields
 
 
 _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}

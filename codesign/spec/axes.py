@@ -1,0 +1,392 @@
+"""What is wrong with the axes of a workload: told on loading as far as it can be, the rest once a platform stands."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from codesign.errors import Fault, SpecError, choose_hint
+from codesign.spec.components import COMPONENTS
+from codesign.spec.design_point import (
+    PLACED_FIELDS,
+    PROBLEM,
+    SCENARIO,
+    alternatives,
+    moves,
+    sound_scenario,
+    substitute,
+)
+from codesign.spec.exploration import MAX_AXES, MAX_VALUES
+from codesign.spec.links import LINKS
+from codesign.spec.marks import Document, KeyPath
+from codesign.spec.model import SpecModel
+from codesign.spec.platform import Platform
+from codesign.spec.problem import FileMap
+from codesign.spec.scalars import clip, show
+from codesign.spec.tasks import SCENARIO_TASKS, PlacedTask
+from codesign.spec.validate import translate
+from codesign.spec.variants import BASE, VARIANT_AXIS, merged, no_variant, parts_present
+from codesign.spec.workload import PLACE_KEYS, RawParameters, Workload, map_task
+
+Models = Mapping[str, type[BaseModel]]
+
+
+@dataclass(frozen=True)
+class _Form:
+    """What the axes move in one of the variants explored, raw: ``name`` is empty where there is no such axis."""
+
+    name: str
+    planner: str
+    mapping: dict[str, Any]
+    models: Models
+    scenario: dict[str, Any]
+    own_scenario: dict[str, Any]
+
+    def told(self, what: str) -> str:
+        return f"{what} in variant {self.name}" if self.name else what
+
+
+def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+    """What is wrong with the axes of a workload that move its tasks, its scenario, or choose among its variants.
+
+    Each value is tried in its place, in each of the variants explored. A value that only clashes with another key is
+    left to the design points if another axis moves the same task.
+    """
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    explore = tree.get("explore")
+    axes = explore.get("axes") if isinstance(explore, dict) else None
+    if not isinstance(axes, dict) or len(axes) > MAX_AXES:
+        return []
+    axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
+    faults = _variant_axis_faults(document, tree, axes)
+    forms = list(_forms(tree, axes, context))
+    for axis in axes:
+        if axis == VARIANT_AXIS:
+            continue
+        if moves(axis, SCENARIO):
+            found = _shared(document, axis, axes) or [
+                fault for form in forms for fault in _scenario_axis_faults(document, axis, axes, form)
+            ]
+        else:
+            found = _task_faults(document, axis, axes, forms)
+        faults += dict.fromkeys(found)
+    return faults
+
+
+def _readable(axis: Any, values: Any) -> bool:
+    return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
+
+
+def _variant_axis_faults(document: Document, tree: dict[str, Any], axes: dict[str, Any]) -> list[Fault]:
+    if VARIANT_AXIS not in axes:
+        return []
+    place: KeyPath = ("explore", "axes", VARIANT_AXIS)
+    variants = tree.get("variants")
+    if not isinstance(variants, dict) or not variants:
+        hint = "add variants: {NAME: {planner: ..., mapping: {...}}}"
+        return [document.fault(place, "the workload has no variants", hint, at_key=True)]
+    return [
+        document.fault((*place, index), *no_variant(name, variants))
+        for index, name in enumerate(axes[VARIANT_AXIS])
+        if name != BASE and (not isinstance(name, str) or name not in variants)
+    ]
+
+
+def _forms(tree: dict[str, Any], axes: dict[str, Any], context: Mapping[str, Any]) -> Iterator[_Form]:
+    """The workload itself; or where an axis chooses among its variants, each of those, as far as they are sound."""
+    variants = tree.get("variants")
+    names = axes.get(VARIANT_AXIS, [""])
+    for name in names:
+        own: Any = {}
+        if name not in ("", BASE):
+            own = variants.get(name) if isinstance(variants, dict) and isinstance(name, str) else None
+        if not isinstance(own, dict):
+            continue
+        planner, mapping = own.get("planner", tree.get("planner")), own.get("mapping", tree.get("mapping"))
+        changes = own.get("scenario", {})
+        if not isinstance(planner, str) or not isinstance(mapping, dict) or not isinstance(changes, dict):
+            continue
+        scenario = merged(tree.get("scenario"), changes)
+        models = (context.get("tasks") or {}).get(planner, {})
+        yield _Form(name, planner, mapping, {**_placed_tasks(tree, scenario), **models}, scenario, changes)
+
+
+def _placed_tasks(tree: dict[str, Any], scenario: dict[str, Any]) -> Models:
+    kind, extra = scenario.get("type"), tree.get("tasks")
+    names = SCENARIO_TASKS.get(kind, ()) if isinstance(kind, str) else ()
+    more = [task.get("name") for task in extra if isinstance(task, dict)] if isinstance(extra, list) else []
+    return dict.fromkeys((*names, *(name for name in more if isinstance(name, str))), PlacedTask)
+
+
+def _shared(
+    document: Document, axis: str, axes: Mapping[str, Any], model: type[BaseModel] = RawParameters
+) -> list[Fault]:
+    """A fault where an axis before this one sets the same thing."""
+    for other in axes:
+        if other == axis:
+            return []
+        if _collide(other, axis, model):
+            what = f"sets the same thing as axis {other}"
+            return [document.fault(("explore", "axes", axis), what, "keep one of them", at_key=True)]
+    return []
+
+
+def _collide(first: str, second: str, model: type[BaseModel]) -> bool:
+    """Whether two axes move the same key, one a key inside the other's, or alternatives of each other."""
+    task, *keys = first.split(".")
+    other_task, *other_keys = second.split(".")
+    if task != other_task or not keys or not other_keys:
+        return False
+    shared = min(len(keys), len(other_keys))
+    replaced = alternatives(model).get(keys[0], ())
+    return keys[:shared] == other_keys[:shared] or other_keys[0] in replaced
+
+
+def _task_faults(document: Document, axis: str, axes: dict[str, Any], forms: list[_Form]) -> list[Fault]:
+    """What is wrong with an axis that moves a task; nothing where it moves none."""
+    task, *keys = axis.split(".")
+    place: KeyPath = ("explore", "axes", axis)
+    having = [form for form in forms if isinstance(form.mapping.get(task), dict)]
+    if not having:
+        return []
+    for form in having:
+        found = _shared(document, axis, axes, form.models.get(task, RawParameters))
+        if found:
+            return found
+    faults = []
+    for form in forms:
+        model = form.models.get(task, RawParameters)
+        if form not in having:
+            what = f"variant {form.name} maps no task {task}"
+            hint = (
+                f"explore {task} in a workload without that variant, or set it in the variants that have it"
+            )
+            faults.append(document.fault(place, what, hint, at_key=True))
+        elif model is not RawParameters and keys[0] not in (*PLACE_KEYS, *model.model_fields):
+            hint = choose_hint(clip(keys[0], 60), (*PLACE_KEYS, *model.model_fields))
+            what = form.told(f"task {task} has no parameter {clip(keys[0])!r}")
+            faults.append(document.fault(place, what, hint, at_key=True))
+        else:
+            alone = not any(other != axis and other.startswith(f"{task}.") for other in axes)
+            faults += _task_axis_faults(document, axis, form, model, alone)
+    return faults
+
+
+def _task_axis_faults(
+    document: Document, axis: str, form: _Form, model: type[BaseModel], alone: bool
+) -> list[Fault]:
+    task, *rest = axis.split(".")
+    keys, raw = tuple(rest), form.mapping[task]
+    base_is_sound = _sound(raw, model, document)
+    faults: list[Fault] = []
+    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
+        place: KeyPath = ("explore", "axes", axis, index)
+        tried = substitute(raw, {keys: value}, model)
+        if tried is None and not base_is_sound:
+            return []
+        if tried is None:
+            what = form.told(f"{'.'.join(keys[:-1])} is not a mapping in the mapping of the task")
+            return [document.fault(place[:-1], what, "write it out there as a mapping first", at_key=True)]
+        try:
+            map_task(tried, model, document)
+        except ValidationError as error:
+            faults += _placed_faults(error, document, tried, keys, place, base_is_sound and alone)
+    return faults
+
+
+def _sound(raw: Any, model: type[BaseModel], document: Document) -> bool:
+    try:
+        map_task(raw, model, document)
+    except ValidationError:
+        return False
+    return True
+
+
+def _placed_faults(
+    error: ValidationError, document: Document, tree: Any, keys: KeyPath, place: KeyPath, with_clashes: bool
+) -> list[Fault]:
+    """Faults of a substituted value, at the value; those of other keys only ``with_clashes``."""
+
+    def to_document(path: KeyPath) -> KeyPath | None:
+        if path[: len(keys)] == keys:
+            return (*place, *path[len(keys) :])
+        return place if with_clashes else None
+
+    return translate(error, document, tree, to_document)
+
+
+def _scenario_axis_faults(document: Document, axis: str, axes: dict[str, Any], form: _Form) -> list[Fault]:
+    """What is wrong with an axis that moves the scenario, or a key inside, in one of the variants explored."""
+    keys = tuple(axis.split(".")[2:])
+    place: KeyPath = ("explore", "axes", axis)
+    if form.own_scenario and parts_present(form.own_scenario, keys) == keys:
+        what = f"variant {form.name} sets {'.'.join(axis.split('.')[1:])} itself"
+        return [document.fault(place, what, "leave it to one of the two", at_key=True)]
+    try:
+        sound_scenario(form.scenario, document)
+    except ValidationError:
+        return []
+    alone = not any(other != axis and moves(other, SCENARIO) for other in axes)
+    faults: list[Fault] = []
+    made: list[Any] = []
+    for index, value in enumerate(axes[axis]):
+        tried = substitute({"scenario": form.scenario}, {("scenario", *keys): value}, create=True)
+        if tried is None:
+            what = f"{'.'.join(axis.split('.')[1:-1])} is not a mapping"
+            return [document.fault(place, what, "set the whole of it", at_key=True)]
+        try:
+            scenario = sound_scenario(tried["scenario"], document)
+        except ValidationError as error:
+            unknown = _unknown_key(error, keys)
+            if unknown is not None:
+                return [document.fault(place, form.told(unknown[0]), unknown[1], at_key=True)]
+            faults += _placed_faults(error, document, tried, ("scenario", *keys), (*place, index), alone)
+        else:
+            faults += _repeated(document, (*place, index), value, scenario, made)
+    return faults
+
+
+def _unknown_key(error: ValidationError, keys: KeyPath) -> tuple[str, str] | None:
+    """What is wrong where the axis names a key that there is none of, whatever its values; and the remedy."""
+    for line in error.errors(include_url=False):
+        key = line["loc"][1:]
+        if line["type"] == "unknown_key" and key and keys[: len(key)] == key:
+            what = f"{'.'.join(map(str, ('scenario', *key[:-1])))} has no {clip(str(key[-1]))!r}"
+            return what, choose_hint(clip(str(key[-1]), 60), line["ctx"]["accepted"])
+    return None
+
+
+def _repeated(document: Document, place: KeyPath, value: Any, model: Any, before: list[Any]) -> list[Fault]:
+    """A fault where a value says the same as one before it: ways to write one value, such as 1 s and 1000 ms."""
+    if model in before:
+        return [
+            document.fault(place, f"{show(value)} says the same as a value before it", "list each value once")
+        ]
+    before.append(model)
+    return []
+
+
+def cross_check(platform: Platform, workload: Workload, *, explored: bool = False) -> None:
+    """Check that tasks are mapped to components of the platform, and the axes that move platform or problem.
+
+    ``explored``: only what the exploration runs counts; without, the workload itself does too.
+
+    Raises:
+        SpecError: every fault, at its place in the workload.
+    """
+    faults: list[Fault] = []
+    document = workload.document
+    axes = workload.explore.axes if workload.explore else {}
+    listed = [name for name in axes.get(VARIANT_AXIS, ()) if isinstance(name, str)]
+    mappings = {name: workload.variants[name].mapping for name in listed if name in workload.variants}
+    faults += _unmapped(platform, document, workload.mapping, ()) if not (explored and mappings) else []
+    if explored and mappings and (BASE in listed or None in mappings.values()):
+        faults += _unmapped(platform, document, workload.mapping, ())
+    for name, mapping in mappings.items():
+        faults += _unmapped(platform, document, mapping or {}, ("variants", name))
+    tasks = {*workload.mapping, *(task for mapping in mappings.values() for task in mapping or ())}
+    for axis, values in axes.items():
+        faults += _axis_against(platform, workload, axis, values, tasks)
+    if faults:
+        raise SpecError(faults)
+
+
+def _unmapped(
+    platform: Platform, document: Document, mapping: Mapping[str, Any], path: KeyPath
+) -> list[Fault]:
+    return [
+        document.fault((*path, "mapping", task, "component"), *_no_component(mapped.component, platform))
+        for task, mapped in mapping.items()
+        if mapped.component not in platform.components
+    ]
+
+
+def _axis_against(
+    platform: Platform, workload: Workload, axis: str, values: tuple[Any, ...], tasks: set[str]
+) -> list[Fault]:
+    """What is wrong with one axis where the platform and the problem stand."""
+    document, place = workload.document, ("explore", "axes", axis)
+    target, key = axis.split(".", 1)
+    if axis == VARIANT_AXIS or moves(axis, SCENARIO):
+        return []
+    if moves(axis, PROBLEM):
+        return _problem_axis_faults(workload, axis)
+    if target in tasks:
+        return [
+            document.fault((*place, index), *_no_component(value, platform))
+            for index, value in enumerate(values)
+            if key == "component" and value not in platform.components
+        ]
+    if target in platform.components or target in platform.links:
+        axes = workload.explore.axes if workload.explore else {}
+        alone = not any(other != axis and other.startswith(f"{target}.") for other in axes)
+        return _platform_axis_faults(platform, document, axis, alone)
+    if target == "workload":
+        what = f"an axis moves no {clip(axis)!r}"
+        return [
+            document.fault(place, what, choose_hint(axis, (VARIANT_AXIS, PROBLEM, SCENARIO)), at_key=True)
+        ]
+    known = (*sorted(tasks), *platform.components, *platform.links, VARIANT_AXIS, PROBLEM, SCENARIO)
+    what = f"there is no task, component or link {clip(target)!r}"
+    return [document.fault(place, what, choose_hint(clip(target, 60), known), at_key=True)]
+
+
+def _no_component(name: str, platform: Platform) -> tuple[str, str]:
+    what = f"platform {platform.name} has no component {clip(name)!r}"
+    return what, choose_hint(clip(name, 60), platform.components)
+
+
+def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
+    document = workload.document
+    keys = tuple(axis.split(".")[1:])
+    faults: list[Fault] = []
+    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
+        place = ("explore", "axes", axis, index)
+        raw = substitute({"problem": document.tree["problem"]}, {keys: value})
+        if raw is None:
+            return [
+                document.fault(place[:-1], "is not a mapping", "write it out in the problem", at_key=True)
+            ]
+        try:
+            problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
+            if isinstance(getattr(problem, "map", None), FileMap):
+                # Points are kept by what the axes say, and a file may say something else the next time.
+                hint = "generate the maps of this axis, or explore one workload for each file"
+                faults.append(document.fault(place, "a map in a file cannot be moved by an axis", hint))
+        except ValidationError as error:
+            faults += _placed_faults(error, document, raw["problem"], keys[1:], place, True)
+    return faults
+
+
+def _platform_axis_faults(platform: Platform, document: Document, axis: str, alone: bool) -> list[Fault]:
+    """What is wrong with an axis that moves a component or a link."""
+    name, *rest = axis.split(".")
+    keys = tuple(rest)
+    place: KeyPath = ("explore", "axes", axis)
+    is_link = name in platform.links
+    raw = platform.document.tree["links" if is_link else "components"][name]
+    model: type[SpecModel] = (
+        LINKS[platform.links[name].type] if is_link else COMPONENTS[platform.components[name].type]
+    )
+    fields = [field for field in model.model_fields if field not in PLACED_FIELDS]
+    if keys[0] not in fields:
+        what = f"{'link' if is_link else 'component'} {name} has no {clip(keys[0])!r}"
+        if keys[0] in model.model_fields:
+            what = f"{keys[0]} of {name} is no axis: it stands in the platform"
+        return [document.fault(place, what, choose_hint(clip(keys[0], 60), fields), at_key=True)]
+    faults: list[Fault] = []
+    made: list[BaseModel] = []
+    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
+        tried = substitute(raw, {keys: value}, create=True)
+        if tried is None:
+            return [document.fault(place, f"{keys[0]} is not a mapping", "write it out there", at_key=True)]
+        try:
+            moved = model.model_validate(tried, context={"document": platform.document})
+        except ValidationError as error:
+            faults += _placed_faults(error, document, tried, keys, (*place, index), alone)
+        else:
+            faults += _repeated(document, (*place, index), value, moved, made)
+    return faults
