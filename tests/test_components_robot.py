@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -57,7 +58,7 @@ def exact_cells(way: Way) -> list[tuple[int, int]]:
                 if move and 0 < (share := (border + half - first) / move) < 1:
                     shares.add(share)
         ordered = sorted(shares)
-        middles = [(one + other) / 2 for one, other in zip(ordered[:-1], ordered[1:], strict=True)]
+        middles = [(one + other) / 2 for one, other in pairwise(ordered)]
         for share in [Fraction(0), *middles, Fraction(1)]:
             row, column = (
                 math.floor(first + share * move + half) for first, move in zip(start, moved, strict=True)

@@ -152,7 +152,7 @@ def random_appearing(
         count: how many, 0 or more.
         size: side of each, cells.
         begin, end: ps, the first and the last time possible.
-        seed: of ``Generator(PCG64([seed]))``.
+        seed: of ``PCG64([seed])``, of which the raw stream alone is used: numpy keeps it from version to version.
         keep_clear: cells that none of them covers: (row, column) pairs, or a mask.
         lasting: ps after which each is gone; None: it stays.
 
@@ -179,14 +179,19 @@ def random_appearing(
         raise InputError(
             f"no place for an obstacle of {size} × {size} cells on this map", "random.size", "make it smaller"
         )
-    random = np.random.Generator(np.random.PCG64([seed]))
+    random = np.random.PCG64([seed])
     found = []
     for _ in range(count):
-        time = int(random.integers(begin, end, endpoint=True))
-        top, left = places[int(random.integers(len(places)))].tolist()
+        time = begin + _below(random, end - begin + 1)
+        top, left = places[_below(random, len(places))].tolist()
         until = None if lasting is None else time + lasting
         found.append(Appearing(time, rectangle(top, left, size, size), until))
     return sorted(found, key=lambda obstacle: obstacle.at)
+
+
+def _below(random: np.random.PCG64, bound: int) -> int:
+    """A whole number from 0 to below ``bound``, all but equally likely (to 2⁻⁶⁴ × ``bound``)."""
+    return int(random.random_raw()) * bound >> 64
 
 
 def _places(usable: NDArray[np.bool_], size: int) -> NDArray[np.int64]:
