@@ -67,7 +67,7 @@ class Line:
         self._queues: dict[str, list[Message]] = {}
         self._served: dict[str, int] = {}
         self._services = 0
-        self._changed: simpy.Event | None = None
+        self._changed: dict[str, simpy.Event] = {}
         self._contender: simpy.Event | None = None
 
     def enter(self, message: Message) -> None:
@@ -85,6 +85,7 @@ class Line:
         """Take the holder off the line until its timeout; it keeps its place among its sender's messages."""
         message.ready = False
         self.holder = None
+        self.tell_change(message.sender)
         self._settle()
 
     def back(self, message: Message) -> None:
@@ -101,6 +102,7 @@ class Line:
         self._queues[message.sender].remove(message)
         if self.holder is message:
             self.holder = None
+        self.tell_change(message.sender)
         self._settle()
 
     def serve(self, message: Message) -> None:
@@ -127,17 +129,17 @@ class Line:
         self._contender = self.environment.event()
         return self._contender
 
-    def changed(self) -> simpy.Event:
-        """An event that happens at the next ``tell_change``."""
-        if self._changed is None:
-            self._changed = self.environment.event()
-        return self._changed
+    def changed(self, sender: str) -> simpy.Event:
+        """An event that happens when a message of ``sender`` begins, rests or leaves."""
+        if sender not in self._changed:
+            self._changed[sender] = self.environment.event()
+        return self._changed[sender]
 
-    def tell_change(self) -> None:
-        """Wake those who wait for a change."""
-        if self._changed is not None:
-            self._changed.succeed()
-            self._changed = None
+    def tell_change(self, sender: str) -> None:
+        """Wake those who wait for a change among the messages of ``sender``."""
+        event = self._changed.pop(sender, None)
+        if event is not None:
+            event.succeed()
 
     def queue(self, sender: str) -> list[Message]:
         """The messages of ``sender`` that have not left yet, in their order."""
@@ -145,7 +147,6 @@ class Line:
 
     def _settle(self) -> None:
         """Give an idle line to the next message, or tell the holder that another one waits."""
-        self.tell_change()
         if self.holder is None:
             self._contender = None
             heads = [queue[0] for queue in self._queues.values() if queue and queue[0].ready]

@@ -260,7 +260,7 @@ class Link(Component):
             return LINK_DOWN
         self._begin(message)
         end = self._end(message)
-        line.tell_change()
+        line.tell_change(message.sender)
         cut = self._outages.between(self.now, end)
         yield from self._on_wire(message, end if cut is None else cut.begin)
         return None if cut is None else LINK_DOWN

@@ -155,7 +155,7 @@ class Serial(Link):
             fits = self._fits_at(message, line)
             if fits is not None and fits <= self.now:
                 return
-            changed = line.changed()
+            changed = line.changed(message.sender)
             yield changed if fits is None else self.environment.timeout(fits - self.now) | changed
 
     def _fits_at(self, message: Message, line: _SerialLine) -> int | None:
