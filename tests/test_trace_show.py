@@ -75,7 +75,7 @@ def test_the_facts_of_a_trace(tmp_path: Path) -> None:
         "size": f"{path.stat().st_size:,} bytes",
         "whole": "yes",
         "written by": "hwsw-codesign",
-        "messages": "11",
+        "messages": "12",
         "simulated time": "0 ps to 10 us",
         "run.format": "1",
         "run.platform": "virtex4-pci",
@@ -83,7 +83,7 @@ def test_the_facts_of_a_trace(tmp_path: Path) -> None:
         "attachment result.json": f"{info.attachments['result.json']} bytes",
     }
     assert info.channel_rows()[0] == ("/map", "foxglove.Grid", "1")
-    assert sum(int(count) for _, _, count in info.channel_rows()) == 11
+    assert sum(int(count) for _, _, count in info.channel_rows()) == 12
 
 
 def test_the_docs_name_every_record_and_topic() -> None:

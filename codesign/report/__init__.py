@@ -12,6 +12,12 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 from __future__ import annotations
 
 from codesign.report.comparison_tables import comparison_table
+from codesign.report.mission_pictures import (
+    account_picture,
+    drive_picture,
+    mission_timeline_picture,
+    moment_picture,
+)
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures, timeline_picture
 from codesign.report.plots import Picture, front_picture, map_picture
@@ -34,12 +40,16 @@ __all__ = [
     "Column",
     "Picture",
     "Table",
+    "account_picture",
     "best_table",
     "comparison_table",
+    "drive_picture",
     "front_picture",
     "front_table",
     "infeasible_table",
     "map_picture",
+    "mission_timeline_picture",
+    "moment_picture",
     "nearest_table",
     "reasons_table",
     "render_csv",

@@ -8,6 +8,7 @@ from typing import Any
 
 from codesign.figures import label
 from codesign.records import (
+    FieldRecord,
     MapRecord,
     MessageRecord,
     Record,
@@ -15,6 +16,7 @@ from codesign.records import (
     TaskRecord,
     TrajectoryRecord,
 )
+from codesign.report.mission_pictures import drive_picture, mission_timeline_picture
 from codesign.report.plots import Format, Picture, canvas, map_picture, picture_bytes, style
 from codesign.report.wording import plural, prefix
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
@@ -23,8 +25,14 @@ _MOST_BARS = 400
 
 
 def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
-    """The pictures that these records allow, in reading order; none for a run that never began."""
+    """The pictures that these records allow, in reading order; none for a run that never began.
+
+    A mission is shown as its drive and its time line in place of the plans' bars.
+    """
     known = tuple(records)
+    drive, busy = drive_picture(known), mission_timeline_picture(known)
+    if drive is not None or busy is not None:
+        return tuple(picture for picture in (drive, busy) if picture is not None)
     pictures = []
     maps = [record for record in known if isinstance(record, MapRecord)]
     if maps:
@@ -38,8 +46,14 @@ def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
 def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
     stages = [record for record in records if isinstance(record, StageRecord)]
     ways = [record for record in records if isinstance(record, TrajectoryRecord)]
-    potential = stages[-1].potential if stages else None
-    title = "Map" if not stages else f"Map, and the field after the stage of {stages[-1].precision} bits"
+    fields = [record for record in records if isinstance(record, FieldRecord)]
+    potential, shades, title = None, "", "Map"
+    if stages:
+        potential = stages[-1].potential
+        title = f"Map, and the field after the stage of {stages[-1].precision} bits"
+    elif fields and fields[-1].values.shape == start.free.shape:
+        potential, shades = fields[-1].values, _quantity(fields[-1])
+        title = f"Map, and the field of {label(fields[-1].name)}"
     if ways:
         arrived = sum(way.arrived for way in ways)
         title += f"; {plural(len(ways), 'way')} drawn, {arrived} of them to the goal"
@@ -47,9 +61,14 @@ def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
         start.free,
         [(int(row), int(column)) for row, column in start.goals],
         potential=potential,
+        shades=shades,
         trajectories=[way.points for way in ways if len(way.points)],
         title=title,
     )
+
+
+def _quantity(field: FieldRecord) -> str:
+    return label(field.name) if field.unit in ("", "1") else f"{label(field.name)} ({field.unit})"
 
 
 Bar = tuple[str, str, int, int]

@@ -105,15 +105,17 @@ def map_picture(
     goals: Sequence[tuple[int, int]],
     *,
     potential: NDArray[np.floating[Any]] | None = None,
+    shades: str = "",
     trajectories: Sequence[NDArray[np.float64]] = (),
     title: str = "Map",
     format: Format = "png",
 ) -> Picture:
-    """The map, with the potential (by its logarithm), the ways to the goal and the goals where given.
+    """The map, with the potential (by its logarithm) or another field, the ways to the goal and the goals where given.
 
     Args:
         free: bool, rows × columns. goals: (row, column) pairs.
         potential: rows × columns, values of 0 and above; cells at 0 stay white.
+        shades: what the values are, where they are no potential: they are shown as they are, and finite ones only.
         trajectories: float64, n × 2 each, (row, column) in cells.
     """
     rows, columns = free.shape
@@ -124,13 +126,16 @@ def map_picture(
         picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
         obstacles = np.ma.masked_where(free, np.ones(free.shape))[::step, ::step]
         if potential is not None:
-            shades = axes.imshow(
-                _logarithm(potential, free)[::step, ::step],
+            values = _logarithm(potential, free)
+            if shades:
+                values = np.ma.masked_where(~(free & np.isfinite(potential)), potential)
+            drawn = axes.imshow(
+                values[::step, ::step],
                 extent=extent,
                 cmap="viridis",
                 interpolation="nearest",
             )
-            picture.colorbar(shades, ax=axes, pad=0.02, shrink=0.8).set_label("potential, log₁₀")
+            picture.colorbar(drawn, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
         for way in trajectories:
             axes.plot(way[:, 1], way[:, 0], color="white", linewidth=2.2, alpha=0.8)
@@ -143,7 +148,7 @@ def map_picture(
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
         data = picture_bytes(picture, format)
     shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
-    shown += ["the potential as colour"] if potential is not None else []
+    shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
     shown += [f"{plural(len(trajectories), 'way')} drawn"] if trajectories else []
     return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
 

@@ -7,21 +7,31 @@ JSON: readable in every viewer's raw panel and by any script. Rejected: protobuf
 which needs generated code for every record, a plug-in's included.
 """
 
+from codesign.trace.export import PERFETTO_KINDS, POSE_KINDS, perfetto, poses_csv
 from codesign.trace.info import TraceInfo, trace_info
 from codesign.trace.mcap import McapListener
 from codesign.trace.memory import MemoryListener
+from codesign.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
 from codesign.trace.reader import Channel, Trace, open_trace
 from codesign.trace.show import HEADER, Row, thumbnail, timeline, trace_thumbnail
 
 __all__ = [
     "HEADER",
+    "MOMENT_KINDS",
+    "PERFETTO_KINDS",
+    "POSE_KINDS",
     "Channel",
     "McapListener",
     "MemoryListener",
+    "Moment",
     "Row",
     "Trace",
     "TraceInfo",
+    "moment",
+    "moment_lines",
     "open_trace",
+    "perfetto",
+    "poses_csv",
     "thumbnail",
     "timeline",
     "trace_info",

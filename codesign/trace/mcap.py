@@ -90,7 +90,7 @@ class McapListener:
         self._count += 1
         self._write(self._record_channel(record), record.time, message)
         for view in self._views.of(record):
-            metadata = {"source": record.source, "shows": type(record).__name__}
+            metadata = {"source": view.source, "shows": type(record).__name__}
             self._write(
                 self._channel(view.topic, view.schema, view.schema_json, metadata), record.time, view.data
             )

@@ -13,8 +13,14 @@ from numpy.typing import NDArray
 
 from codesign.errors import TraceError, printable
 from codesign.records import (
+    BeliefRecord,
+    FieldRecord,
     MapRecord,
     MessageRecord,
+    MissionRecord,
+    ObstacleRecord,
+    PoseRecord,
+    PositionsRecord,
     Record,
     StageRecord,
     SummaryRecord,
@@ -49,18 +55,32 @@ class Row:
         return format_time(self.begin), duration, self.source, self.what, self.details
 
 
-def timeline(trace: Trace, topics: Sequence[str] = (), limit: int | None = None) -> list[Row]:
+def timeline(
+    trace: Trace,
+    topics: Sequence[str] = (),
+    limit: int | None = None,
+    begin: int = 0,
+    end: int | None = None,
+) -> list[Row]:
     """The records of a trace as rows in the order of their begin, the first ``limit`` of them.
+
+    ``begin`` and ``end``, ps: only what had not ended before the one, nor began after the other.
 
     Raises:
         TraceError: see ``Trace.records``.
     """
-    return rows_of(trace.records(topics), limit)
+    rows = map(row_of, trace.records(topics))
+    shown = (row for row in rows if row.end >= begin and (end is None or row.begin <= end))
+    return _in_order(shown, limit)
 
 
 def rows_of(records: Iterable[Record], limit: int | None = None) -> list[Row]:
     """Records as rows in the order of their begin; those that begin together stay in their order."""
-    rows = ((row.begin, index, row) for index, row in enumerate(map(row_of, records)))
+    return _in_order(map(row_of, records), limit)
+
+
+def _in_order(found: Iterable[Row], limit: int | None) -> list[Row]:
+    rows = ((row.begin, index, row) for index, row in enumerate(found))
     chosen = sorted(rows) if limit is None else heapq.nsmallest(limit, rows)
     return [row for _, _, row in chosen]
 
@@ -119,7 +139,12 @@ def _tell_message(record: MessageRecord) -> _Told:
     waited = record.begin - record.time
     queue = f", waited {format_time(waited)}" if waited else ""
     way = f"{printable(record.sender, 40)} to {printable(record.receiver, 40)}"
-    return record.begin, record.end, f"message {record.name}", f"{way}, {format_data(record.bits)}{queue}"
+    details = f"{way}, {format_data(record.bits)}{queue}"
+    if record.attempts > 1:
+        details += f", {record.attempts} attempts"
+    if record.outcome != "delivered":
+        details += f", {printable(record.outcome, 40)}: {printable(record.reason or 'no reason', 120)}"
+    return record.begin, record.end, f"message {record.name}", details
 
 
 def _tell_task(record: TaskRecord) -> _Told:
@@ -135,6 +160,38 @@ def _tell_trajectory(record: TrajectoryRecord) -> _Told:
     ends = " to ".join(f"({row:.4g}, {column:.4g})" for row, column in record.points[[0, -1]])
     how = "arrives" if record.arrived else "does not arrive"
     return record.time, record.time, "trajectory", f"{ends}, {length:.4g} cells long, {how}"
+
+
+def _tell_field(record: FieldRecord) -> _Told:
+    values = record.values[np.isfinite(record.values)]
+    unit = "" if record.unit in ("", "1") else f" {printable(record.unit, 40)}"
+    span = f", {values.min():.4g} to {values.max():.4g}{unit}" if values.size else ""
+    what = f"field {record.name}"
+    return record.time, record.time, what, f"{format_count(values.size)} cells with a value{span}"
+
+
+def _tell_pose(record: PoseRecord) -> _Told:
+    place = f"row {record.row:.2f}, column {record.column:.2f}"
+    return record.time, record.time, "pose", f"{place}, {record.speed:.3g} m/s"
+
+
+def _tell_positions(record: PositionsRecord) -> _Told:
+    return record.time, record.time, f"update {record.update}", _some(len(record.positions), "robot")
+
+
+def _tell_obstacle(record: ObstacleRecord) -> _Told:
+    how = "blocked" if record.appeared else "free again"
+    return record.time, record.time, "obstacle", f"{_some(len(record.cells), 'cell')} {how}"
+
+
+def _tell_belief(record: BeliefRecord) -> _Told:
+    blocked = int(record.blocked.sum())
+    details = f"{_some(len(record.cells), 'cell')} learnt, {format_count(blocked)} blocked"
+    return record.time, record.time, "belief", details
+
+
+def _tell_mission(record: MissionRecord) -> _Told:
+    return record.time, record.time, record.event.replace("_", " "), printable(record.text, 200)
 
 
 def _tell_utilisation(record: UtilisationRecord) -> _Told:
@@ -162,6 +219,12 @@ _TELLERS: dict[type[Record], Callable[[Any], _Told]] = {
     MessageRecord: _tell_message,
     TaskRecord: _tell_task,
     TrajectoryRecord: _tell_trajectory,
+    FieldRecord: _tell_field,
+    PoseRecord: _tell_pose,
+    PositionsRecord: _tell_positions,
+    ObstacleRecord: _tell_obstacle,
+    BeliefRecord: _tell_belief,
+    MissionRecord: _tell_mission,
     UtilisationRecord: _tell_utilisation,
     SummaryRecord: _tell_summary,
 }
@@ -172,27 +235,43 @@ def _some(count: int, name: str, names: str | None = None) -> str:
 
 
 def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
-    """The potential of the last stage over the map, as lines of at most ``width`` characters, and a line that
-    says what a character stands for; [] without a stage.
+    """The last field that a planner left over the map, as lines of at most ``width`` characters, and a line that
+    says what a character stands for; [] without one.
 
     Raises:
         TraceError: see ``Trace.records``.
     """
     free: NDArray[np.bool_] | None = None
-    potential: NDArray[np.float64] | None = None
-    for record in trace.records():
+    field: NDArray[np.float64] | None = None
+    scale = ""
+    for record in trace.records(kinds=(MapRecord, StageRecord, FieldRecord)):
         if isinstance(record, MapRecord):
             free = record.free
         elif isinstance(record, StageRecord):
-            potential = record.potential
-    if potential is None:
+            field, scale = record.potential, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
+        elif isinstance(record, FieldRecord):
+            field, scale = (
+                _nearness(record.values),
+                f"{SHADES[0]} highest to {SHADES[-1]} lowest {printable(record.name)}",
+            )
+    if field is None:
         return []
-    if free is not None and free.shape != potential.shape:
-        raise TraceError(f"a potential of {potential.shape} on a map of {free.shape}", str(trace.path))
-    rows, columns = _tile(potential.shape, width)
+    if free is not None and free.shape != field.shape:
+        raise TraceError(f"a potential of {field.shape} on a map of {free.shape}", str(trace.path))
+    rows, columns = tile_of(field.shape, width)
     size = "1 cell" if rows * columns == 1 else f"{rows} × {columns} cells"
-    legend = f"one glyph is {size}; {WALL} wall, {SHADES[0]} lowest to {SHADES[-1]} highest potential"
-    return [*thumbnail(potential, free, width), legend]
+    return [*thumbnail(field, free, width), f"one glyph is {size}; {WALL} wall, {scale}"]
+
+
+def _nearness(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A distance, or what else grows away from the goal, as a potential whose steps of the logarithm are its steps."""
+    known = np.isfinite(values)
+    if not known.any():
+        return np.zeros(values.shape)
+    least, most = float(values[known].min()), float(values[known].max())
+    span = (most - least) or 1.0
+    near: NDArray[np.float64] = np.where(known, np.exp((least - np.where(known, values, least)) / span), 0.0)
+    return near
 
 
 def thumbnail(
@@ -213,29 +292,29 @@ def thumbnail(
     rows, columns = potential.shape
     if not rows or not columns:
         return []
-    tile = _tile(potential.shape, width)
+    tile = tile_of(potential.shape, width)
     down, across = np.arange(0, rows, tile[0]), np.arange(0, columns, tile[1])
     values = np.nan_to_num(potential.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)
     values = np.maximum.reduceat(np.maximum.reduceat(values, down, axis=0), across, axis=1)
-    walls = np.zeros(values.shape, dtype=bool) if free is None else _walls(free, tile)
+    closed = np.zeros(values.shape, dtype=bool) if free is None else walls(free, tile)
     glyphs = np.full(values.shape, " ")
-    shown = (values > 0) & ~walls
+    shown = (values > 0) & ~closed
     if shown.any():
         logs = np.log(values[shown])
         span = float(logs.max() - logs.min()) or 1.0
         index = np.minimum(((logs - logs.min()) / span * len(SHADES)).astype(np.int64), len(SHADES) - 1)
         glyphs[shown] = np.array(list(SHADES))[index]
-    glyphs[walls] = WALL
+    glyphs[closed] = WALL
     return ["".join(line) for line in glyphs]
 
 
-def _tile(shape: tuple[int, ...], width: int) -> tuple[int, int]:
+def tile_of(shape: tuple[int, ...], width: int) -> tuple[int, int]:
     """Rows and columns of cells that one character stands for."""
     step = max(1, -(-shape[1] // max(width, 1)))
     return (2 * step if step > 1 else 1), step
 
 
-def _walls(free: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
+def walls(free: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
     """Which tiles are walls: crossed by obstacles from side to side, straight or aslant, or most of it obstacles.
 
     The last row and column are repeated to fill the last tiles.

@@ -41,7 +41,6 @@ MOST_CUBES = 256
 
 UNKNOWN = 1
 
-_SCENE = "/scene"
 _FLAT = {"x": 0.0, "y": 0.0, "z": 0.0}
 _WAY = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
 _OBSTACLE = {"r": 0.85, "g": 0.55, "b": 0.13, "a": 0.9}
@@ -49,9 +48,10 @@ _OBSTACLE = {"r": 0.85, "g": 0.55, "b": 0.13, "a": 0.9}
 
 @dataclass(frozen=True)
 class View:
-    """One such message: where it goes, its schema's name and JSON, and the message itself."""
+    """One such message: where it goes and whom it is of, its schema's name and JSON, and the message itself."""
 
     topic: str
+    source: str
     schema: str
     schema_json: bytes
     data: bytes
@@ -115,7 +115,7 @@ class Views:
 
     def _scene(self, record: Record, entities: list[Any], deletions: list[Any]) -> View:
         message = {"deletions": deletions, "entities": entities}
-        return _view(_SCENE, "foxglove.SceneUpdate", record.time, record.source, message)
+        return _view("/scene", "foxglove.SceneUpdate", record.time, "scene", message)
 
     def _cubes(self, record: ObstacleRecord) -> tuple[list[Any], list[Any]]:
         """The entities that came, and the deletions of those that went: one each cell, so that each can go."""
@@ -173,7 +173,9 @@ class _Snapshots:
 
 def _view(topic: str, schema: str, time: int, source: str, message: dict[str, Any]) -> View:
     schema_json = schema_of(MapRecord) if schema == "foxglove.Grid" else _SCENE_SCHEMA
-    return View(topic, schema, schema_json, packed(schema, {"time": time, "source": source, **message}))
+    return View(
+        topic, source, schema, schema_json, packed(schema, {"time": time, "source": source, **message})
+    )
 
 
 _PRIMITIVES = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")

@@ -1,0 +1,337 @@
+"""A mission as pictures: where the robot drove and what came in its way, and how busy everything was over time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import label
+from codesign.records import (
+    MapRecord,
+    MessageRecord,
+    MissionRecord,
+    ObstacleRecord,
+    PoseRecord,
+    PositionsRecord,
+    Record,
+    StageRecord,
+    TaskRecord,
+    VisitsRecord,
+)
+from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
+from codesign.report.wording import plural, prefix
+from codesign.units import PICOSECONDS_PER_SECOND, format_time
+
+_LARGEST_SIDE = 1200
+_BINS = 240
+_MOST_LINES = 64
+
+_MARKS: dict[str, tuple[str, str, str]] = {
+    "plan_requested": ("new plan asked for", "o", "#7b3294"),
+    "deadline_missed": ("deadline missed", "v", "#e08214"),
+    "safety_stop": ("safety stop", "s", "#b35806"),
+    "no_way": ("no way", "D", "#000000"),
+    "contact": ("contact", "X", "#d7191c"),
+    "goal_reached": ("goal reached", "*", "#1a9850"),
+}
+"""How an event of a mission is marked: its words, its marker and its colour."""
+
+Points = NDArray[np.float64]
+
+
+@dataclass
+class _Layers:
+    """What is drawn over the map, bottom first."""
+
+    free: NDArray[np.bool_]
+    goals: NDArray[np.int32]
+    came: NDArray[np.bool_]
+    unknown: NDArray[np.bool_] | None = None
+    lines: list[Points] = field(default_factory=list)
+    way: Points | None = None
+    marks: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
+    robots: Points | None = None
+
+
+def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
+    """The true map with all that ever came in the way, where the robots drove, and what happened where.
+
+    None where no robot told where it was, or there is no map.
+    """
+    start: MapRecord | None = None
+    came = np.zeros((0, 0), bool)
+    places: dict[str, list[tuple[int, float, float]]] = {}
+    events: list[MissionRecord] = []
+    for record in records:
+        if isinstance(record, MapRecord):
+            start, came = record, np.zeros(record.free.shape, bool)
+        elif isinstance(record, ObstacleRecord) and record.appeared:
+            came[record.cells[:, 0], record.cells[:, 1]] = True
+        elif isinstance(record, PoseRecord):
+            places.setdefault(record.source, []).append((record.time, record.row, record.column))
+        elif isinstance(record, PositionsRecord):
+            for robot, (row, column) in enumerate(record.positions[:_MOST_LINES].tolist()):
+                places.setdefault(f"{record.source} {robot}", []).append((record.time, row, column))
+        elif isinstance(record, MissionRecord):
+            events.append(record)
+    if start is None or not places:
+        return None
+    tracks = {source: np.array(told, np.float64) for source, told in places.items()}
+    layers = _Layers(start.free, start.goals, came, lines=[track[:, 1:] for track in tracks.values()])
+    for event in events:
+        track = tracks.get(event.source)
+        if event.event in _MARKS and track is not None:
+            row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
+            layers.marks.setdefault(event.event, []).append((row, column))
+    length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
+    told = [f"{plural(len(tracks), 'robot')}, {length:,.4g} cells driven"]
+    told += [f"{label(event)} {len(where)} times" for event, where in layers.marks.items()]
+    return _drawn(
+        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format
+    )
+
+
+def moment_picture(
+    time: int,
+    start: NDArray[np.bool_],
+    free: NDArray[np.bool_],
+    *,
+    goals: NDArray[np.int32],
+    unknown: NDArray[np.bool_] | None = None,
+    way: Points | None = None,
+    driven: Points | None = None,
+    robots: Points | None = None,
+    format: Format = "png",
+) -> Picture:
+    """A mission at one moment: what is in the way, what the robot does not know, its way, and where it is.
+
+    Args:
+        time: ps. start, free: bool, rows × columns: the cells that were free at the start, and that are now.
+        goals: int32, n × 2. unknown: bool, rows × columns: the cells of which the robot knows nothing.
+        way, driven, robots: float64, n × 2 each, (row, column) in cells; the robot stands where ``driven`` ends.
+    """
+    drives = driven is not None and len(driven) > 0
+    layers = _Layers(
+        start,
+        goals,
+        start & ~free,
+        unknown,
+        lines=[driven] if drives and driven is not None else [],
+        way=way,
+        robots=driven[-1:] if drives and driven is not None else robots,
+    )
+    told = [f"{int((start & ~free).sum())} cells blocked since the start"]
+    return _drawn(layers, f"The mission at {format_time(time)}", told, format)
+
+
+def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> Picture:
+    rows, columns = layers.free.shape
+    with style():
+        picture, axes = canvas((8.0, min(12.0, max(2.6, 8.0 * rows / max(columns, 1) + 1.1))))
+        _draw_cells(axes, layers)
+        many = len(layers.lines) > 1
+        for number, line in enumerate(layers.lines):
+            colour = f"C{number % 10}" if many else "#2166ac"
+            axes.plot(
+                line[:, 1], line[:, 0], color=colour, linewidth=1.0 if many else 1.4, zorder=3,
+                label="driven" if number == 0 else None,
+            )  # fmt: skip
+            axes.plot(line[:1, 1], line[:1, 0], "o", color=colour, markersize=4, zorder=3)
+        if layers.way is not None and len(layers.way):
+            axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="way")
+        _draw_marks(axes, layers)
+        axes.set(xlabel="column", ylabel="row", xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        data = picture_bytes(picture, format)
+    return Picture(
+        title=title,
+        alt=f"Map of {rows} by {columns} cells: {', '.join(told)}",
+        format=format,
+        data=data,
+        caption=f"{title}: {', '.join(told)}",
+    )
+
+
+def _draw_cells(axes: Any, layers: _Layers) -> None:
+    from matplotlib.colors import to_rgb
+
+    rows, columns = layers.free.shape
+    step = max(1, max(rows, columns) // _LARGEST_SIDE)
+    shades = np.ones((rows, columns, 3), np.float32)
+    shown = [("wall", ~layers.free, "#3b3f45"), ("obstacle that came", layers.came & layers.free, "#f4a259")]
+    if layers.unknown is not None:
+        shown.insert(0, ("not known", layers.unknown, "#d9dee4"))
+        shown.insert(2, ("wall not known", layers.unknown & ~layers.free, "#8b929b"))
+    for name, cells, colour in shown:
+        if cells.any():
+            shades[cells] = to_rgb(colour)
+            axes.plot([], [], "s", color=colour, label=name)
+    axes.imshow(
+        shades[::step, ::step], extent=(-0.5, columns - 0.5, rows - 0.5, -0.5), interpolation="nearest"
+    )
+
+
+def _draw_marks(axes: Any, layers: _Layers) -> None:
+    if len(layers.goals):
+        axes.plot(
+            layers.goals[:, 1], layers.goals[:, 0], "*", color="#1a9850", markersize=12,
+            markeredgecolor="white", linestyle="none", zorder=4, label="goal",
+        )  # fmt: skip
+    for event, places in layers.marks.items():
+        words, marker, colour = _MARKS[event]
+        points = np.array(places)
+        axes.plot(
+            points[:, 1], points[:, 0], marker, color=colour, markersize=5, linestyle="none", zorder=5,
+            markeredgecolor="white", markeredgewidth=0.5, label=f"{words} ({len(points)})",
+        )  # fmt: skip
+    if layers.robots is not None and len(layers.robots):
+        axes.plot(
+            layers.robots[:, 1], layers.robots[:, 0], "o", color="#2166ac", markersize=8,
+            markeredgecolor="white", linestyle="none", zorder=6, label="robot",
+        )  # fmt: skip
+
+
+def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
+    """How busy each component and link was over the mission, with its plans and events; None without a mission.
+
+    The mission is cut into up to 240 spans; each shows the share of it in which something was under way.
+    """
+    spans: dict[str, list[tuple[int, int]]] = {}
+    events: list[MissionRecord] = []
+    last = 0
+    for record in records:
+        span = _span(record)
+        if span is not None:
+            spans.setdefault(record.source, []).append(span)
+            last = max(last, span[1])
+        elif isinstance(record, MissionRecord):
+            events.append(record)
+        if isinstance(record, MissionRecord | PoseRecord):
+            last = max(last, record.time)
+    if not events or not spans or not last:
+        return None
+    size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
+    scale = size * PICOSECONDS_PER_SECOND
+    sources = sorted(spans)
+    shares = np.array([busy_shares(spans[source], last, _BINS) for source in sources]).reshape(-1, _BINS)
+    with style():
+        picture, axes = canvas((9.0, 1.9 + 0.36 * len(sources)))
+        shades = axes.imshow(
+            shares, cmap="Blues", vmin=0, vmax=1, aspect="auto", interpolation="nearest",
+            extent=(0, last / scale, len(sources) - 0.5, -0.5),
+        )  # fmt: skip
+        picture.colorbar(shades, ax=axes, pad=0.02).set_label("busy share")
+        _draw_events(axes, events, scale)
+        axes.set_yticks([-1.0, *range(len(sources))], ["plans, events", *sources])
+        axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -1.6))
+        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        data = picture_bytes(picture, format)
+    busiest = max(sources, key=lambda source: float(shares[sources.index(source)].mean()), default="nothing")
+    return Picture(
+        title="How busy each component and link was",
+        alt=f"Time line of {', '.join(sources)} over {format_time(last)}, {plural(len(events), 'event')};"
+        f" the busiest is {busiest}",
+        format=format,
+        data=data,
+    )
+
+
+def _span(record: Record) -> tuple[int, int] | None:
+    """From when to when ``record.source`` was at work, ps."""
+    if isinstance(record, MessageRecord):
+        return record.begin, record.end
+    if isinstance(record, TaskRecord | VisitsRecord):
+        return record.time, record.end
+    if isinstance(record, StageRecord):
+        return record.begin, record.time
+    return None
+
+
+def busy_shares(spans: Sequence[tuple[int, int]], end: int, bins: int) -> NDArray[np.float64]:
+    """The share of each of ``bins`` equal parts of the time from 0 to ``end`` that the spans (ps) cover.
+
+    What overlaps counts once.
+    """
+    edges = np.linspace(0.0, float(end), bins + 1)
+    covered = np.zeros(bins + 1)
+    until = 0
+    merged: list[tuple[int, int]] = []
+    for begin, stop in sorted(spans):
+        if stop > max(begin, until):
+            merged.append((max(begin, until), stop))
+            until = stop
+    if merged:
+        # Time covered up to each edge: piecewise linear between the ends of the spans.
+        times = np.array(merged, np.float64).ravel()
+        total = np.concatenate(([0.0], np.cumsum(times[1::2] - times[::2])))
+        known = np.column_stack((total[:-1], total[1:])).ravel()
+        covered = np.interp(edges, times, known)
+    shares: NDArray[np.float64] = np.diff(covered) / (end / bins)
+    return np.clip(shares, 0.0, 1.0)
+
+
+def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> None:
+    """Each plan as a bar from when it was asked for to its answer, and each event as a mark, above all rows."""
+    asked: dict[str, int] = {}
+    bars = []
+    marks: dict[str, list[float]] = {}
+    for event in events:
+        if event.event == "plan_requested":
+            asked.setdefault(event.source, event.time)
+        elif event.event in ("plan_ready", "no_way", "ended") and event.source in asked:
+            begin = asked.pop(event.source)
+            bars.append((begin / scale, (event.time - begin) / scale))
+        if event.event in _MARKS and event.event != "plan_requested":
+            marks.setdefault(event.event, []).append(event.time / scale)
+    if bars:
+        axes.broken_barh(
+            bars,
+            (-0.9, 0.35),
+            facecolors="#7b3294",
+            edgecolors="#7b3294",
+            linewidth=0.6,
+            label="plan under way",
+        )
+    for event_name, times in marks.items():
+        words, marker, colour = _MARKS[event_name]
+        axes.plot(
+            times, [-1.2] * len(times), marker, color=colour, markersize=5, linestyle="none", clip_on=False,
+            label=f"{words} ({len(times)})",
+        )  # fmt: skip
+
+
+def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> Picture | None:
+    """Where the time of each component and link went, as stacked bars; None where there are none.
+
+    ``accounts``: by name, with ``compute_s``, ``transfer_s``, ``wait_s`` and ``idle_s``.
+    """
+    if not accounts:
+        return None
+    names = list(accounts)
+    size, unit = prefix([max(_total(account) for account in accounts.values())], "s")
+    kinds = (("compute", "#2166ac"), ("transfer", "#4dac26"), ("wait", "#f4a259"), ("idle", "#e6e9ed"))
+    with style():
+        picture, axes = canvas((8.0, 1.3 + 0.36 * len(names)))
+        left = np.zeros(len(names))
+        for kind, colour in kinds:
+            widths = np.array([getattr(accounts[name], f"{kind}_s") for name in names]) / size
+            axes.barh(range(len(names)), widths, left=left, color=colour, height=0.66, label=kind)
+            left += widths
+        axes.set_yticks(range(len(names)), names)
+        axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
+        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        data = picture_bytes(picture, format)
+    return Picture(
+        title="Where the time of each component and link went",
+        alt=f"Stacked bars of compute, transfer, wait and idle of {', '.join(names)}; the figures stand in a table",
+        format=format,
+        data=data,
+    )
+
+
+def _total(account: Any) -> float:
+    return float(account.compute_s + account.transfer_s + account.wait_s + account.idle_s)
