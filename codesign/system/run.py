@@ -13,6 +13,8 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.outcome import fitted_fields, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
+from codesign.system.scenarios.drive import drive
+from codesign.system.scenarios.drive.summary import mission_of
 from codesign.system.scenarios.plan_once import plan_once
 
 if TYPE_CHECKING:
@@ -105,5 +107,14 @@ def _check_memory(system: System) -> None:
 def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
     """Let the machine do what its scenario says; the fields that this gives a result."""
     system = machine.system
-    answer = plan_once(machine, memo)
-    return plan_fields(system, machine, answer, memo) | use_fields(machine, power)
+    kind = system.workload.scenario.type
+    fields: dict[str, Any] = {}
+    if kind == "drive":
+        done = drive(machine, memo)
+        fields["mission"] = mission_of(machine, done, power)
+        answer = done.log.first
+    else:
+        answer = plan_once(machine, memo)
+    if answer is not None:
+        fields |= plan_fields(system, machine, answer, memo)
+    return fields | use_fields(machine, power)

@@ -1,0 +1,18 @@
+"""Scenario ``drive``: one robot senses, plans, decides, drives, discovers and plans again.
+
+Three processes share one ``Scene``. The world changes at its own times. The ``Pilot`` makes a turn of the control loop
+every control period: the robot's scan goes to task ``load``, a decision (of planners that steer by a field) is asked
+for at the robot's pose, and a command goes to the robot: a way, and how far it may go on it. The ``Replanner`` makes
+plans beside it when the pilot asks for one; what both need they queue for.
+
+The robot keeps itself safe. It may drive to the last point that is known to be free, and no farther than it could come
+before it would miss an answer; without a newer command it stands there. A turn that has had no answer when its deadline
+is over makes it brake at once. Where the true map still has something in its way that nobody could know of, it stands
+before it, and a contact is counted; it is never inside.
+
+Assumed: the robot knows its pose exactly, its own logic takes no time, and clocks on board agree.
+"""
+
+from codesign.system.scenarios.drive.mission import Drive, drive
+
+__all__ = ["Drive", "drive"]

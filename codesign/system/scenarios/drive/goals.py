@@ -1,0 +1,82 @@
+"""Where a drive is to go next: goals one after another, or the frontiers of what is known."""
+
+from __future__ import annotations
+
+from codesign.mission.frontier import Frontiers
+from codesign.system.scenarios.drive.scene import Scene
+
+Cell = tuple[int, int]
+
+
+class Tour:
+    """Goals one after another: first any of the problem's, then each of the tour."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        first = scene.machine.system.problem.goals
+        self._legs: list[tuple[Cell, ...]] = [first, *((goal,) for goal in scene.scenario.tour)]
+        self.done = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether all goals were reached."""
+        return self.done == len(self._legs)
+
+    def goals(self) -> list[Cell]:
+        """The goals of the leg under way that are not believed blocked."""
+        blocked = self._scene.belief.blocked_for_robot
+        return [goal for goal in self._legs[self.done] if not blocked[goal]]
+
+    def none_left(self) -> str:
+        """What to say where ``goals`` has none."""
+        named = ", ".join(str(goal) for goal in self._legs[self.done][:3])
+        return f"goal {named} is taken by an obstacle"
+
+    def arrived(self) -> bool:
+        """Whether the robot is at a goal of the leg under way; the last one it has to stand at. Goes on if so."""
+        robot = self._scene.robot
+        last = self.done == len(self._legs) - 1
+        if robot.cell not in self._legs[self.done] or (last and robot.speed > 0):
+            return False
+        self.done += 1
+        return True
+
+    def obsolete(self, target: Cell) -> bool:  # noqa: ARG002
+        """Whether a way to ``target`` has lost its purpose: a goal stays one."""
+        return False
+
+
+class Exploration:
+    """The frontiers of what is known, until none can be reached. ``done`` counts the frontier cells visited."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._frontiers = Frontiers(scene.belief)
+        self.done = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether all that can be reached is known."""
+        return not self.goals()
+
+    def goals(self) -> list[Cell]:
+        """The frontier cells that can be reached, the robot's own cell left out."""
+        here = self._scene.robot.cell
+        return [goal for goal in self._frontiers.goals(here) if goal != here]
+
+    def none_left(self) -> str:
+        """What to say where ``goals`` has none."""
+        return "no frontier can be reached"
+
+    def arrived(self) -> bool:
+        """Whether the robot looked from a frontier cell that it stands in."""
+        robot = self._scene.robot
+        if robot.speed > 0 or not self._frontiers.mask(robot.cell)[robot.cell]:
+            return False
+        self._frontiers.looked(robot.cell)
+        self.done += 1
+        return True
+
+    def obsolete(self, target: Cell) -> bool:
+        """Whether what lies beyond ``target`` was seen meanwhile."""
+        return not self._frontiers.mask(self._scene.robot.cell)[target]

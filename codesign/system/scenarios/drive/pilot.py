@@ -1,0 +1,214 @@
+"""The control loop of a drive: one turn each control period, from a scan to a command."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.architectures.interface import Step
+from codesign.components.way import Way, authority
+from codesign.mission.belief import Update
+from codesign.planners.interface import COMMAND, LOAD
+from codesign.spec.scenario import ReplanTrigger
+from codesign.system.build import LostMessageError
+from codesign.system.place import DISPLAY, MOVE, SENSE
+from codesign.system.scenarios.drive.goals import Exploration, Tour
+from codesign.system.scenarios.drive.log import Log
+from codesign.system.scenarios.drive.replanner import ActivePlan, Replanner
+from codesign.system.scenarios.drive.scene import Scene
+from codesign.task_graph import Flow
+
+if TYPE_CHECKING:
+    from codesign.system.build import Machine
+
+SPARE_CELLS = 2.0
+"""Cells of way beyond what the robot drives until an answer is overdue and it stands: assumed."""
+
+
+@dataclass
+class Turn:
+    """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it."""
+
+    begin: int
+    answered: bool = False
+
+
+class Pilot:
+    """Makes the turns, and asks for plans."""
+
+    def __init__(
+        self, machine: Machine, scene: Scene, goals: Tour | Exploration, replanner: Replanner, log: Log
+    ) -> None:
+        self.machine, self.scene, self.goals = machine, scene, goals
+        self.replanner, self.log = replanner, log
+        graph, planner = machine.system.placement.graph, machine.system.planner
+        self._flows = {(flow.sender, flow.receiver): flow for flow in graph.flows}
+        self._pose = next((flow for flow in graph.flows if flow.name == "pose"), None)
+        self._by_field = planner.steering == "field" and self._pose is not None
+        self._steps: tuple[ActivePlan, list[Step]] | None = None
+        self._lookahead = self._reach()
+        self._begun = False
+
+    def run(self) -> Generator[Any, Any, None]:
+        """Process generator: turn after turn; one that takes longer than the period makes later ones fall out."""
+        machine, period = self.machine, self.scene.scenario.control_period
+        while True:
+            turn = Turn(machine.now)
+            self.log.turns += 1
+            machine.environment.process(self._watch(turn))
+            try:
+                yield from self._turn(turn)
+            except LostMessageError as lost:
+                self.log.stall = f"{lost.where}: {lost.what}"
+            yield machine.environment.timeout((machine.now // period + 1) * period - machine.now)
+
+    def _watch(self, turn: Turn) -> Generator[Any, Any, None]:
+        """Process generator: the robot's own clock. One picosecond after the deadline is too late."""
+        yield self.machine.environment.timeout(self.scene.scenario.deadline + 1)
+        if turn.answered or self.log.ended is not None:
+            return
+        self.log.missed += 1
+        deadline = self.scene.scenario.deadline / 1e12
+        text = f"the turn of {turn.begin / 1e12:.6g} s had no answer within {deadline:g} s"
+        self.log.tell("deadline_missed", text)
+        self.log.stall = self.log.stall or text
+        self.scene.advance()
+        if self.scene.robot.speed > 0:
+            self.scene.robot.stop(self.machine.now)
+            self.log.tell("safety_stop", text)
+
+    def _turn(self, turn: Turn) -> Generator[Any, Any, None]:
+        scan = self.scene.look()
+        self._note_progress()
+        self.machine.follow_up(SENSE)
+        yield from self._carry(SENSE, LOAD)
+        self._judge(self.scene.learn(scan), turn.begin)
+        self.machine.follow_up(LOAD)
+        if self.replanner.active is None or self.log.ended is not None:
+            turn.answered = True
+            return
+        if self._by_field:
+            yield from self._decide()
+        if (LOAD, COMMAND) in self._flows:
+            yield from self._carry(LOAD, COMMAND)
+        self.machine.follow_up(COMMAND)
+        yield from self._carry(COMMAND, MOVE)
+        self._command()
+        turn.answered = True
+        self.machine.follow_up(MOVE)
+        if (COMMAND, DISPLAY) in self._flows:
+            self.machine.environment.process(self._show())
+
+    def _decide(self) -> Generator[Any, Any, None]:
+        """Ask for the decision at the robot's pose, wherever it is made."""
+        placement, active = self.machine.system.placement, self.replanner.active
+        pose = self._pose
+        assert pose is not None, "by_field says so"
+        assert active is not None, "the caller looks"
+        yield from self.machine.carry(pose, self.log.turns_spent)
+        task = pose.receiver
+        if task in placement.styles:
+            steps = self._decision_steps(task, active)
+            yield from self.machine.perform(task, steps, self.log.turns_spent)
+            self.machine.follow_up(task)
+        yield from self._carry(task, COMMAND)
+
+    def _decision_steps(self, task: str, active: ActivePlan) -> Generator[Step, None, None]:
+        """The steps of a decision. One of a plan costs what the next one does, so they are worked out once a plan."""
+        if self._steps is None or self._steps[0] is not active:
+            system = self.machine.system
+            style = system.placement.styles[task]
+            position = self.scene.robot.position
+            answer = active.answer
+            steps = [*style.steps(answer.problem, system.planning, answer.plan, position)]
+            self._steps = active, steps
+        yield from self._steps[1]
+
+    def _judge(self, update: Update, seen_at: int) -> None:
+        """Look at what was learnt: a goal reached, a way blocked, a frontier gone, a plan to be tried again."""
+        scene, replanner, active = self.scene, self.replanner, self.replanner.active
+        if not self._begun:
+            self._begun = True
+            if not self._end_if_over():
+                replanner.request(seen_at, "the first plan", seen=False)
+        elif self.goals.arrived():
+            self.log.goals_reached += 1
+            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.robot.cell}")
+            if not self._end_if_over():
+                replanner.request(seen_at, "the next goal", seen=False)
+        elif update:
+            replanner.ask_again()
+            trigger = scene.scenario.replan.trigger
+            if active is None:
+                return
+            if trigger is ReplanTrigger.CHANGE:
+                replanner.request(seen_at, "the map changed", seen=True)
+            elif self._blocked(active):
+                replanner.request(seen_at, "the way is blocked", seen=True)
+            elif self.goals.obsolete(active.target) and not self._end_if_over():
+                replanner.request(seen_at, "what lies beyond the frontier was seen", seen=True)
+
+    def _end_if_over(self) -> bool:
+        if self.goals.over:
+            self.log.end(
+                "all goals are reached" if isinstance(self.goals, Tour) else "all is explored", reached=True
+            )
+        return self.log.ended is not None
+
+    def _blocked(self, active: ActivePlan) -> bool:
+        """Whether anything believed blocked lies on what is left of the way."""
+        free = self.scene.belief.planning_free(self.scene.robot.cell)
+        return active.from_here(self.scene.robot.position, free).first_closed(free, 1) >= 0
+
+    def _command(self) -> None:
+        """What reaches the robot: the way, and how far it may go on it."""
+        scene, active = self.scene, self.replanner.active
+        assert active is not None, "a plan is not taken back"
+        scene.advance()
+        robot = scene.robot
+        free = scene.belief.known_free(robot.cell)
+        way = _head(active.from_here(robot.position, free), self._lookahead)
+        end = authority(way, free)
+        robot.command(self.machine.now, way, end)
+        if end <= 0.0 and way.length > 0.0:
+            self.log.stall = (
+                self.log.stall or f"the next cell on the way from {robot.cell} was never seen to be free"
+            )
+
+    def _show(self) -> Generator[Any, Any, None]:
+        """Process generator: the robot's place goes to the display; nothing waits for it."""
+        try:
+            yield from self._carry(COMMAND, DISPLAY)
+        except LostMessageError:
+            return
+        self.machine.follow_up(DISPLAY)
+
+    def _carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
+        flow: Flow | None = self._flows.get((sender, receiver))
+        if flow is not None:
+            yield from self.machine.carry(flow, self.log.turns_spent)
+
+    def _note_progress(self) -> None:
+        if self.scene.robot.speed > 0 or self.replanner.busy:
+            self.log.progress = self.machine.now
+            self.log.stall = "" if self.scene.robot.speed > 0 else self.log.stall
+
+    def _reach(self) -> float:
+        """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""
+        scene = self.scene
+        kinematics = scene.robot.kinematics
+        speed = kinematics.speed
+        seconds = (scene.scenario.control_period + scene.scenario.deadline) / 1e12
+        braking = speed**2 / (2 * kinematics.acceleration) if hasattr(kinematics, "acceleration") else 0.0
+        return float(speed * seconds + braking + SPARE_CELLS)
+
+
+def _head(way: Way, length: float) -> Way:
+    """The first ``length`` cells of a way."""
+    if way.length <= length:
+        return way
+    kept = way.points[way.arcs < length]
+    return Way(np.concatenate((kept, np.array([way.point_at(length)]))))

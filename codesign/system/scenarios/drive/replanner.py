@@ -1,0 +1,221 @@
+"""Plans of a drive: made beside the control loop, one at a time, from what the robot believes when each begins."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import simpy
+
+from codesign import maps
+from codesign.components import PreemptedError
+from codesign.components.way import Way, join
+from codesign.errors import InputError, RunError
+from codesign.memo import Memo
+from codesign.planners.interface import Problem
+from codesign.records import TrajectoryRecord
+from codesign.spec.scenario import ReplanPolicy, WhenBusy
+from codesign.system.build import LostMessageError
+from codesign.system.chain import Answer, plan_chain
+from codesign.system.scenarios.drive.goals import Exploration, Tour
+from codesign.system.scenarios.drive.log import Log
+from codesign.system.scenarios.drive.scene import Scene
+
+if TYPE_CHECKING:
+    from codesign.system.build import Machine
+
+OFF_WAY = 1.0
+"""Cells: a robot farther than this from its plan's way is given a new way of the same plan."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """A plan that is asked for: since the scan at ``since`` (ps), ``why``, and whether something ``seen`` is why."""
+
+    since: int
+    why: str
+    seen: bool
+
+
+class ActivePlan:
+    """The plan that the robot follows, and the way it makes from where the robot was."""
+
+    def __init__(self, answer: Answer, planner: Any, position: tuple[float, float]) -> None:
+        self.answer = answer
+        self._planner = planner
+        self.way, self.arrives = self._make(position)
+
+    def from_here(self, position: tuple[float, float], passable: Any) -> Way:
+        """The way from ``position``; made anew by the same plan where the robot is off it."""
+        points = self.way.points
+        if len(points) > 1 and _distance_to(points, position) > OFF_WAY:
+            self.way, self.arrives = self._make(position)
+        return join(self.way, position, passable)
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """The cell in which the way ends."""
+        row, column = self.way.points[-1]
+        return round(float(row)), round(float(column))
+
+    def _make(self, position: tuple[float, float]) -> tuple[Way, bool]:
+        points, arrives = self._planner.way(self.answer.problem, self.answer.plan, position)
+        return Way(points), bool(arrives)
+
+
+class Replanner:
+    """Makes plans. ``active``: the one that the robot follows. ``busy``: whether one is under way.
+
+    ``no_way``: why the last request could not be answered; None where it was. It is asked again when more is known.
+    """
+
+    def __init__(
+        self, machine: Machine, scene: Scene, goals: Tour | Exploration, log: Log, memo: Memo | None
+    ) -> None:
+        self.machine, self.scene, self.goals, self.log, self._memo = machine, scene, goals, log, memo
+        self.active: ActivePlan | None = None
+        self.busy = False
+        self.no_way: Request | None = None
+        self._sent: Problem | None = None
+        self._pending: Request | None = None
+        self._wake = machine.environment.event()
+        self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
+        self.process = machine.environment.process(self._run())
+
+    def request(self, since: int, why: str, *, seen: bool) -> None:
+        """Ask for a plan; one that waits already is made from what is known when its turn comes."""
+        if self._pending is not None:
+            return
+        self._pending = Request(since, why, seen)
+        self.log.tell("plan_requested", why)
+        if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.RESTART:
+            self.process.interrupt("newer")
+        elif not self._wake.triggered:
+            self._wake.succeed()
+
+    def ask_again(self) -> None:
+        """More is known: try again what could not be planned."""
+        if self.no_way is not None:
+            self.request(self.no_way.since, self.no_way.why, seen=self.no_way.seen)
+
+    def _run(self) -> Generator[Any, Any, None]:
+        while True:
+            if self._pending is None:
+                self._wake = self.machine.environment.event()
+                yield self._wake
+            request, self._pending = self._pending, None
+            if request is not None:
+                yield from self._answer(request)
+
+    def _answer(self, request: Request) -> Generator[Any, Any, None]:
+        problem = self._problem()
+        if isinstance(problem, str):
+            self._cannot(request, problem)
+            return
+        scene, machine = self.scene, self.machine
+        scene.advance()
+        begin, moved = machine.now, scene.robot.moving
+        self.busy = True
+        try:
+            answer = yield from self._chain(problem)
+        except (simpy.Interrupt, PreemptedError):
+            # The request that broke this one off stands for both; what it was sent may be half a map.
+            self._sent = None
+            if self._pending is not None:
+                self._pending = Request(
+                    min(request.since, self._pending.since), self._pending.why, request.seen
+                )
+            return
+        except LostMessageError as lost:
+            self._sent = None
+            self._cannot(request, f"{lost.where}: {lost.what}")
+            yield from self._pause()
+            self.ask_again()
+            return
+        except (RunError, InputError) as failed:
+            self._policy = ReplanPolicy.RESTART
+            self._cannot(request, failed.what)
+            return
+        finally:
+            self.busy = False
+            scene.advance()
+            self.log.waiting += machine.now - begin - (scene.robot.moving - moved)
+        self._install(request, answer)
+
+    def _chain(self, problem: Problem) -> Generator[Any, Any, Answer]:
+        planner, policy = self.machine.system.planner, self._policy
+        first = self.active is None
+        start = None
+        if policy is ReplanPolicy.CONTINUE and self.active is not None:
+            start = planner.start_of(self.active.answer.plan)
+        changed = None if self._sent is None else _changes(self._sent, problem)
+        self._sent = problem
+        return (
+            yield from plan_chain(
+                self.machine,
+                problem,
+                memo=self._memo,
+                start=start,
+                warm=first or policy is ReplanPolicy.LOWER_BOUND,
+                changed=changed,
+                preemptible=self.scene.scenario.replan.when_busy is WhenBusy.RESTART,
+            )
+        )
+
+    def _problem(self) -> Problem | str:
+        """What is to be planned now, or why nothing can be."""
+        system, scene = self.machine.system, self.scene
+        scene.advance()
+        here = scene.robot.cell
+        goals = self.goals.goals()
+        if not goals:
+            return self.goals.none_left()
+        free = scene.belief.planning_free(here)
+        if not maps.reachable(free, goals)[here]:
+            return f"no way leads from {here} to a goal in what the robot knows"
+        problem = Problem(free=free, goals=tuple(goals), starts=(here,), resolution=scene.resolution)
+        wrong = system.planner.check(problem, system.planning)
+        return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
+
+    def _cannot(self, request: Request, why: str) -> None:
+        self.no_way = request
+        self.log.stall = why
+        self.log.tell("no_way", why)
+
+    def _pause(self) -> Generator[Any, Any, None]:
+        yield self.machine.environment.timeout(self.scene.scenario.control_period)
+
+    def _install(self, request: Request, answer: Answer) -> None:
+        machine, log = self.machine, self.log
+        self.no_way = None
+        self.active = ActivePlan(answer, machine.system.planner, self.scene.robot.position)
+        latency = answer.answered - request.since
+        log.plans += 1
+        log.first = log.first or answer
+        log.planning.add(answer.ledger)
+        log.progress = machine.now
+        if request.seen:
+            log.latencies.append(latency)
+        log.tell("plan_ready", f"{request.why}: answered after {latency / 1e12:.6g} s")
+        if machine.listening:
+            name = self.scene.robot.name
+            machine.tell(TrajectoryRecord(machine.now, name, self.active.way.points, self.active.arrives))
+        if not self.active.arrives:
+            log.stall = (
+                f"the plan's way from {self.scene.robot.cell} ends at {self.active.target}, short of the goal"
+            )
+
+
+def _changes(before: Problem, after: Problem) -> int:
+    """Cells that differ between two problems: free or not, goal or not."""
+    return int(np.count_nonzero(before.free != after.free)) + len({*before.goals} ^ {*after.goals})
+
+
+def _distance_to(points: Any, position: tuple[float, float]) -> float:
+    """Distance from a position to a polyline, float64 n × 2, n ≥ 2."""
+    base, moved = points[:-1], np.diff(points, axis=0)
+    length = np.maximum((moved**2).sum(axis=1), 1e-300)
+    share = np.clip(((np.asarray(position) - base) * moved).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.hypot(*(base + share[:, None] * moved - position).T).min())

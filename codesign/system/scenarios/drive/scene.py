@@ -1,0 +1,170 @@
+"""What a drive happens in: the true map, the robot on it, and what it knows."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.components.robot import Robot
+from codesign.mission.belief import Belief, Update
+from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
+from codesign.mission.world import World
+from codesign.records import BeliefRecord, MapRecord, ObstacleRecord, PoseRecord
+from codesign.spec.components import RobotComponent
+from codesign.spec.scenario import Drive, Rectangle
+from codesign.system.assemble import kinematics_of, sensor_of
+from codesign.system.place import MOVE, resolution_of
+
+if TYPE_CHECKING:
+    from codesign.system.build import Machine
+
+Cell = tuple[int, int]
+
+_WINDOW = 24
+"""Cells around the robot in which the nearest obstacle is looked for."""
+
+
+class Scene:
+    """The true map over time, the robot, and its belief.
+
+    ``world_at_start``: bool, rows × columns, cells that the robot's middle may not enter at the start.
+    ``clearances``: distance from the robot's middle to the nearest obstacle of the true map at each look, cells.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        system = machine.system
+        scenario = system.workload.scenario
+        assert isinstance(scenario, Drive), "the caller looks at the scenario"
+        name = system.placement.places[MOVE]
+        spec = system.platform.components[name]
+        assert isinstance(spec, RobotComponent), "move is placed on robots only"
+        problem = system.problem
+        self.machine, self.scenario = machine, scenario
+        self.resolution = resolution_of(system.workload, problem)
+        radius = float(spec.radius.value) / self.resolution
+        self.true_free = problem.free & ~covered(problem.free.shape, scenario.hidden)
+        self.world = World(
+            self.true_free,
+            appearing=self._appearing(),
+            moving=self._moving(),
+            radius_cells=radius,
+        )
+        self.world_at_start = self.world.blocked_for_robot.copy()
+        self.belief = Belief(
+            problem.rows,
+            problem.columns,
+            known=problem.free if scenario.known == "all" else None,
+            radius_cells=radius,
+        )
+        row, column = problem.starts[0]
+        self.robot = Robot(
+            machine.environment,
+            name,
+            kinematics=kinematics_of(spec),
+            resolution=self.resolution,
+            position=(float(row), float(column)),
+            radius=float(spec.radius.value),
+            control_period=scenario.control_period,
+            listeners=machine.listeners,
+        )
+        self.sensor = sensor_of(spec.sensor, self.resolution)
+        self.clearances: list[float] = []
+        machine.by_name[name] = self.robot
+        if machine.listening:
+            goals = np.array(problem.goals, np.int32).reshape(-1, 2)
+            machine.tell(MapRecord(0, "map", self.true_free, goals, self.resolution))
+
+    def advance(self) -> None:
+        """Bring the robot up to now."""
+        self.robot.advance(self.machine.now, self.world.blocked_for_robot)
+
+    def look(self) -> Any:
+        """What the robot sees from where it is now."""
+        self.advance()
+        position = self.robot.position
+        self.clearances.append(clearance(self.world.free_now, position))
+        if self.machine.listening:
+            speed = self.robot.speed * self.resolution
+            here = PoseRecord(self.machine.now, self.robot.name, *position, self.robot.heading, speed)
+            self.machine.tell(here)
+        return self.sensor.scan(self.world.free_now, position)
+
+    def learn(self, scan: Any) -> Update:
+        """Believe what was seen; what that changed."""
+        update = self.belief.update(scan)
+        if update and self.machine.listening:
+            blocked = np.arange(len(update.changed)) < len(update.newly_blocked)
+            cells = update.changed.astype(np.int32)
+            self.machine.tell(BeliefRecord(self.machine.now, self.robot.name, cells, blocked))
+        return update
+
+    def changes(self) -> Generator[Any, Any, None]:
+        """Process generator: the world changes at its own times."""
+        machine = self.machine
+        while (due := self.world.next_change(machine.now)) is not None:
+            yield machine.environment.timeout(due - machine.now)
+            self.advance()
+            cells = self.world.advance(machine.now, self.robot.position)
+            if len(cells) and machine.listening:
+                free = self.world.free_now[cells[:, 0], cells[:, 1]]
+                for appeared in (True, False):
+                    some = cells[free != appeared].astype(np.int32)
+                    if len(some):
+                        machine.tell(ObstacleRecord(machine.now, "map", some, appeared))
+
+    def _appearing(self) -> list[Appearing]:
+        obstacles = self.scenario.obstacles
+        made = [
+            Appearing(one.at, rectangle(one.row, one.column, one.rows, one.columns), one.until)
+            for one in obstacles.appearing
+        ]
+        random = obstacles.random
+        if random is not None:
+            problem = self.machine.system.problem
+            keep = (*problem.goals, *self.scenario.tour, problem.starts[0])
+            made += random_appearing(
+                self.true_free,
+                random.count,
+                random.size,
+                random.begin,
+                random.end,
+                random.seed,
+                keep,
+                lasting=random.stay,
+            )
+        return made
+
+    def _moving(self) -> list[Moving]:
+        return [
+            Moving(one.size, one.route, one.speed / self.resolution, one.begin)
+            for one in self.scenario.obstacles.moving
+        ]
+
+
+def covered(shape: tuple[int, ...], rectangles: tuple[Rectangle, ...]) -> NDArray[np.bool_]:
+    """Bool, rows × columns: the cells that the rectangles cover."""
+    mask = np.zeros(shape, np.bool_)
+    for one in rectangles:
+        mask[one.row : one.row + one.rows, one.column : one.column + one.columns] = True
+    return mask
+
+
+def clearance(free: NDArray[np.bool_], position: tuple[float, float]) -> float:
+    """Distance from a position to the nearest blocked cell, or to the rim of the map, cells.
+
+    Looked for in a window; where that has none, its half side.
+    """
+    row, column = position
+    centre = round(row), round(column)
+    top, left = max(centre[0] - _WINDOW, 0), max(centre[1] - _WINDOW, 0)
+    near = free[top : centre[0] + _WINDOW + 1, left : centre[1] + _WINDOW + 1]
+    rows, columns = np.nonzero(~near)
+    rim = min(row + 0.5, column + 0.5, free.shape[0] - 0.5 - row, free.shape[1] - 0.5 - column)
+    if not len(rows):
+        return float(min(rim, _WINDOW))
+    down = np.maximum(np.abs(rows + top - row) - 0.5, 0.0)
+    across = np.maximum(np.abs(columns + left - column) - 0.5, 0.0)
+    return float(min(np.hypot(down, across).min(), rim, _WINDOW))

@@ -1,0 +1,148 @@
+"""What a drive came to: its figures, where time and energy went, and what sets the pace."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from codesign import maps
+from codesign.spec.components import RobotComponent
+from codesign.system.ledger import Spent
+from codesign.system.mission_result import Account, Bottleneck, LatencyShare, Mission, MissionEnergy
+from codesign.system.outcome import energy
+from codesign.system.result import Power
+from codesign.system.scenarios.drive.mission import Drive
+from codesign.system.scenarios.drive.scene import Scene
+
+if TYPE_CHECKING:
+    from codesign.system.build import Machine
+
+SECOND = 10**12
+
+WAITING_MATTERS = 0.05
+"""Share of a mission that a robot stands waiting, above which what it waits for is told as the bottleneck. Assumed."""
+
+
+def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
+    """The figures of a drive that has ended."""
+    scene, log = done.scene, done.log
+    robot, span = scene.robot, machine.now
+    shortest = _shortest(scene) if log.reached and scene.scenario.purpose == "reach" else None
+    latencies = np.array(sorted(log.latencies), np.float64) / SECOND
+    latency = _latency(log.planning.spent, log.planning.total)
+    driving, waiting = robot.moving / SECOND, log.waiting / SECOND
+    return Mission(
+        ended=log.ended or "",
+        reached=log.reached,
+        time_s=span / SECOND,
+        goals_reached=log.goals_reached,
+        plans=log.plans,
+        replans=len(log.latencies),
+        replan_latency_median_s=float(np.quantile(latencies, 0.5)) if len(latencies) else None,
+        replan_latency_95_s=float(np.quantile(latencies, 0.95)) if len(latencies) else None,
+        replan_latency_worst_s=float(latencies[-1]) if len(latencies) else None,
+        distance_m=robot.distance_metres,
+        shortest_m=shortest,
+        distance_ratio=robot.distance_metres / shortest if shortest else None,
+        clearance_least_m=min(scene.clearances) * scene.resolution if scene.clearances else None,
+        clearance_mean_m=float(np.mean(scene.clearances)) * scene.resolution if scene.clearances else None,
+        turns=log.turns,
+        missed_deadlines=log.missed,
+        safety_stops=robot.safety_stops,
+        contacts=len(robot.contacts),
+        driving_s=driving,
+        waiting_s=waiting,
+        known_share=scene.belief.known_share,
+        energy=_energy(machine, scene, power),
+        account=_account(machine, done),
+        latency=latency,
+        bottleneck=_bottleneck(scene, latency, driving, waiting, span / SECOND),
+    )
+
+
+def _shortest(scene: Scene) -> float | None:
+    """The shortest 8-connected way from the start over all goals in order on the true map of the start, m."""
+    problem = scene.machine.system.problem
+    free = ~scene.world_at_start
+    here, cells = problem.starts[0], 0.0
+    for leg in (problem.goals, *((goal,) for goal in scene.scenario.tour)):
+        standing = [goal for goal in leg if free[goal]]
+        if not standing:
+            return None
+        steps = maps.distance_octile(free, standing)[here]
+        if not np.isfinite(steps):
+            return None
+        cells += float(steps)
+        # Of several goals of a leg the one that was nearest is where the next leg begins.
+        here = min(standing, key=lambda goal: float(maps.distance_octile(free, [here])[goal]))
+    return cells * scene.resolution
+
+
+def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnergy:
+    own = energy(machine, power)
+    spec = machine.system.platform.components[scene.robot.name]
+    assert isinstance(spec, RobotComponent), "a scene's robot is one"
+    moving, standing = scene.robot.moving / SECOND, scene.robot.standing / SECOND
+    robot = float(spec.power.moving.value) * moving + float(spec.power.standing.value) * standing
+    return MissionEnergy(
+        fpga_j=own.fpga_j,
+        processors_j=own.processors_j,
+        links_j=own.links_j,
+        memories_j=own.memories_j,
+        robot_j=robot,
+        total_j=own.total_j + robot,
+    )
+
+
+def _account(machine: Machine, done: Drive) -> dict[str, Account]:
+    """Where the time of each component and link went; ``wait`` is what the mission's own work waited there."""
+    span = machine.now / SECOND
+    waited = {
+        where: (done.log.planning.spent[Spent.WAIT, where] + done.log.turns_spent.spent[Spent.WAIT, where])
+        / SECOND
+        for where in (*machine.by_name, *machine.links)
+    }
+    made = {}
+    for name, component in machine.by_name.items():
+        busy = component.busy / SECOND
+        made[name] = Account(compute_s=busy, transfer_s=0.0, wait_s=waited[name], idle_s=span - busy)
+    for name, link in machine.links.items():
+        busy = link.busy / SECOND
+        wait = max(waited[name], link.queued / SECOND)
+        made[name] = Account(compute_s=0.0, transfer_s=busy, wait_s=wait, idle_s=span - busy)
+    return made
+
+
+def _latency(spent: dict[tuple[Spent, str], int], total: int) -> tuple[LatencyShare, ...]:
+    shares = [
+        LatencyShare(kind=what.value, where=where, seconds=time / SECOND, share=time / total)
+        for (what, where), time in spent.items()
+        if time > 0
+    ]
+    return tuple(sorted(shares, key=lambda share: (-share.seconds, share.where, share.kind)))
+
+
+def _bottleneck(
+    scene: Scene, latency: tuple[LatencyShare, ...], driving: float, waiting: float, span: float
+) -> Bottleneck | None:
+    """What sets the pace. The robot itself, unless it stands waiting for plans; then what plans spend their time on."""
+    if not span:
+        return None
+    first = latency[0] if latency else None
+    told = (
+        "" if first is None else f"; of the time of plans, {first.share:.0%} is {first.kind} at {first.where}"
+    )
+    if first is None or waiting / span < WAITING_MATTERS:
+        text = (
+            f"{scene.robot.name} itself: it drives {driving / span:.0%} of the time and stands waiting for plans"
+            f" {waiting / span:.1%} of it{told}. A faster robot or a shorter way ends the mission earlier, a faster"
+            " planner does not"
+        )
+        return Bottleneck(name=scene.robot.name, kind="drive", share=driving / span, text=text)
+    saved = waiting * first.share / 2
+    text = (
+        f"{first.where}: the robot stands waiting for plans {waiting / span:.0%} of the time, and {first.share:.0%} of"
+        f" the time of plans is {first.kind} there. Twice as fast, it would save about {saved:.3g} s of {span:.4g} s"
+    )
+    return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
