@@ -5,9 +5,12 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Generator
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 import simpy
+
+_KEY = attrgetter("key")
 
 
 @dataclass(slots=True, eq=False)
@@ -151,7 +154,7 @@ class Line:
             self._contender = None
             heads = [queue[0] for queue in self._queues.values() if queue and queue[0].ready]
             if heads:
-                self.holder = min(heads, key=self._rank)
+                self.holder = min(heads, key=self._rank if self._served else _KEY)
                 if self.holder.turn is not None:
                     self.holder.turn.succeed()
                     self.holder.turn = None
