@@ -117,7 +117,7 @@ def test_users_queue_and_begin_at_an_edge() -> None:
         TaskRecord(210_000, "sram", "read", 230_000, 2),
     ]
     assert last.value == 230_000
-    assert memory.accesses == {"read": 11, "write": 4}
+    assert memory.accesses == {"read": 11, "write": 4, "design": 0}
     assert memory.queued == (10_000 - 3) + (120_000 - 5) + (210_000 - 200_001)
     assert memory.busy == (11 + 8 + 2) * 10_000
     use = memory.utilisation()
@@ -146,7 +146,7 @@ def test_an_interrupted_user_frees_the_memory() -> None:
     environment.process(interrupt())
     environment.run()
     assert later.value == 80_000
-    assert memory.accesses == {"read": 0, "write": 1}
+    assert memory.accesses == {"read": 0, "write": 1, "design": 0}
     assert memory.busy == 55_000 + 20_000
 
 
@@ -198,7 +198,7 @@ def test_a_display_is_served_first_cycle_by_cycle(
         served += words
         free_from = cycle
     assert ends == walked
-    assert memory.accesses == {"read": served, "write": 0}
+    assert memory.accesses == {"read": served, "write": 0, "design": 0}
     assert display.port_cycles == sum(cycle < memory.now // 10_000 for cycle in taken)
     assert memory.busy <= memory.now
     assert display.starved == 0

@@ -55,18 +55,21 @@ def taken_of(scan: Scan, pixel_hz: int, hz: int, cycles: int) -> set[int]:
     """Cycles that a display takes of a memory that answers every cycle, one word after the other."""
     ratio = Fraction(hz, pixel_hz)
     words = requests_of(scan, ceil(cycles / ratio) + 1)
-    if scan.pixels_a_word * ratio >= 1:
+    gaps = [
+        later - earlier for (_, earlier), (_, later) in pairwise(requests_of(scan, 3 * scan.pixels_a_frame))
+    ]
+    if min(gaps, default=scan.total_columns) * ratio >= 1:
         cells = [ceil(pixel * ratio) for _, pixel in words]
         assert len(set(cells)) == len(cells)
         return set(cells)
     taken: set[int] = set()
     for line in {line for line, _ in words}:
         begin = line * scan.total_columns
-        most = min(scan.words_a_line, int(scan.fetched[1] * ratio))
+        most = min(scan.words_a_line, int(scan.total_columns * ratio))
         run = range(ceil(begin * ratio), ceil(begin * ratio) + most)
         assert taken.isdisjoint(run)
-        # The last word of a line comes before the last pixel that is fetched has been shown.
-        assert not most or run[-1] + 1 <= ceil((begin + scan.fetched[1]) * ratio)
+        # The last word of a line comes before the next line begins.
+        assert not most or run[-1] + 1 <= ceil((begin + scan.total_columns) * ratio)
         taken |= set(run)
     return taken
 
@@ -349,16 +352,16 @@ def test_accesses_of_spans_add_up(moments: list[int], scan: Scan, pixel_hz: int)
 
 
 def test_a_memory_too_slow_starves_the_display() -> None:
-    """Pixels at 65 MHz, words at 20 MHz: of the 8 words of a line two come in its time."""
+    """Pixels at 65 MHz, words at 20 MHz: of the 8 words of a line of 20 pixels six come in its time."""
     environment = simpy.Environment()
     ram = BlockRam(environment, "ram", ClockDomain(20_000_000), depth=1024, width=8)
     display = Display(environment, "screen", ClockDomain(65_000_000), Scan(8, 2, 20, 4), memory=ram)
-    environment.run(until=ClockDomain(65_000_000).edge(2 * 80 + 18))
-    assert display.starved == 5 * 6
-    assert display.port_cycles == 5 * 2
-    assert display.port_share == pytest.approx(10 / ram.clock.cycles_by(ram.now))
-    assert ram.accesses == [0, 10]
-    assert ram.busy == 10 * 50_000
+    environment.run(until=ClockDomain(65_000_000).edge(2 * 80 + 23))
+    assert display.starved == 5 * 2
+    assert display.port_cycles == 5 * 6
+    assert display.port_share == pytest.approx(30 / ram.clock.cycles_by(ram.now))
+    assert ram.accesses == [0, 30]
+    assert ram.busy == 30 * 50_000
     wider = Scan(8, 2, 20, 4, pixels_a_word=4)
     quick = Display(environment, "other", ClockDomain(65_000_000), wider)
     assert quick.starved == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Generator
 from dataclasses import replace
 from typing import Any
 
@@ -15,8 +16,18 @@ from hypothesis import strategies as st
 from codesign import maps
 from codesign.architectures.breadth_first import ARCHITECTURES, StateMachine, external
 from codesign.architectures.external import ExternalMemoryLaw
-from codesign.components import BlockRam, ClockDomain, Display, Fpga, Granularity
+from codesign.components import (
+    BlockRam,
+    ClockDomain,
+    Display,
+    ExternalMemory,
+    Fpga,
+    Granularity,
+    PreemptedError,
+    Scan,
+)
 from codesign.components.display import SVGA_65
+from codesign.errors import RunError
 from codesign.figures import Status
 from codesign.planners.breadth_first.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.planner import PLANNER
@@ -100,9 +111,10 @@ def test_detail_moves_no_cycle(place: str, memory: ExternalMemoryLaw) -> None:
     fine = phases(problem, parameters, external=memory)
     assert fine == phases(problem, parameters, external=memory, detail=False)
     plan = PLANNER.plan(problem, parameters)
-    waits = external.waits(plan, problem, parameters, memory)
-    still = external.waits(plan, problem, parameters, replace(memory, refresh_share=0.0))
-    assert int(waits.sum()) == memory.refreshed(int(still.sum()))
+    waits = external.search(plan, problem, parameters, memory)
+    still = external.search(plan, problem, parameters, replace(memory, refresh_share=0.0))
+    assert int(waits.cycles.sum()) == memory.refreshed(int(still.cycles.sum()))
+    assert waits.words.tolist() == still.words.tolist()
     assert phases(problem, parameters, external=replace(memory, latency_cycles=2))["bf"] < fine["bf"]
 
 
@@ -190,3 +202,134 @@ def test_the_papers_display_slows_a_search_on_both_ports_only(micro_architecture
         assert lost == ram.claims.between(first, last) > 0
     else:
         assert lost == 0
+
+
+# ---------------------------------------------------------------------- the memory beside the FPGA, simulated
+
+
+def beside_a_memory(
+    granularity: Granularity, parameters: SearchParameters, scan: Scan | None, interrupted: int | None = None
+) -> tuple[Fpga, ExternalMemory, list[tuple[str, int, int]]]:
+    environment = simpy.Environment()
+    memory = ExternalMemory(environment, "sram", SRAM)
+    told: list[tuple[str, int, int]] = []
+
+    def hear(record: Any) -> None:
+        told.append((record.task, record.time, record.end))
+
+    fpga = Fpga(environment, "fpga", ClockDomain(75_000_000), (hear,))
+    fpga.use(memory)
+    if scan is not None:
+        Display(environment, "screen", ClockDomain(25_000_000), scan, memory=memory)
+
+    def search() -> Generator[simpy.Event, Any, None]:
+        try:
+            yield from fpga.execute(MACHINE.work(a_problem(3), parameters, external=SRAM), granularity)
+        except PreemptedError:
+            told.append(("preempted", 0, 0))
+
+    process = environment.process(search())
+
+    def interrupt(at: int) -> Generator[simpy.Event, Any, None]:
+        yield environment.timeout(at)
+        process.interrupt()
+
+    if interrupted is not None:
+        environment.process(interrupt(interrupted))
+    environment.run()
+    return fpga, memory, told
+
+
+@pytest.mark.parametrize("place", ["process_external", "external"])
+def test_the_memory_is_as_busy_as_the_search_waits(place: str) -> None:
+    problem, parameters = a_problem(3), SearchParameters(memory=place)  # type: ignore[arg-type]
+    fpga, memory, _ = beside_a_memory(Granularity.RUN_AHEAD, parameters, None)
+    assert {phase: use.cycles for phase, use in fpga.phases.items()} == phases(
+        problem, parameters, external=SRAM
+    )
+    assert memory.clock is fpga.clock
+    plan = PLANNER.plan(problem, parameters)
+    traffic = [
+        external.init(problem, parameters, SRAM)[1],
+        external.search(plan, problem, parameters, SRAM),
+        external.path(plan, parameters, SRAM)[1],
+    ]
+    assert memory.accesses["design"] == sum(int(one.words.sum()) for one in traffic)
+    cycles = sum(int(one.cycles.sum()) for one in traffic)
+    assert memory.busy == pytest.approx(fpga.clock.edge(cycles), abs=3)
+    # By hand: a word an access, four a run.
+    random, runs = accesses(problem, place == "external")
+    assert int(traffic[1].words.sum()) == random + 4 * runs
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.integers(1, 6),
+    st.integers(1, 4),
+    st.integers(0, 30),
+    st.sampled_from(["process_external", "external"]),
+)
+def test_a_display_on_the_external_memory_stalls_the_search(
+    columns: int, rows: int, blank: int, place: str
+) -> None:
+    """75 MHz beside 25-MHz pixels: a line begins with latency and words, in which the design stands still."""
+    parameters = SearchParameters(memory=place)  # type: ignore[arg-type]
+    scan = Scan(columns, rows, columns + blank + 1, rows + 2)
+    runs = [beside_a_memory(granularity, parameters, scan) for granularity in Granularity]
+    (visit, memory, told), (ahead, other, other_told) = runs
+    assert (visit.phases, visit.busy, told) == (ahead.phases, ahead.busy, other_told)
+    assert (memory.busy, memory.accesses) == (other.busy, other.accesses)
+    assert memory.claims is not None
+    alone = phases(a_problem(3), parameters, external=SRAM)
+    begin = 0
+    for phase, use in visit.phases.items():
+        assert use.cycles - alone[phase] == memory.claims.between(begin, begin + use.cycles)
+        begin += use.cycles
+    assert memory.busy <= memory.now
+
+
+@pytest.mark.parametrize("granularity", Granularity)
+def test_interrupted_the_traffic_of_the_units_done_is_booked(granularity: Granularity) -> None:
+    problem, parameters = a_problem(3), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL)
+    at = ClockDomain(75_000_000).edge(1000)
+    _, memory, told = beside_a_memory(granularity, parameters, None, interrupted=at)
+    assert told[-1][0] == "preempted"
+    plan = PLANNER.plan(problem, parameters)
+    traffic = external.search(plan, problem, parameters, SRAM)
+    ends = 181 + np.cumsum(MACHINE.expansion_cycles(plan, parameters, traffic))
+    done = int(np.searchsorted(ends, 1000, side="right"))
+    assert 0 < done < len(ends)
+    assert memory.accesses["design"] == int(traffic.words[:done].sum())
+    assert memory.busy == int(traffic.cycles[:done].sum()) * 10**12 // 75_000_000
+
+
+def test_designs_and_displays_are_attached_in_order() -> None:
+    environment = simpy.Environment()
+    memory = ExternalMemory(environment, "sram", SRAM)
+    with pytest.raises(RunError, match="sram: a design at 150000000 Hz beside a memory at 100000000 Hz"):
+        Fpga(environment, "fast", ClockDomain(150_000_000)).use(memory)
+    fpga = Fpga(environment, "fpga", ClockDomain(100_000_000))
+    fpga.use(memory)
+    with pytest.raises(RunError, match="too late or second"):
+        fpga.use(memory)
+    with pytest.raises(RunError, match="a read beside a design"):
+        next(memory.read(1, sequential=True))
+    shown = ExternalMemory(environment, "shown", SRAM)
+    Display(environment, "screen", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=shown)
+    with pytest.raises(RunError, match="too late or second"):
+        fpga.use(shown)
+
+
+def test_two_displays_that_stall_one_step_are_refused() -> None:
+    environment = simpy.Environment()
+    clock = ClockDomain(100_000_000)
+    ram = BlockRam(environment, "ram", clock, depth=1024, width=1)
+    fpga = Fpga(environment, "fpga", clock, (), ram)
+    memory = ExternalMemory(environment, "sram", SRAM)
+    fpga.use(memory)
+    for index, one in enumerate((ram, memory)):
+        Display(environment, f"screen {index}", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=one)
+    parameters = SearchParameters(micro_architecture="pipelined", display="none")  # type: ignore[arg-type]
+    environment.process(fpga.execute(MACHINE.work(a_problem(3), parameters, external=SRAM)))
+    with pytest.raises(RunError, match="two displays stall phase 'bf'"):
+        environment.run()

@@ -7,17 +7,49 @@ stand in the platform, each with its own status.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.architectures.interface import Step
 from codesign.errors import InputError
 
 REFRESH_DENOMINATOR = 10_000
 """The share that refreshing takes is held as a fraction with at most this denominator, so that cycles stay exact."""
+
+
+def _none() -> NDArray[np.int64]:
+    return np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """What units of work do to an external memory, one entry a unit: int64.
+
+    ``cycles``: in which the memory is at work, and the design waits. ``words``: read and written.
+    """
+
+    cycles: NDArray[np.int64] = field(default_factory=_none)
+    words: NDArray[np.int64] = field(default_factory=_none)
+
+    def part(self, first: int, last: int) -> Traffic:
+        """That of the units ``first`` to ``last`` - 1."""
+        return Traffic(self.cycles[first:last], self.words[first:last])
+
+    @property
+    def total(self) -> Traffic:
+        """That of all units as one."""
+        return Traffic(self.cycles.sum(keepdims=True), self.words.sum(keepdims=True))
+
+
+@dataclass(frozen=True)
+class MemoryStep(Step):
+    """A step whose units use an external memory; the cycles of ``traffic`` are among those of the step."""
+
+    traffic: Traffic = field(default_factory=Traffic)
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
 import simpy
-from numpy.typing import NDArray
 
 from codesign.components.clock import ClockDomain
 from codesign.components.scan import ScannedMemory
@@ -173,16 +171,6 @@ class BlockRam(ScannedMemory):
             raise self._too_many(first, len(taken) + addresses)
         ports = [port for port in range(PORTS) if port not in taken][:addresses]
         self._book(first, cycles, set(ports), self._lost(first, first + cycles, addresses))
-
-    def ends(self, first: int, work: NDArray[np.int64], addresses: int) -> NDArray[np.int64]:
-        """The cycle by which each of ``work`` cycles with ``addresses`` addresses is done, begun at ``first``, int64.
-
-        ``work``: int64, at least 1 and ascending. Only where a display takes a port that the design drives too is
-        this more than ``first + work``: each of its accesses then takes a cycle.
-        """
-        if self.claims is None or addresses < PORTS:
-            return first + work
-        return self.claims.ends(first, work)
 
     def read(self, port: int, cycle: int, address: int) -> Output:
         """Read a word in clock cycle ``cycle``; what the port shows is final once the cycle is over.

@@ -11,7 +11,8 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from codesign.components.block_ram import BlockRam
+from codesign.architectures.external import MemoryStep
+from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
@@ -19,6 +20,7 @@ from codesign.records import Listener
 
 if TYPE_CHECKING:
     from codesign.architectures.interface import Step
+    from codesign.components.memory import ExternalMemory
 
 T = TypeVar("T")
 
@@ -73,7 +75,8 @@ class Fpga(Component):
     ``phases`` books the cycles and the picoseconds of every phase in the order of its first step. ``block_ram``
     stands for all block RAMs of the design, which are driven alike: the addresses of each step are booked on its
     ports. Where a display takes one of the ports that a step drives, the design stands still for that cycle, and
-    the step takes so many cycles more.
+    the step takes so many cycles more; and likewise where a display takes ``external``, the memory on the pins,
+    during a step that uses it.
     """
 
     def __init__(
@@ -87,7 +90,18 @@ class Fpga(Component):
         super().__init__(environment, name, listeners)
         self.clock = clock
         self.block_ram = block_ram
+        self.external: ExternalMemory | None = None
         self.phases: dict[str, PhaseUse] = {}
+
+    def use(self, memory: ExternalMemory) -> None:
+        """Let the design use a memory on its pins; the two share the design's clock from now on.
+
+        Raises:
+            RunError: the design's clock is faster than the memory's, the memory has a design or a display
+                already, or time has passed.
+        """
+        memory.share(self.clock)
+        self.external = memory
 
     def execute(
         self, steps: Generator[Step, None, T], granularity: Granularity = Granularity.RUN_AHEAD
@@ -129,12 +143,12 @@ class Fpga(Component):
         except simpy.Interrupt as interrupt:
             now = self.clock.cycles_by(self.now)
             units = int(np.searchsorted(ends, now, side="right"))
-            self._book(step, first, now, self.now)
+            self._book(step, first, now, self.now, units)
             if units == len(ends):
                 self._tell(step, first, now)
             raise PreemptedError(interrupt.cause, self.now, step.phase, units, now - first) from None
         last = int(ends[-1]) if len(ends) else first
-        self._book(step, first, last, self.clock.edge(last))
+        self._book(step, first, last, self.clock.edge(last), len(ends))
         self._tell(step, first, last)
         return last
 
@@ -153,9 +167,16 @@ class Fpga(Component):
                 f"phase {step.phase!r} runs beyond 2^62 cycles", self.name, "make the problem smaller"
             )
         work = np.cumsum(cycles, dtype=np.int64)
-        if self.block_ram is None:
-            return np.asarray(first + work, np.int64)
-        return self.block_ram.ends(first, work, step.ram_addresses)
+        inside = self.block_ram.claims if self.block_ram and step.ram_addresses >= PORTS else None
+        outside = self.external.claims if self.external and isinstance(step, MemoryStep) else None
+        if inside is not None and outside is not None:
+            raise RunError(
+                f"two displays stall phase {step.phase!r}",
+                self.name,
+                "let one of them read a copy of its own",
+            )
+        claims = inside or outside
+        return np.asarray(first + work, np.int64) if claims is None else claims.ends(first, work)
 
     def _units_before_others(self, ends: NDArray[np.int64], granularity: Granularity) -> int:
         """How many units end no later than the next event of anybody else; 0 where units are taken singly."""
@@ -167,12 +188,14 @@ class Fpga(Component):
         edge = min(self.clock.cycles_by(int(horizon)), int(ends[-1]))
         return int(np.searchsorted(ends, edge, side="right"))
 
-    def _book(self, step: Step, first: int, last: int, end: int) -> None:
+    def _book(self, step: Step, first: int, last: int, end: int, units: int) -> None:
         use = self.phases.get(step.phase, PhaseUse())
         busy = use.busy + end - self.clock.edge(first)
         self.phases[step.phase] = PhaseUse(use.cycles + last - first, busy)
         if self.block_ram is not None and step.ram_addresses and last > first:
             self.block_ram.stream(first, last - first, step.ram_addresses)
+        if self.external is not None and isinstance(step, MemoryStep):
+            self.external.book(step.traffic.part(0, units))
 
     def _tell(self, step: Step, first: int, last: int) -> None:
         if self.listening and step.record is not None:

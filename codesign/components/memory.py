@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 import simpy
 
-from codesign.architectures.external import ExternalMemoryLaw
+from codesign.architectures.external import ExternalMemoryLaw, Traffic
 from codesign.components.clock import ClockDomain
 from codesign.components.scan import Claims, Scan, ScannedMemory
 from codesign.errors import RunError
 from codesign.records import Listener, TaskRecord
+from codesign.units import PICOSECONDS_PER_SECOND
 
 
 class ExternalMemory(ScannedMemory):
@@ -22,8 +23,11 @@ class ExternalMemory(ScannedMemory):
     A display that reads from it (``scanned_by``) is served first: it fetches a line at a time, from the
     beginning of the line, and others wait in the midst of what they do.
 
-    ``accesses``: words that were read and written, those of the display not counted. ``queued``: time that users
-    waited for others and for the edge, ps.
+    A design on an FPGA that uses it (``Fpga.use``) drives it by itself, on its own clock, and stands still while
+    the display is served; nobody else may come in between.
+
+    ``accesses``: words that were read, written, and moved by a design, those of the display not counted.
+    ``queued``: time that users waited for others and for the edge, ps.
     """
 
     def __init__(
@@ -35,10 +39,11 @@ class ExternalMemory(ScannedMemory):
     ) -> None:
         super().__init__(environment, name, ClockDomain(law.hz), listeners)
         self.law = law
-        self.accesses = {"read": 0, "write": 0}
+        self.accesses = {"read": 0, "write": 0, "design": 0}
         self.allotted: dict[str, int] = {}
         self.queued = 0
         self._turn = simpy.Resource(environment, capacity=1)
+        self._shared = False
 
     @property
     def bits_left(self) -> int:
@@ -63,6 +68,28 @@ class ExternalMemory(ScannedMemory):
                 "take a memory with a larger capacity, or a smaller map",
             )
         self.allotted[name] = whole
+
+    def share(self, clock: ClockDomain) -> None:
+        """Take the clock of the design that uses it; see ``Fpga.use``."""
+        if self._shared or self.claims is not None or self.now:
+            raise RunError(
+                "a design comes too late or second",
+                self.name,
+                "attach one design, before any display and before the run begins",
+            )
+        if clock.hz > self.law.hz:
+            raise RunError(
+                f"a design at {clock.hz} Hz beside a memory at {self.law.hz} Hz",
+                self.name,
+                "the two share one clock: lower that of the FPGA",
+            )
+        self._shared = True
+        self.clock = clock
+
+    def book(self, traffic: Traffic) -> None:
+        """Book what a design did, once it is done. The cycles of a display are others, and booked by themselves."""
+        self._busy += int(traffic.cycles.sum()) * PICOSECONDS_PER_SECOND // self.clock.hz
+        self.accesses["design"] += int(traffic.words.sum())
 
     def random_cycles(self, accesses: int) -> int:
         """Cycles of ``accesses`` random accesses, nobody else in the way."""
@@ -90,6 +117,8 @@ class ExternalMemory(ScannedMemory):
     def _serve(self, kind: str, words: int, sequential: bool, task: str) -> Generator[simpy.Event, Any, int]:
         if words < 1:
             raise RunError(f"a {kind} of {words} words", self.name, "give at least one")
+        if self._shared:
+            raise RunError(f"a {kind} beside a design that drives the memory", self.name, "ask the design")
         work = self.sequential_cycles(words) if sequential else self.random_cycles(words)
         asked = self.now
         with self._turn.request() as turn:

@@ -80,6 +80,13 @@ class Scan:
         return -(-self.fetched[1] // self.pixels_a_word)
 
     @property
+    def closest_requests(self) -> int:
+        """The fewest pixels from one word asked for to the next."""
+        lines = 1 if self.fetched[0] > 1 else self.total_rows
+        over_the_end = lines * self.total_columns - (self.words_a_line - 1) * self.pixels_a_word
+        return min(self.pixels_a_word, over_the_end) if self.words_a_line > 1 else over_the_end
+
+    @property
     def requests_a_frame(self) -> int:
         """Words fetched for a frame."""
         return self.words_a_line * self.fetched[0]
@@ -120,8 +127,8 @@ class Claims:
     """The cycles of a memory that a display takes.
 
     - ``burst`` None, a memory that answers every cycle: each word in the first cycle that begins at or after its
-      pixel edge. Where the memory's clock is slower than the words come, it gives in each line as many as its
-      cycles allow, back to back from the beginning of the line, and the rest are missing.
+      pixel edge. Where the memory's clock is slower than words come, the display buffers lines: it takes back to
+      back, from the beginning of the line, as many words as come before the next line, and the rest are missing.
     - ``burst``, cycles: a line at a time, its words back to back from the beginning of the line.
 
     ``words``: words that arrive in each line. ``scan.words_a_line`` - ``words`` are missing.
@@ -150,9 +157,10 @@ class Claims:
             )
         self.words = scan.words_a_line if burst is None else words
         self._run = burst
-        if burst is None and scan.pixels_a_word * self._cycles < self._pixels:
-            self.words = self._run = min(self.words, scan.fetched[1] * self._cycles // self._pixels)
-        elif burst is not None and not 0 <= burst <= self.line_cycles(scan, pixel_clock, clock):
+        budget = self.line_cycles(scan, pixel_clock, clock)
+        if burst is None and scan.closest_requests * self._cycles < self._pixels:
+            self.words = self._run = min(self.words, budget)
+        elif burst is not None and not 0 <= burst <= budget:
             raise RunError(
                 f"a burst of {burst} cycles is longer than a line", None, "fetch fewer words a line"
             )

@@ -17,12 +17,11 @@ smaller" (4). There is no figure; all that follows is assumed, and built so that
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from codesign.architectures.breadth_first import timing
 from codesign.architectures.breadth_first.resources import address_bits
 from codesign.architectures.breadth_first.steps import expansions, pushes_of_each_pop
-from codesign.architectures.external import ExternalMemoryLaw
+from codesign.architectures.external import ExternalMemoryLaw, Traffic
 from codesign.architectures.interface import Bound, Lever
 from codesign.figures import Figure, Status
 from codesign.planners.breadth_first.parameters import MemoryPlace, SearchParameters
@@ -98,40 +97,45 @@ def clock_limit(alone: Figure, memory: ExternalMemoryLaw) -> Figure:
     )
 
 
-def init_cycles(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> int:
-    """Cycles of state Init."""
+def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
+    """Cycles of state Init, and its traffic."""
     inside = timing.init_cycles(problem.free.size)
     if parameters.memory is not MemoryPlace.EXTERNAL:
-        return inside
-    return max(
-        inside, memory.sequential_cycles(_words(BYTE * problem.free.size, memory)) + timing.INIT_CHANGES
-    )
+        return inside, _traffic(0, 0)
+    words = _words(BYTE * problem.free.size, memory)
+    outside = memory.sequential_cycles(words)
+    return max(inside, outside + timing.INIT_CHANGES), _traffic(outside, words)
 
 
-def path_cycles(plan: Search, parameters: SearchParameters, memory: ExternalMemoryLaw) -> int:
-    """Cycles of state Path: one cell after the other, as each direction says where the next one is."""
-    cells = len(plan.path)
-    outside = CELLS_A_PATH_CELL[parameters.memory] * cells * _cell_cycles(memory)
-    return timing.path_cycles(cells, MemoryPlace.BLOCK_RAM, 0) + memory.refreshed(outside)
+def path(plan: Search, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
+    """Cycles of state Path, and its traffic: one cell after the other, as each direction says where the next one is."""
+    accesses = CELLS_A_PATH_CELL[parameters.memory] * len(plan.path)
+    outside = memory.refreshed(accesses * _cell_cycles(memory))
+    inside = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0)
+    return inside + outside, _traffic(outside, accesses * _words(BYTE, memory))
 
 
-def waits(
+def search(
     plan: Search, problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw
-) -> NDArray[np.int64]:
-    """Cycles that state BF waits for the memory: int64, one entry an expansion, and one for what lies outside of them.
+) -> Traffic:
+    """Traffic of state BF: one entry an expansion, and one for what lies outside of them.
 
     The n-th pop moves 16 entries of the queue in if n is a multiple of 16 (from 0), the n-th push 16 out (from 1); the
     start is the first of both, and the goal the last pop.
     """
     expanded = expansions(plan)
     pushes = pushes_of_each_pop(plan)[:expanded]
-    cell, run = _cell_cycles(memory), memory.run_cycles(_words(BUFFERED * entry_bits(problem), memory))
-    cycles = np.zeros(expanded + 1, np.int64)
-    cycles[:-1] = cell * (CELLS_A_POP[parameters.memory] + CELLS_A_PUSH[parameters.memory] * pushes)
-    flushed = np.cumsum(np.concatenate(([1], pushes))) // BUFFERED
-    cycles[:-1] += run * np.diff(flushed)
-    cycles[: plan.popped_cells : BUFFERED] += run
-    return memory.refreshed_units(cycles)
+    cells, runs = np.zeros(expanded + 1, np.int64), np.zeros(expanded + 1, np.int64)
+    cells[:-1] = CELLS_A_POP[parameters.memory] + CELLS_A_PUSH[parameters.memory] * pushes
+    runs[:-1] = np.diff(np.cumsum(np.concatenate(([1], pushes))) // BUFFERED)
+    runs[: plan.popped_cells : BUFFERED] += 1
+    words = _words(BUFFERED * entry_bits(problem), memory)
+    cycles = _cell_cycles(memory) * cells + memory.run_cycles(words) * runs
+    return Traffic(memory.refreshed_units(cycles), _words(BYTE, memory) * cells + words * runs)
+
+
+def _traffic(cycles: int, words: int) -> Traffic:
+    return Traffic(np.array([cycles], np.int64), np.array([words], np.int64))
 
 
 def _cell_cycles(memory: ExternalMemoryLaw) -> int:

@@ -21,7 +21,7 @@ from codesign.architectures.breadth_first.steps import (
     step,
     steps,
 )
-from codesign.architectures.external import ExternalMemoryLaw
+from codesign.architectures.external import ExternalMemoryLaw, Traffic
 from codesign.architectures.interface import Demand, Memory, Step, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
@@ -125,38 +125,39 @@ class StateMachine:
         """
         parameters = outside.placed(parameters, external)
         addresses = int(parameters.memory is not MemoryPlace.EXTERNAL)
-        cycles = timing.init_cycles(problem.free.size)
+        cycles, traffic = timing.init_cycles(problem.free.size), None
         if external is not None:
-            cycles = outside.init_cycles(problem, parameters, external)
-        yield step(INIT, cycles, addresses)
+            cycles, traffic = outside.init(problem, parameters, external)
+        yield step(INIT, cycles, addresses, traffic)
         plan = searched(problem, memo)
-        units = self.expansion_cycles(plan, parameters, problem, external)
+        if external is not None:
+            traffic = outside.search(plan, problem, parameters, external)
+        units = self.expansion_cycles(plan, parameters, traffic)
         searching = timing.SEARCH_ADDRESSES[parameters.micro_architecture] * addresses
         if detail:
-            yield from steps(SEARCH, units, searching)
+            yield from steps(SEARCH, units, searching, traffic)
         else:
-            yield step(SEARCH, int(units.sum()), searching)
+            yield step(SEARCH, int(units.sum()), searching, traffic)
         if plan.reached and is_done(TRACK, inside):
             cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
             if external is not None:
-                cycles = outside.path_cycles(plan, parameters, external)
-            yield step(PATH, cycles, addresses)
+                cycles, traffic = outside.path(plan, parameters, external)
+            yield step(PATH, cycles, addresses, traffic)
         return plan
 
     def expansion_cycles(
-        self,
-        plan: Search,
-        parameters: SearchParameters,
-        problem: Problem,
-        external: ExternalMemoryLaw | None = None,
+        self, plan: Search, parameters: SearchParameters, traffic: Traffic | None = None
     ) -> NDArray[np.int64]:
-        """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them."""
+        """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them.
+
+        ``traffic``: that of an external memory which the mapping names.
+        """
         place, latency = parameters.memory, parameters.external_cycles
         each = timing.EXPANSION_CYCLES[parameters.micro_architecture]
         cycles = np.full(expansions(plan) + 1, each, np.int64)
-        if external is not None:
+        if traffic is not None:
             cycles[-1] = timing.SEARCH_CHANGES
-            return cycles + outside.waits(plan, problem, parameters, external)
+            return cycles + traffic.cycles
         if place is not MemoryPlace.BLOCK_RAM:
             pushes = pushes_of_each_pop(plan)[: expansions(plan)]
             cycles[:-1] += latency * (timing.ACCESSES_A_POP[place] + timing.ACCESSES_A_PUSH[place] * pushes)

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.architectures.external import MemoryStep, Traffic
 from codesign.architectures.interface import Step
 from codesign.memo import Memo
 from codesign.planners.breadth_first.planner import plan_search
@@ -45,16 +46,26 @@ def pushes_of_each_pop(search: Search) -> NDArray[np.int64]:
     return np.bincount(rank[discovered + offsets[sides]], minlength=search.popped_cells).astype(np.int64)
 
 
-def steps(phase: str, cycles: NDArray[np.int64], ram_addresses: int = 0) -> Iterator[Step]:
-    """Steps of ``phase`` with at most ``BATCH`` units each, every one told as a task."""
+def steps(
+    phase: str, cycles: NDArray[np.int64], ram_addresses: int = 0, traffic: Traffic | None = None
+) -> Iterator[Step]:
+    """Steps of ``phase`` with at most ``BATCH`` units each, every one told as a task.
+
+    ``traffic``: what each unit does to an external memory; its cycles are among ``cycles``.
+    """
     for first in range(0, len(cycles), BATCH):
         units = cycles[first : first + BATCH]
-        yield Step(phase, units, partial(_task, phase, int(units.sum())), ram_addresses)
+        told = partial(_task, phase, int(units.sum()))
+        if traffic is None:
+            yield Step(phase, units, told, ram_addresses)
+        else:
+            yield MemoryStep(phase, units, told, ram_addresses, traffic=traffic.part(first, first + BATCH))
 
 
-def step(phase: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """A phase in one step of one unit."""
-    return Step(phase, np.array([cycles], np.int64), partial(_task, phase, cycles), ram_addresses)
+def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | None = None) -> Step:
+    """A phase in one step of one unit; ``traffic``: that of its parts together."""
+    (only,) = steps(phase, np.array([cycles], np.int64), ram_addresses, traffic.total if traffic else None)
+    return only
 
 
 def _task(phase: str, cycles: int, begin: int, end: int, source: str) -> TaskRecord:
