@@ -23,7 +23,9 @@ from codesign.planners.interface import Planner, Problem
 from codesign.spec import Part, Platform, Workload, cross_check, fault
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec
+from codesign.spec.scenario import Drive
 from codesign.system import catalog
+from codesign.system.drive_faults import drive_faults
 from codesign.system.external import external_of, memory_faults
 from codesign.system.place import Placement, place
 
@@ -88,6 +90,8 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         raise SpecError(faults)
     placement, faults = place(platform, workload, planner, architecture, problem)
     faults += memory_faults(platform, workload, architecture)
+    if not faults:
+        faults += drive_faults(platform, workload, problem)
     if faults or placement is None:
         raise SpecError(faults)
     component = platform.components[task.component]
@@ -151,7 +155,9 @@ def _problem(
         faults += _cell_faults(workload, grid, "starts", chosen)
     elif not faults:
         chosen = _drawn(grid, goals, starts.count, starts.seed)
-    if not faults and not getattr(planner, "answers_no_way", False):
+    # A drive begins wherever it does, and says in the end that there was no way.
+    drives = isinstance(workload.scenario, Drive)
+    if not faults and not drives and not getattr(planner, "answers_no_way", False):
         faults += _way_faults(workload, grid, goals, chosen)
     if faults:
         return None, faults

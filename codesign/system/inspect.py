@@ -13,15 +13,20 @@ from codesign.spec import Part, Platform, Spec, Workload
 from codesign.spec.locate import is_path
 from codesign.spec.marks import read_document
 from codesign.spec.part import load_part_file
+from codesign.spec.variants import VARIANT_AXIS
 from codesign.system import catalog
 from codesign.system.bind import bind
 from codesign.system.result import Result
 
 
-def check_files(sources: Sequence[str | Path]) -> list[Fault]:
+def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | None = None) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
-    A source is a shipped name or a path; its kind is told from what it is.
+    A source is a shipped name or a path; its kind is told from what it is. Each variant of a workload is checked with
+    the platform, unless ``settings``, raw values by axis that are put into both, choose one.
+
+    Raises:
+        InputError: settings, and no platform and workload to put them into.
     """
     faults: list[Fault] = []
     platforms: list[Platform] = []
@@ -38,13 +43,23 @@ def check_files(sources: Sequence[str | Path]) -> list[Fault]:
                 platforms.append(found)
             elif isinstance(found, Workload):
                 workloads.append(found)
+    if settings and not faults and not (platforms and workloads):
+        raise InputError("settings go into a platform and a workload", "--set", "name one of each")
     for workload in workloads:
         for platform in platforms:
-            try:
-                bind(platform, workload)
-            except SpecError as wrong:
-                faults += [fault for fault in wrong.faults if fault not in faults]
+            for point in _points_checked(workload, settings or {}):
+                try:
+                    bind(*spec.pin(platform, workload, point, "--set ") if point else (platform, workload))
+                except SpecError as wrong:
+                    faults += [fault for fault in wrong.faults if fault not in faults]
     return faults
+
+
+def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """What is put into a workload to be checked: the settings, with each variant unless they choose one."""
+    if VARIANT_AXIS in settings:
+        return [dict(settings)]
+    return [dict(settings), *({**settings, VARIANT_AXIS: name} for name in workload.variants)]
 
 
 def point_of(

@@ -13,9 +13,6 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.outcome import fitted_fields, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
-from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.summary import mission_of
-from codesign.system.scenarios.plan_once import plan_once
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
@@ -110,10 +107,15 @@ def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, 
     kind = system.workload.scenario.type
     fields: dict[str, Any] = {}
     if kind == "drive":
+        from codesign.system.scenarios.drive import drive
+        from codesign.system.scenarios.drive.summary import mission_of
+
         done = drive(machine, memo)
         fields["mission"] = mission_of(machine, done, power)
         answer = done.log.first
     else:
+        from codesign.system.scenarios.plan_once import plan_once
+
         answer = plan_once(machine, memo)
     if answer is not None:
         fields |= plan_fields(system, machine, answer, memo)

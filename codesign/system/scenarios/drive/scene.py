@@ -14,8 +14,9 @@ from codesign.mission.obstacles import Appearing, Moving, random_appearing, rect
 from codesign.mission.world import World
 from codesign.records import BeliefRecord, MapRecord, ObstacleRecord, PoseRecord
 from codesign.spec.components import RobotComponent
-from codesign.spec.scenario import Drive, Rectangle
+from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
+from codesign.system.drive_faults import covered
 from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
@@ -142,14 +143,6 @@ class Scene:
             Moving(one.size, one.route, one.speed / self.resolution, one.begin)
             for one in self.scenario.obstacles.moving
         ]
-
-
-def covered(shape: tuple[int, ...], rectangles: tuple[Rectangle, ...]) -> NDArray[np.bool_]:
-    """Bool, rows × columns: the cells that the rectangles cover."""
-    mask = np.zeros(shape, np.bool_)
-    for one in rectangles:
-        mask[one.row : one.row + one.rows, one.column : one.column + one.columns] = True
-    return mask
 
 
 def clearance(free: NDArray[np.bool_], position: tuple[float, float]) -> float:

@@ -1,0 +1,109 @@
+"""What a workload says of a drive that its map cannot hold: told before anything runs, at its place in the file."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import Fault, outside_map
+from codesign.maps import nearest_free
+from codesign.planners.interface import Problem
+from codesign.spec import Platform, Workload, fault
+from codesign.spec.components import RobotComponent
+from codesign.spec.scenario import Drive, Rectangle
+from codesign.system.place import resolution_of, robot_of
+
+_SCENARIO = ("scenario",)
+
+
+def drive_faults(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
+    """Every fault of a drive; none where the scenario is another."""
+    scenario = workload.scenario
+    if not isinstance(scenario, Drive):
+        return []
+    faults = _places(workload, scenario, problem)
+    if scenario.resolution is None and problem.resolution is None:
+        text = "the map does not say how large a cell is"
+        faults.append(fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell"))
+    if not faults:
+        faults += _start(platform, workload, scenario, problem)
+    return faults
+
+
+def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """Cells and rectangles outside of the map, and goals of the tour on obstacles."""
+    shape, faults = problem.free.shape, []
+    for index, goal in enumerate(scenario.tour):
+        path: tuple[str | int, ...] = (*_SCENARIO, "tour", index)
+        if not _inside(goal, shape):
+            faults.append(fault(workload, path, *outside_map(goal, shape, "goal")))
+        elif not problem.free[goal]:
+            near = nearest_free(problem.free, goal)
+            faults.append(
+                fault(workload, path, f"goal {goal} is on an obstacle", f"the nearest free cell is {near}")
+            )
+    placed: list[tuple[tuple[str | int, ...], Rectangle]] = []
+    for index, hidden in enumerate(scenario.hidden):
+        placed.append(((*_SCENARIO, "hidden", index), hidden))
+    for index, appearing in enumerate(scenario.obstacles.appearing):
+        placed.append(((*_SCENARIO, "obstacles", "appearing", index), appearing))
+    for path, one in placed:
+        faults += _outside(workload, path, _last(one), shape)
+    for index, moving in enumerate(scenario.obstacles.moving):
+        rows, columns = moving.size
+        for number, (row, column) in enumerate(moving.route):
+            path = (*_SCENARIO, "obstacles", "moving", index, "route", number)
+            faults += _outside(workload, path, (row + rows - 1, column + columns - 1), shape)
+    return faults
+
+
+def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """A robot that stands in an obstacle at the start, or a platform whose robot is too large or too fast."""
+    name = robot_of(platform, workload)
+    assert name is not None, "place() refuses a drive without a robot"
+    from codesign.mission.inflation import Inflation
+
+    spec = platform.components[name]
+    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    start, resolution = problem.starts[0], resolution_of(workload, problem)
+    obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
+    path = ("problem", "starts", 0)
+    if obstacles[start]:
+        return [
+            fault(workload, path, f"the robot would start on an obstacle at {start}", "start on a free cell")
+        ]
+    radius = float(spec.radius.value) / resolution
+    if radius > max(problem.free.shape):
+        text = f"a robot with a radius of {radius:.3g} cells is larger than the map"
+        return [fault(platform, ("components", name, "radius"), text, "make it smaller, or the cells larger")]
+    blocked = Inflation(obstacles, radius).blocked
+    if blocked[start]:
+        near = nearest_free(~blocked, start) if not blocked.all() else None
+        text = f"the robot, {2 * float(spec.radius.value):.3g} m wide, does not fit at its start {start}"
+        hint = "no cell has room for it" if near is None else f"the nearest cell with room is {near}"
+        return [fault(workload, path, text, hint)]
+    return []
+
+
+def covered(shape: tuple[int, ...], rectangles: tuple[Rectangle, ...]) -> NDArray[np.bool_]:
+    """Bool, rows × columns: the cells that the rectangles cover."""
+    mask = np.zeros(shape, np.bool_)
+    for one in rectangles:
+        mask[one.row : one.row + one.rows, one.column : one.column + one.columns] = True
+    return mask
+
+
+def _inside(cell: tuple[int, ...], shape: tuple[int, ...]) -> bool:
+    return all(0 <= place < side for place, side in zip(cell, shape, strict=True))
+
+
+def _last(one: Rectangle) -> tuple[int, int]:
+    return one.row + one.rows - 1, one.column + one.columns - 1
+
+
+def _outside(
+    workload: Workload, path: tuple[str | int, ...], last: tuple[int, int], shape: tuple[int, ...]
+) -> list[Fault]:
+    if _inside(last, shape):
+        return []
+    return [fault(workload, path, *outside_map(last, shape, "its last cell"))]
