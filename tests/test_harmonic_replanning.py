@@ -135,6 +135,15 @@ def test_old_values_stay_above_and_wrong_cells_are_counted(seed: int, new: int, 
         assert again.field == after.field
 
 
+@pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
+def test_old_values_lead_to_the_same_bits_where_obstacles_have_gone(style: Any) -> None:
+    after, before = before_and_after(seed=3, new=9)
+    old = PLANNER.plan(before, PARAMETERS)
+    _, plan = drain(style.work(after, PARAMETERS, start=old.field))
+    assert plan.field == PLANNER.plan(after, PARAMETERS).field
+    assert PLANNER.quality(after, plan).wrong_cells == 0
+
+
 def test_wrong_cells_of_a_field_from_above_are_not_overlooked() -> None:
     old, problem = before_and_after(seed=2, new=8)
     plan = PLANNER.plan(old, PARAMETERS)
