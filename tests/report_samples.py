@@ -10,6 +10,14 @@ from codesign.explore.study import Outcome, Study
 from codesign.figures import Status
 from codesign.planners.interface import Quality
 from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.system.mission_result import (
+    Account,
+    Bottleneck,
+    LatencyShare,
+    LinkUse,
+    Mission,
+    MissionEnergy,
+)
 from codesign.system.result import (
     Clock,
     Energy,
@@ -96,6 +104,61 @@ def a_result(
     if not over:
         fields |= _run(time_ps, share, energy)
     return Result(**(fields | changes))
+
+
+def a_mission(**changes: Any) -> Mission:
+    """The figures of a drive that reached its goal, with everything that can be told."""
+    fields: dict[str, Any] = {
+        "ended": "reached",
+        "reached": True,
+        "time_s": 100.0,
+        "goals_reached": 1,
+        "plans": 5,
+        "replans": 4,
+        "replan_latency_median_s": 0.012,
+        "replan_latency_95_s": 0.2,
+        "replan_latency_worst_s": 0.25,
+        "distance_m": 36.0,
+        "shortest_m": 30.0,
+        "distance_ratio": 1.2,
+        "clearance_least_m": 0.05,
+        "clearance_mean_m": 0.61,
+        "turns": 1000,
+        "missed_deadlines": 2,
+        "safety_stops": 1,
+        "contacts": 0,
+        "driving_s": 80.0,
+        "waiting_s": 1.5,
+        "known_share": 0.75,
+        "energy": MissionEnergy(
+            fpga_j=50.0, processors_j=200.0, links_j=0.5, memories_j=0.0, robot_j=1749.5, total_j=2000.0
+        ),
+        "account": {
+            "host": Account(compute_s=2.0, transfer_s=0.0, wait_s=0.5, idle_s=98.0),
+            "fpga": Account(compute_s=1.0, transfer_s=0.0, wait_s=0.0, idle_s=99.0),
+            "uart": Account(compute_s=0.0, transfer_s=40.0, wait_s=12.0, idle_s=60.0),
+        },
+        "latency": (
+            LatencyShare(kind="transfer", where="uart", seconds=0.5, share=0.8),
+            LatencyShare(kind="compute", where="fpga", seconds=0.125, share=0.2),
+        ),
+        "bottleneck": Bottleneck(name="uart", kind="transfer", share=0.8, text="a faster line would help"),
+    }
+    return Mission(**(fields | changes))
+
+
+LINKS = {
+    "uart": LinkUse(
+        sent=1010, delivered=1000, dropped={"link down": 7, "damaged after 4 attempts": 2}, in_flight=1,
+        retransmissions=31, undetected=0, late=3, bits=64_000, utilisation=0.4, queued_s=12.0,
+    )
+}  # fmt: skip
+
+
+def a_mission_result(**changes: Any) -> Result:
+    """The result of such a drive."""
+    places = {"sense": "robot", "load": "host", "relax": "fpga", "decide": "fpga", "command": "host"}
+    return a_result(**({"mission": a_mission(), "links": LINKS, "places": places} | changes))
 
 
 def _too_many(slices: int) -> Reason:

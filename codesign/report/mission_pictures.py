@@ -145,7 +145,7 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
             axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="way")
         _draw_marks(axes, layers)
         axes.set(xlabel="column", ylabel="row", xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
-        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        _legend(picture)
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
@@ -228,7 +228,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
         _draw_events(axes, events, scale)
         axes.set_yticks([-1.0, *range(len(sources))], ["plans, events", *sources])
         axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -1.6))
-        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        _legend(picture)
         data = picture_bytes(picture, format)
     busiest = max(sources, key=lambda source: float(shares[sources.index(source)].mean()), default="nothing")
     return Picture(
@@ -323,7 +323,7 @@ def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> P
             left += widths
         axes.set_yticks(range(len(names)), names)
         axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
-        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+        _legend(picture)
         data = picture_bytes(picture, format)
     return Picture(
         title="Where the time of each component and link went",
@@ -335,3 +335,9 @@ def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> P
 
 def _total(account: Any) -> float:
     return float(account.compute_s + account.transfer_s + account.wait_s + account.idle_s)
+
+
+def _legend(picture: Any) -> None:
+    """A legend below the axes; none where there is nothing to name."""
+    if any(axes.get_legend_handles_labels()[1] for axes in picture.axes):
+        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.report.mission_tables import mission_headline, mission_tables
 from codesign.report.table import Cell, Table, left, pairs, right, words
 from codesign.report.wording import (
     ABSENT,
@@ -39,6 +40,7 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
     """The tables of ``result_tables`` but reasons and sources."""
     return (
         overview_table(result),
+        *mission_tables(result),
         *_run_tables(result),
         *((resource_table(result),) if result.resources else ()),
         *((physical_table(result),) if result.clock or result.power or result.energy else ()),
@@ -93,6 +95,8 @@ def arrived_cell(arrivals: tuple[str, int, int]) -> Cell:
 def headline(result: Result) -> tuple[tuple[str, str], ...]:
     """The few figures that a reader looks for first, as (figure, what it is)."""
     told = [("feasible" if result.feasible else "not feasible", "")]
+    if result.mission is not None:
+        return (*told, *mission_headline(result.mission))
     for figure in (
         ResultFigure.TIME,
         ResultFigure.SLICES,

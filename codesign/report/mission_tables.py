@@ -1,0 +1,205 @@
+"""What a mission came to, as tables: its figures, where time and energy went, the messages of each link."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from codesign.report.table import Cell, Table, left, pairs, right, words
+from codesign.report.wording import (
+    ABSENT,
+    count_cell,
+    number_cell,
+    plural,
+    quantity_text,
+    share_cell,
+    share_text,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from codesign.system.mission_result import Account, LatencyShare, LinkUse, Mission, MissionEnergy
+    from codesign.system.result import Result
+
+SHORTEST_WAY = "the shortest way is 8-connected, corners not cut, on the true map of the start"
+
+
+def mission_tables(result: Result) -> tuple[Table, ...]:
+    """The tables of a mission, in reading order, and of any run's places and links; () where it has none of them."""
+    mission = result.mission
+    tables: list[Table] = []
+    if mission is not None:
+        tables.append(mission_table(mission))
+        if mission.latency:
+            tables.append(latency_table(mission.latency))
+        tables.append(energy_table(mission.energy))
+    if len(set(result.places.values())) > 1:
+        tables.append(places_table(result.places))
+    if mission is not None and mission.account:
+        tables.append(account_table(mission.account, mission.time_s))
+    if result.links:
+        tables.append(links_table(result.links))
+    return tuple(tables)
+
+
+def mission_headline(mission: Mission) -> tuple[tuple[str, str], ...]:
+    """The few figures that a reader looks for first, as (figure, what it is)."""
+    told = [("reached" if mission.reached else "not reached", "")]
+    told.append((quantity_text(mission.time_s, "s"), "mission time"))
+    if mission.distance_ratio is not None:
+        told.append((number_cell(mission.distance_ratio).text, "times the shortest way"))
+    told.append((quantity_text(mission.replans, ""), "replans"))
+    if mission.replan_latency_95_s is not None:
+        told.append((quantity_text(mission.replan_latency_95_s, "s"), "replan latency, 95th percentile"))
+    told.append((quantity_text(mission.energy.total_j, "J"), "energy"))
+    for count, noun in ((mission.contacts, "contact"), (mission.missed_deadlines, "missed deadline")):
+        if count:
+            number, _, name = plural(count, noun).partition(" ")
+            told.append((number, name))
+    return tuple(told)
+
+
+def bottleneck_text(mission: Mission) -> str:
+    """What sets the pace and what would move it, as a sentence; "" where nobody knows."""
+    found = mission.bottleneck
+    if found is None:
+        return ""
+    return f"{found.name} ({found.kind}, {share_text(found.share)}): {found.text}"
+
+
+def mission_table(mission: Mission) -> Table:
+    """The figures of the mission itself."""
+    rows = [
+        ("ended", _word(mission.ended)),
+        ("did all that it was to do", Cell("yes" if mission.reached else "no", mission.reached)),
+        ("simulated time", _seconds(mission.time_s)),
+        ("goals reached", count_cell(mission.goals_reached)),
+        ("distance driven", _metres(mission.distance_m)),
+        ("shortest way", _metres(mission.shortest_m)),
+        ("distance over the shortest", number_cell(mission.distance_ratio)),
+        ("clearance, least", _metres(mission.clearance_least_m)),
+        ("clearance, mean", _metres(mission.clearance_mean_m)),
+        ("plans", count_cell(mission.plans)),
+        ("replans", count_cell(mission.replans)),
+        ("replan latency, median", _seconds(mission.replan_latency_median_s)),
+        ("replan latency, 95th percentile", _seconds(mission.replan_latency_95_s)),
+        ("replan latency, worst", _seconds(mission.replan_latency_worst_s)),
+        ("turns of the control loop", count_cell(mission.turns)),
+        ("missed deadlines", count_cell(mission.missed_deadlines)),
+        ("safety stops", count_cell(mission.safety_stops)),
+        ("contacts", count_cell(mission.contacts)),
+        ("time driving", _seconds(mission.driving_s)),
+        ("time standing for an answer", _seconds(mission.waiting_s)),
+        ("cells known at the end", share_cell(mission.known_share)),
+    ]
+    if mission.bottleneck is not None:
+        rows.append(("what sets the pace", _word(bottleneck_text(mission))))
+    return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
+
+
+def energy_table(energy: MissionEnergy) -> Table:
+    """Energy of the mission by what took it."""
+    lines = [
+        (_word(name), _joules(joules), _part(joules, energy.total_j))
+        for name, joules in (
+            ("FPGA", energy.fpga_j),
+            ("processors", energy.processors_j),
+            ("links", energy.links_j),
+            ("memories", energy.memories_j),
+            ("robot", energy.robot_j),
+        )
+        if joules
+    ]
+    return Table(
+        "Energy of the mission",
+        (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
+        (*lines, (_word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
+        strong=frozenset([len(lines)]),
+    )
+
+
+def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
+    """Where the time of each component and link went."""
+    lines = []
+    for name, account in accounts.items():
+        spans = (account.compute_s, account.transfer_s, account.wait_s, account.idle_s)
+        busy = account.compute_s + account.transfer_s
+        lines.append((_word(name), *map(_seconds, spans), _part(busy, time_s)))
+    return Table(
+        "Where the time of each component and link went",
+        (
+            *left("component or link"),
+            *right("compute", "transfer", "wait", "idle", unit="s"),
+            *right("busy", unit="1"),
+        ),
+        tuple(lines),
+        ("wait: how long work or messages waited for it, all of them together",),
+    )
+
+
+def latency_table(shares: tuple[LatencyShare, ...]) -> Table:
+    """Where the time from asking for a plan to its answer went, over all plans."""
+    return Table(
+        "Where the time of plans went",
+        (*left("what", "where"), *right("time", unit="s"), *right("share", unit="1")),
+        tuple((*words(one.kind, one.where), _seconds(one.seconds), share_cell(one.share)) for one in shares),
+    )
+
+
+def links_table(links: Mapping[str, LinkUse]) -> Table:
+    """The messages of each link: what became of them, and how full it was."""
+    lines = []
+    for name, use in links.items():
+        dropped = sum(use.dropped.values())
+        counts = (
+            use.sent,
+            use.delivered,
+            dropped,
+            use.in_flight,
+            use.retransmissions,
+            use.undetected,
+            use.late,
+        )
+        told = (_word(name), *map(count_cell, counts), count_cell(use.bits))
+        lines.append((*told, share_cell(use.utilisation), _seconds(use.queued_s)))
+    reasons = tuple(
+        f"{name}: {plural(count, 'message')} dropped: {reason}"
+        for name, use in links.items()
+        for reason, count in use.dropped.items()
+    )
+    columns = (
+        *left("link"),
+        *right(
+            "sent", "delivered", "dropped", "in flight", "sent again", "damaged unnoticed", "late", "bits"
+        ),
+        *right("busy", unit="1"),
+        *right("queued", unit="s"),
+    )
+    return Table("Messages on links", columns, tuple(lines), reasons)
+
+
+def places_table(places: Mapping[str, str]) -> Table:
+    """The component on which each task runs."""
+    return Table(
+        "Where each task runs", left("task", "component"), tuple(words(*pair) for pair in places.items())
+    )
+
+
+def _word(text: str) -> Cell:
+    return Cell(text, text)
+
+
+def _seconds(value: float | None) -> Cell:
+    return Cell(ABSENT) if value is None else Cell(quantity_text(value, "s"), value)
+
+
+def _metres(value: float | None) -> Cell:
+    return Cell(ABSENT) if value is None else Cell(quantity_text(value, "m"), value)
+
+
+def _joules(value: float) -> Cell:
+    return Cell(quantity_text(value, "J"), value)
+
+
+def _part(part: float, whole: float) -> Cell:
+    return Cell(ABSENT) if whole <= 0 else share_cell(min(part / whole, 1.0))
