@@ -52,7 +52,7 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
     assert {topic: name for topic, name, _, _ in messages} == {
         "/map": "foxglove.Grid",
         "/robot/belief": "codesign.BeliefRecord",
-        "/robot/map": "foxglove.Grid",
+        "/robot/grid": "foxglove.Grid",
         "/mission": "foxglove.Log",
         "/uart/message": "codesign.MessageRecord",
         "/fpga/field": "foxglove.Grid",
@@ -60,7 +60,7 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
         "/scene": "foxglove.SceneUpdate",
         "/robot/pose": "foxglove.PoseInFrame",
         "/world/obstacle": "codesign.ObstacleRecord",
-        "/world/map": "foxglove.Grid",
+        "/world/grid": "foxglove.Grid",
         "/fleet/positions": "foxglove.PosesInFrame",
     }
     for _, _, schema, message in messages:
@@ -115,7 +115,7 @@ def test_the_maps_shown_last_are_those_that_the_changes_add_up_to(tmp_path: Path
         belief[tuple(cells.T)] = 2 * blocked[places]
     run.append(MissionRecord(30 * SECOND, "robot", "ended", "reached"))
     messages = read(write(tmp_path / "run.mcap", run))
-    for topic, name, expected in (("/world/map", "occupied", walls), ("/robot/map", "belief", belief)):
+    for topic, name, expected in (("/world/grid", "occupied_now", walls), ("/robot/grid", "belief", belief)):
         shown = [message for where, _, _, message in messages if where == topic]
         assert shown[-1]["fields"] == [{"name": name, "offset": 0, "type": 1}]
         cells_shown = np.frombuffer(base64.b64decode(shown[-1]["data"]), np.uint8).reshape(shape)
@@ -139,7 +139,7 @@ def test_large_maps_are_shown_seldom() -> None:
     ]
     assert shown == [0, 270, 540]
     last = SummaryRecord(600 * SECOND, "run", {})
-    assert [view.topic for view in views.of(last)] == ["/robot/map"]
+    assert [view.topic for view in views.of(last)] == ["/robot/grid"]
     assert list(views.of(last)) == []
 
 
@@ -158,7 +158,7 @@ def test_cubes_come_and_go_with_the_obstacles() -> None:
     assert [gone["id"] for gone in scene["deletions"]] == ["obstacle 39 0", "obstacle 1 2"]
     assert scene["entities"] == []
     many = np.argwhere(np.ones((40, 40), bool)).astype(np.int32)[: MOST_CUBES + 1]
-    assert [v.topic for v in views.of(ObstacleRecord(10 * SECOND, "world", many, True))] == ["/world/map"]
+    assert [v.topic for v in views.of(ObstacleRecord(10 * SECOND, "world", many, True))] == ["/world/grid"]
 
 
 def test_a_new_way_takes_the_place_of_the_old_one_and_ways_of_one_time_stand_together() -> None:

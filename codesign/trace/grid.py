@@ -3,9 +3,9 @@ documents.
 
 Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
 first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
-1 for an obstacle (field ``occupied``); what a robot knows of it is one byte a cell too (field ``belief``: 0 free,
-1 unknown, 2 blocked); a potential, or any other field, is one float64 a cell, under its name. Maps lie lower than
-fields, so that the two don't flicker in one plane.
+1 for an obstacle (field ``occupied``, or ``occupied_now`` after changes); what a robot knows of it is one byte
+a cell too (field ``belief``: 0 free, 1 unknown, 2 blocked); a potential, or any other field, is one float64 a
+cell, under its name. Maps lie lower than fields, so that the two don't flicker in one plane.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ GRID_PROPERTIES: dict[str, Any] = {
 GRID_REQUIRED = tuple(GRID_PROPERTIES)
 
 
-_HEIGHTS = {"occupied": -0.02, "belief": -0.01}
+_HEIGHTS = {"occupied": -0.02, "occupied_now": -0.015, "belief": -0.01}
 """Metres at which grids lie; all others at 0."""
 
 

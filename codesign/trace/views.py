@@ -76,7 +76,7 @@ class Views:
         if isinstance(record, MapRecord):
             self._begin(record)
         elif isinstance(record, ObstacleRecord) and self._inside(record.cells):
-            grid = self._grid(record.source, "occupied", self._walls)
+            grid = self._grid(record.source, "occupied_now", self._walls)
             grid.put(record.cells, int(record.appeared))
             yield from self._shown(grid, record.time)
             if len(record.cells) <= MOST_CUBES:
@@ -103,7 +103,7 @@ class Views:
         return bool(self._shape[0] and ((cells >= 0) & (cells < self._shape)).all())
 
     def _grid(self, source: str, name: str, begin: NDArray[np.uint8]) -> _Snapshots:
-        topic = f"/{source}/map"
+        topic = f"/{source}/grid"
         if topic not in self._grids:
             self._grids[topic] = _Snapshots(topic, source, name, begin)
         return self._grids[topic]
