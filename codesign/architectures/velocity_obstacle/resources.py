@@ -159,10 +159,10 @@ def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
 
 def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
     """Multipliers of one unit: of its widest product where it is serial, of all of them where it is parallel."""
-    approaching = parameters.detection is Detection.APPROACHING
+    approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
     bits = factor_bits(parameters)
     counts = []
-    for name, _ in products(module, parameters.detector, approaching):
+    for name, _ in products(module, parameters.detector, approaching, ranged):
         first, second = (parameters.width - 1 if module == UPDATE else bits[one] for one in name.split())
         counts.append(product_multipliers(first, second))
     return max(counts) if parameters.unit is Unit.SERIAL else sum(counts)
@@ -183,6 +183,10 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
     found: list[Item] = []
     for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
         found += _unit_items(module, count, parameters)
+    if parameters.range is not None:
+        text = "a LUT for each bit of |r|², beside the detector's own comparison"
+        amount = units.detect * factor_bits(parameters)["r_sq"]
+        found.append(Item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
     found += _rest_items(rest, robots, parameters)
     rams, _ = array_rams(parameters, part)
     found.append(

@@ -110,35 +110,38 @@ PRODUCTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
 """Products of each module, named by their factors, with those that they are made from (equations 2a, 2b and 4).
 
 ``cross_product``: |r|²|V|² - (r·V)² = (r × V)² (Lagrange), the same answer with three products less. Where the
-sign of r·V is asked for as well (``detection: approaching``), its two products are formed again: eight in all.
+sign of r·V is asked for as well (``detection: approaching``), its two products are formed again: eight in all. So are
+the two of |r|², where a ``range`` is held against it; the published detector has them.
 """
 
 APPROACHING_PRODUCTS = (("rx vx", ()), ("ry vy", ()))
+RANGE_PRODUCTS = (("rx rx", ()), ("ry ry", ()))
 
 
 def products(
-    module: str, detector: Detector = Detector.PUBLISHED, approaching: bool = False
+    module: str, detector: Detector = Detector.PUBLISHED, approaching: bool = False, ranged: bool = False
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """The products that a module forms, with those that each is made from."""
     listed = PRODUCTS[UPDATE if module == UPDATE else detector]
-    extra = (
-        APPROACHING_PRODUCTS
-        if approaching and module == DETECT and detector is not Detector.PUBLISHED
-        else ()
-    )
-    return (*extra, *listed)
+    if module == UPDATE or detector is Detector.PUBLISHED:
+        return listed
+    return (*(APPROACHING_PRODUCTS if approaching else ()), *(RANGE_PRODUCTS if ranged else ()), *listed)
 
 
 @cache
 def module_cycles(
-    module: str, unit: Unit, detector: Detector = Detector.PUBLISHED, approaching: bool = False
+    module: str,
+    unit: Unit,
+    detector: Detector = Detector.PUBLISHED,
+    approaching: bool = False,
+    ranged: bool = False,
 ) -> int:
     """Cycles of one run of a module: its products over its multipliers, and one to sum up or compare.
 
     >>> module_cycles(UPDATE, Unit.SERIAL), module_cycles(DETECT, Unit.SERIAL)
     (7, 10)
     """
-    listed = products(module, detector, approaching)
+    listed = products(module, detector, approaching, ranged)
     place = {name: index for index, (name, _) in enumerate(listed)}
     tasks = [Task(name, MULTIPLIER, 1, tuple(place[one] for one in needs)) for name, needs in listed]
     tasks.append(Task("compare", SUM, 1, tuple(range(len(tasks)))))

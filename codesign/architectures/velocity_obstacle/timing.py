@@ -85,10 +85,10 @@ def cycles_of_trial(style: Style, robots: int, parameters: AvoidParameters) -> i
 
 def module_latencies(parameters: AvoidParameters) -> tuple[int, int]:
     """Cycles of one pos_vel_update and of one coll_detect."""
-    approaching = parameters.detection is Detection.APPROACHING
+    approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
     return (
         module_cycles(UPDATE, parameters.unit),
-        module_cycles(DETECT, parameters.unit, parameters.detector, approaching),
+        module_cycles(DETECT, parameters.unit, parameters.detector, approaching, ranged),
     )
 
 

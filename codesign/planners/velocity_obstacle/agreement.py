@@ -8,6 +8,7 @@ decides. How near is bounded here, from the formats alone; with ulp the unit of 
 - relative velocity: what the candidate, its acceleration and the constants are rounded by, twice that for
   reciprocal obstacles;
 - relative position: three rounded products, and the rounded constants;
+- range: the error of the position and one ulp, by which it is rounded;
 - closest approach d = |r × V| / |V|: the error of the position, |r| times the angle by which V may be turned,
   and one ulp of the radius.
 """
@@ -155,6 +156,12 @@ def _test_is_near(
         own = 2.0 * own[0] - now[0], 2.0 * own[1] - now[1]
     vx, vy = (a - b for a, b in zip(own, other[1], strict=True))
     distance, speed = math.hypot(x, y), math.hypot(vx, vy)
+    if exact.range_squared is not None:
+        beyond = distance - math.sqrt(exact.range_squared)
+        if abs(beyond) <= limits.position + limits.radius:
+            return True
+        if beyond > 0.0:
+            return False
     if speed <= limits.velocity:
         return True
     closest = abs(x * vy - y * vx) / speed

@@ -99,7 +99,7 @@ class Arithmetic:
     ``formats`` and ``shifts``: of fixed point; None for doubles. Constants: ``step`` t; ``half_square`` t²/2;
     ``inverse_step`` 1/t; ``change_squared`` (a_max t)², the square of the greatest change of velocity;
     ``brake``, the change of one component while braking; ``acceleration`` and ``speed``, the most of one component;
-    ``radius_squared`` of both robots with the margin; ``tolerance_squared``; ``gains`` of the PID, 1/s;
+    ``radius_squared`` of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``; ``gains`` of the PID, 1/s;
     ``velocities[speed][direction]`` = (vx, vy), fastest first; ``bounds[k]`` = (cos, sin) between direction k
     and k + 1 of the first octant.
     """
@@ -114,6 +114,7 @@ class Arithmetic:
     acceleration: Number
     speed: Number
     radius_squared: Number
+    range_squared: Number | None
     tolerance_squared: Number
     gains: tuple[Number, Number, Number]
     velocities: tuple[tuple[tuple[Number, Number], ...], ...]
@@ -170,6 +171,7 @@ def double(problem: RobotsProblem, parameters: AvoidParameters) -> Arithmetic:
         acceleration=problem.acceleration,
         speed=problem.speed,
         radius_squared=(2.0 * problem.radius + parameters.margin) ** 2,
+        range_squared=None if parameters.range is None else parameters.range**2,
         tolerance_squared=parameters.tolerance**2,
         gains=(gains.proportional / step, gains.integral / step, gains.derivative / step),
         velocities=tuple(
@@ -183,7 +185,7 @@ def double(problem: RobotsProblem, parameters: AvoidParameters) -> Arithmetic:
 def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None = None) -> Arithmetic:
     """The constants in fixed point of ``width`` bits (those of the parameters by default).
 
-    Limits are rounded to the safe side: the radius up, changes of velocity down.
+    Limits are rounded to the safe side: the radius and the range up, changes of velocity down.
 
     Raises:
         InputError: the words are too narrow, or scales so far apart that a product would not fit 64 bits.
@@ -207,6 +209,9 @@ def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None
         acceleration=math.floor(math.ldexp(problem.acceleration, formats.acceleration)),
         speed=math.floor(math.ldexp(problem.speed, formats.velocity)),
         radius_squared=radius**2,
+        range_squared=None
+        if parameters.range is None
+        else math.ceil(math.ldexp(parameters.range, formats.position)) ** 2,
         tolerance_squared=quantise(parameters.tolerance, formats.position) ** 2,
         gains=tuple(quantise(gain, formats.gain) for gain in exact.gains),  # type: ignore[arg-type]
         velocities=tuple(

@@ -132,12 +132,24 @@ def fault_of(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, 
     if problem.count * parameters.updates > MOST_STATES:
         most = MOST_STATES // problem.count
         return "updates", f"{parameters.updates:,} updates of {problem.count} robots: at most {most:,}"
+    sight = least_range(problem, parameters)
+    if parameters.range is not None and parameters.range < sight:
+        return (
+            "range",
+            f"two robots {parameters.range:g} cells apart can no longer brake: {sight:.4g} cells or more",
+        )
     narrow = width_fault(problem, parameters, parameters.width)
     if narrow is not None:
         wider = least_width(problem, parameters)
         mend = "no width of up to 24 mends that" if wider is None else f"{wider} bits or more"
         return "width", f"{narrow}: {mend}"
     return None
+
+
+def least_range(problem: RobotsProblem, parameters: AvoidParameters) -> float:
+    """Cells at which two robots must see each other: both drive on for an update and then brake."""
+    brake = problem.speed**2 / problem.acceleration
+    return 2.0 * problem.radius + parameters.margin + 2.0 * problem.speed * parameters.step + brake
 
 
 def _too_coarse(name: str, count: int, apart: float, reach: float, least: int, most: int) -> str:
@@ -151,6 +163,8 @@ def _ends(problem: RobotsProblem) -> tuple[NDArray[np.float64], NDArray[np.float
 
 def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Constants and shifts as the kernel takes them."""
+    from codesign.planners.velocity_obstacle import kernels
+
     formats, shifts = numbers.formats, numbers.shifts
     assert formats is not None
     assert shifts is not None
@@ -166,6 +180,7 @@ def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64
         numbers.tolerance_squared,
         *numbers.gains,
         1 << (formats.width - 1),
+        kernels.NO_RANGE if numbers.range_squared is None else numbers.range_squared,
     ]
     moves = [
         shifts.velocity_step,

@@ -27,8 +27,12 @@ from numpy.typing import NDArray
     INTEGRAL,
     DERIVATIVE,
     LIMIT,
-) = range(13)
+    RANGE_SQUARED,
+) = range(14)
 """Places in the array of constants; ``LIMIT``: 2^(width - 1)."""
+
+NO_RANGE = 2**62
+"""Farther than any two robots are apart."""
 
 VELOCITY_STEP, ACCELERATION_STEP, ACCELERATION_HALF_SQUARE, CHANGE_INVERSE_STEP, GAIN = range(5)
 """Places in the array of shifts."""
@@ -63,9 +67,11 @@ def _wide_product(a: Any, b: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def on_course(x: Any, y: Any, vx: Any, vy: Any, radius_squared: Any, approaching: Any) -> Any:
+def on_course(
+    x: Any, y: Any, vx: Any, vy: Any, radius_squared: Any, approaching: Any, range_squared: Any = NO_RANGE
+) -> Any:
     """Whether a relative position and velocity are on a collision course (equation 4)."""
-    if approaching and x * vx + y * vy >= 0:
+    if x * x + y * y > range_squared or (approaching and x * vx + y * vy >= 0):
         return False
     cross = np.uint64(abs(x * vy - y * vx))
     high, low = _wide_product(cross, cross)
@@ -144,6 +150,7 @@ def _choose(
                     own_y - velocity[other, 1],
                     constants[RADIUS_SQUARED],
                     approaching,
+                    constants[RANGE_SQUARED],
                 ):
                     safe = False
             if safe:

@@ -96,6 +96,10 @@ class AvoidParameters(SpecModel):
     margin: Annotated[float, Field(ge=0.0, le=LARGEST_ARENA)] = Field(
         default=1.0, description="Cells added to the combined radius."
     )
+    range: Annotated[float, Field(gt=0.0, le=LARGEST_ARENA)] | None = Field(
+        default=None,
+        description="Robots farther away than this are not avoided yet, cells; by default all are, as published.",
+    )
     tolerance: Annotated[float, Field(gt=0.0, le=LARGEST_ARENA)] = Field(
         default=3.0, description="Distance from the target at which a robot has arrived, cells."
     )

@@ -159,17 +159,24 @@ def crossing(
     """Two groups whose ways cross at right angles: one from left to right, one from top to bottom.
 
     The robots of a group go abreast in the middle seven tenths of the arena; ``seed`` lets each start up to
-    a tenth of the arena further on its way.
+    a tenth of the arena further on its way. Where lanes would come closer than 2.5 radii, the robots of a group go
+    in several ranks, three radii one behind the other, and start less far on their way by as many.
     """
     random = np.random.Generator(np.random.PCG64(seed))
     groups = (count + 1) // 2, count // 2
     positions, targets = [], []
     for axis, members in enumerate(groups):
         along, across = arena[axis], arena[1 - axis]
-        lanes = across * (0.15 + 0.7 * (np.arange(members) + 0.5) / members)
-        late = random.uniform(0.0, along / 10.0, members)
-        begin = np.column_stack([2.0 * radius + late, lanes])
-        end = np.column_stack([np.full(members, along - 2.0 * radius), lanes])
+        ranks = 1
+        while 0.7 * across < 2.5 * radius * -(-members // ranks) and ranks < members:
+            ranks += 1
+        abreast = -(-members // ranks)
+        lane, rank = np.arange(members) % abreast, np.arange(members) // abreast
+        lanes = across * (0.15 + 0.7 * (lane + 0.5) / abreast)
+        late = random.uniform(0.0, along / 10.0 / ranks, abreast)[lane]
+        ahead = 3.0 * radius * rank
+        begin = np.column_stack([2.0 * radius + late + ahead, lanes])
+        end = np.column_stack([along - 2.0 * radius - 3.0 * radius * (ranks - 1) + ahead, lanes])
         positions.append(begin[:, ::-1] if axis else begin)
         targets.append(end[:, ::-1] if axis else end)
     return np.concatenate(positions), np.concatenate(targets)

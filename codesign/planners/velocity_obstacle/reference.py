@@ -79,9 +79,14 @@ def coll_detect(
     velocity: tuple[Number, Number],
     detection: Detection,
 ) -> bool:
-    """Equation 4 for a relative position and velocity: nine products; True: on a collision course."""
+    """Equation 4 for a relative position and velocity: nine products; True: on a collision course.
+
+    Robots beyond the range, where there is one, are on no course yet.
+    """
     (x, y), (vx, vy) = position, velocity
     r_sq, vab_sq, dotp = x * x + y * y, vx * vx + vy * vy, x * vx + y * vy
+    if numbers.range_squared is not None and r_sq > numbers.range_squared:
+        return False
     safe = r_sq * vab_sq - dotp * dotp >= numbers.radius_squared * vab_sq
     if detection is Detection.APPROACHING:
         return bool(not safe and dotp < 0)

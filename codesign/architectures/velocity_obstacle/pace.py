@@ -1,0 +1,118 @@
+"""What sets the pace of a fleet that runs as fast as it can: the circuits, or the line to the display.
+
+A frame of coordinates is one message an update. With C characters a message, T seconds a character (``frame_bits`` /
+baud), F characters in the sender's FIFO and D seconds in which the robots decide, the updates of a free-running fleet
+follow each other, once the line has filled up, in
+
+    max(C T, D)                    C ≤ F: the message goes into the FIFO at once, while the line is still at the one before
+    max(C T, D + (C - F - 1) T)    C > F: the circuit is held until the last F characters wait, one more being on the wire
+
+so the line sets the pace where C T is the greater: n · 2 · 16 bits / data_bits · frame_bits / baud > D, for any FIFO that
+takes the message. Simulated runs are held against this in the tests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from codesign.architectures.velocity_obstacle.published import CLOCK, Style
+from codesign.architectures.velocity_obstacle.timing import run_cycles
+from codesign.planners.velocity_obstacle.avoid import avoid
+from codesign.planners.velocity_obstacle.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.planner import COORDINATE_BITS
+from codesign.planners.velocity_obstacle.problem import generate
+
+
+@dataclass(frozen=True)
+class LineLaw:
+    """A serial line: ``baud`` bits a second, ``data_bits`` of each frame of ``frame_bits``, a FIFO of ``fifo_depth``."""
+
+    baud: int
+    data_bits: int = 8
+    frame_bits: Fraction = Fraction(10)
+    fifo_depth: int = 16
+
+    def characters(self, robots: int) -> int:
+        """Characters of the coordinates of so many robots."""
+        return -(-2 * COORDINATE_BITS * robots // self.data_bits)
+
+    def message(self, robots: int) -> Fraction:
+        """Time of the coordinates of so many robots on the line, s.
+
+        >>> float(LineLaw(115_200).message(8))
+        0.002777777777777778
+        """
+        return self.characters(robots) * self.frame_bits / self.baud
+
+    def period(self, robots: int, decide: Fraction) -> Fraction:
+        """Time between two updates of a free-running fleet that decides in ``decide`` seconds, s."""
+        held = max(0, self.characters(robots) - self.fifo_depth - 1) * self.frame_bits / self.baud
+        return max(self.message(robots), decide + held)
+
+    def robots_within(self, decide: Fraction) -> int:
+        """The most robots whose coordinates the line takes in ``decide`` seconds."""
+        return int(decide * self.baud / self.frame_bits * self.data_bits / (2 * COORDINATE_BITS))
+
+
+def baud_needed(
+    robots: int, decide: Fraction, data_bits: int = 8, frame_bits: Fraction = Fraction(10)
+) -> Fraction:
+    """The baud rate from which on the line takes all coordinates in ``decide`` seconds.
+
+    >>> float(baud_needed(8, Fraction(1, 10)))
+    3200.0
+    """
+    return LineLaw(1, data_bits, frame_bits).message(robots) / decide
+
+
+@dataclass(frozen=True)
+class PaceRow:
+    """One fleet at one baud rate. ``decide``: of its mean update, s; ``period``: of the free-running fleet, s;
+    ``pace``: what sets it; ``in_real_time``: whether the line takes a frame each time step."""
+
+    robots: int
+    baud: int
+    decide: Fraction
+    message: Fraction
+    period: Fraction
+    pace: Literal["fpga", "line"]
+    in_real_time: bool
+
+
+def decide_time(
+    robots: int, style: Style, parameters: AvoidParameters, arrangement: str, clock: int = CLOCK
+) -> Fraction:
+    """The mean time of an update of a run, s: that of its slowest robot."""
+    cycles = run_cycles(style, avoid(generate(arrangement, robots, seed=1), parameters), parameters).each
+    return Fraction(int(cycles.sum()), len(cycles) * clock)
+
+
+def pace_table(
+    counts: Sequence[int],
+    bauds: Sequence[int],
+    *,
+    style: Style = Style.PIPELINED,
+    parameters: AvoidParameters | None = None,
+    arrangement: str = "random",
+    clock: int = CLOCK,
+) -> tuple[PaceRow, ...]:
+    """For each number of robots and baud rate, what sets the pace; 8 data bits, no parity, one stop bit.
+
+    ``clock``: Hz. The robots are those of ``generate`` with seed 1.
+    """
+    parameters = parameters or AvoidParameters()
+    step = Fraction(parameters.step_ps, 10**12)
+    rows = []
+    for robots in counts:
+        decide = decide_time(robots, style, parameters, arrangement, clock)
+        for baud in bauds:
+            line = LineLaw(baud)
+            message = line.message(robots)
+            pace: Literal["fpga", "line"] = "line" if message > decide else "fpga"
+            rows.append(
+                PaceRow(robots, baud, decide, message, line.period(robots, decide), pace, message <= step)
+            )
+    return tuple(rows)
