@@ -28,6 +28,10 @@ SPARE_CELLS = 2.0
 """Cells of way beyond what the robot drives until an answer is overdue and it stands: assumed."""
 
 
+STANDS = 1e-3
+"""Cells: with less authority than this a robot is taken to stand."""
+
+
 @dataclass
 class Turn:
     """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it."""
@@ -51,6 +55,7 @@ class Pilot:
         self._steps: tuple[ActivePlan, list[Step]] | None = None
         self._lookahead = self._reach()
         self._begun = False
+        self._driven = 0.0
 
     def run(self) -> Generator[Any, Any, None]:
         """Process generator: turn after turn; one that takes longer than the period makes later ones fall out."""
@@ -139,6 +144,8 @@ class Pilot:
             self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.robot.cell}")
             if not self._end_if_over():
                 replanner.request(seen_at, "the next goal", seen=False)
+        elif active is not None and active.lost and not replanner.busy:
+            replanner.request(seen_at, "the robot has left the way", seen=False)
         elif update:
             replanner.ask_again()
             trigger = scene.scenario.replan.trigger
@@ -192,9 +199,11 @@ class Pilot:
             yield from self.machine.carry(flow, self.log.turns_spent)
 
     def _note_progress(self) -> None:
-        if self.scene.robot.speed > 0 or self.replanner.busy:
+        driven = self.scene.robot.distance
+        if driven > self._driven + STANDS or self.replanner.busy:
             self.log.progress = self.machine.now
-            self.log.stall = "" if self.scene.robot.speed > 0 else self.log.stall
+            self.log.stall = "" if driven > self._driven + STANDS else self.log.stall
+            self._driven = driven
 
     def _reach(self) -> float:
         """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""

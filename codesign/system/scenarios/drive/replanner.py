@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import simpy
+from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.components import PreemptedError
@@ -50,7 +51,7 @@ class ActivePlan:
     def from_here(self, position: tuple[float, float], passable: Any) -> Way:
         """The way from ``position``; made anew by the same plan where the robot is off it."""
         points = self.way.points
-        if len(points) > 1 and _distance_to(points, position) > OFF_WAY:
+        if _distance_to(points, position) > OFF_WAY:
             self.way, self.arrives = self._make(position)
         return join(self.way, position, passable)
 
@@ -60,9 +61,20 @@ class ActivePlan:
         row, column = self.way.points[-1]
         return round(float(row)), round(float(column))
 
+    @property
+    def lost(self) -> bool:
+        """Whether the plan knows no way from where the robot was, which is elsewhere than where it was planned from."""
+        return not self.arrives and self.way.length == 0.0 and self.target != self.answer.problem.starts[0]
+
     def _make(self, position: tuple[float, float]) -> tuple[Way, bool]:
-        points, arrives = self._planner.way(self.answer.problem, self.answer.plan, position)
-        return Way(points), bool(arrives)
+        """The way from ``position``, or else from where the plan begins, which the robot left while it was made."""
+        problem, plan = self.answer.problem, self.answer.plan
+        points, arrives = self._planner.way(problem, plan, position)
+        if not arrives and len(points) == 1:
+            row, column = problem.starts[0]
+            begun, arrives = self._planner.way(problem, plan, (float(row), float(column)))
+            points = begun if _distance_to(begun, position) <= OFF_WAY else points
+        return Way(around_corners(points, problem.free)), bool(arrives)
 
 
 class Replanner:
@@ -213,8 +225,30 @@ def _changes(before: Problem, after: Problem) -> int:
     return int(np.count_nonzero(before.free != after.free)) + len({*before.goals} ^ {*after.goals})
 
 
+def around_corners(points: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The way with every diagonal step past one obstacle led through the free cell beside it.
+
+    Planners on eight neighbours may pass the corner of an obstacle; a robot would touch it. ``points``: float64 n × 2,
+    of which steps between the middles of two cells are looked at.
+    """
+    cells = np.rint(points).astype(np.int64)
+    whole = np.abs(points - cells).max(axis=1) < 1e-9
+    diagonal = (np.abs(np.diff(cells, axis=0)) == 1).all(axis=1) & whole[:-1] & whole[1:]
+    made = [points[0]]
+    for index in range(len(points) - 1):
+        if diagonal[index]:
+            (row, column), (next_row, next_column) = cells[index], cells[index + 1]
+            by_row, by_column = free[next_row, column], free[row, next_column]
+            if by_row != by_column:
+                made.append(np.array((next_row, column) if by_row else (row, next_column), np.float64))
+        made.append(points[index + 1])
+    return np.array(made)
+
+
 def _distance_to(points: Any, position: tuple[float, float]) -> float:
-    """Distance from a position to a polyline, float64 n × 2, n ≥ 2."""
+    """Distance from a position to a polyline, float64 n × 2."""
+    if len(points) == 1:
+        return float(np.hypot(*(points[0] - position)))
     base, moved = points[:-1], np.diff(points, axis=0)
     length = np.maximum((moved**2).sum(axis=1), 1e-300)
     share = np.clip(((np.asarray(position) - base) * moved).sum(axis=1) / length, 0.0, 1.0)
