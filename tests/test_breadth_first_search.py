@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pickle
 from pathlib import Path
 
@@ -256,11 +257,39 @@ def test_identity_is_that_of_the_answer(problem: Problem) -> None:
     assert PLANNER.identity(other) != PLANNER.identity(plan)
 
 
-def test_messages_are_the_map_and_the_path(problem: Problem) -> None:
-    messages = PLANNER.messages(problem)
+def test_flows_are_the_map_the_directions_and_the_path(problem: Problem) -> None:
+    flows = {(flow.sender, flow.receiver): flow for flow in PLANNER.flows(problem, SearchParameters())}
     steps = search(problem.free, problem.starts[0], (2, 2)).path_steps
     assert steps is not None
-    assert (messages.problem_bits, messages.answer_bits) == (2 * 24 * 32, 2 * steps)
+    assert flows["load", "search"].bits == flows["search", "track"].bits == 2 * 24 * 32
+    assert flows["track", "command"].bits == 2 * steps
+    still = Problem(problem.free, (problem.starts[0],), problem.starts[:1])
+    assert PLANNER.flows(still, SearchParameters())[-1].bits == 2, "a path of no step is told too"
+
+
+def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
+    plan = PLANNER.plan(problem, SearchParameters())
+    on_path = {tuple(cell) for cell in plan.path.tolist()}
+    shortest = maps.distance_steps(problem.free, [plan.start])
+    known = 0
+    for cell in map(tuple, np.argwhere(problem.free).tolist()):
+        points, arrived = PLANNER.way(problem, plan, (float(cell[0]), float(cell[1])))
+        came = plan.directions[cell] >= 0 or cell == plan.start
+        assert arrived == came
+        if not arrived:
+            continue
+        known += 1
+        cells = [tuple(each) for each in points.astype(int).tolist()]
+        assert cells[0] == cell
+        assert cells[-1] == plan.goal
+        assert all(abs(a[0] - b[0]) + abs(a[1] - b[1]) == 1 for a, b in itertools.pairwise(cells))
+        met = next(index for index, each in enumerate(cells) if each in on_path)
+        assert set(cells[met:]) <= on_path
+        # Back along the tree of discovery: one nearer to the start with every step.
+        assert [int(shortest[each]) for each in cells[: met + 1]] == list(
+            range(int(shortest[cell]), int(shortest[cell]) - met - 1, -1)
+        )
+    assert known > len(on_path)
 
 
 def test_a_problem_without_start_is_refused(problem: Problem) -> None:

@@ -124,16 +124,6 @@ class RobotsQuality:
     path_length_ratio_worst: float | None
 
 
-@dataclass(frozen=True)
-class Messages:
-    """What is sent to the planner before it plans, and what it answers: names, and sizes in bits."""
-
-    problem: str
-    problem_bits: int
-    answer: str
-    answer_bits: int
-
-
 class Planner(Protocol):
     """A planner: its name, the parameters it takes, and what it does with them."""
 
@@ -181,9 +171,6 @@ class Planner(Protocol):
         task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same. A flow
         "pose" goes where a decision is asked for again; the first plan knows the start from the map.
         """
-
-    def messages(self, problem: Any) -> Messages:
-        """What crosses the links for one plan."""
 
     def quality(self, problem: Problem, plan: Any) -> Quality | RobotsQuality:
         """What that answer is worth."""

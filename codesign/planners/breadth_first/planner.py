@@ -16,9 +16,9 @@ from pydantic import BaseModel
 
 from codesign.errors import InputError
 from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters, TrackParameters
-from codesign.planners.breadth_first.reference import Cell
+from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
-from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality, Steering
 from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
 from codesign.task_graph import Flow
 
@@ -79,15 +79,6 @@ class BreadthFirst:
             Flow("track", "command", "path", max(STEP_BITS, STEP_BITS * steps)),
         )
 
-    def messages(self, problem: Problem) -> Messages:
-        """The map, two bits a cell (free, obstacle, start or goal), and the path, two bits a step.
-
-        Raises:
-            InputError: the problem has no start.
-        """
-        steps = plan_search(problem).path_steps or 0
-        return Messages("map", CELL_BITS * problem.free.size, "path", max(STEP_BITS, STEP_BITS * steps))
-
     def quality(self, problem: Problem, plan: Search) -> Quality:  # noqa: ARG002
         """What a search from each start of the problem is worth.
 
@@ -138,12 +129,30 @@ class BreadthFirst:
     def way(
         self, problem: Problem, plan: Search, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The rest of the path from a position on one of its cells; beside the path no way is known."""
+        """The rest of the path from a position on one of its cells.
+
+        From beside the path, back along the directions of discovery to where they meet it: at its start, at the latest.
+        Where the search did not come, no way is known.
+        """
         cell = cell_of(problem, start)
-        at = np.flatnonzero((plan.path == cell).all(axis=1)) if cell is not None else plan.path[:0]
-        if not len(at):
+        back = None if cell is None or not plan.reached else _back_to_path(plan, cell)
+        if back is None:
             return np.array([start], np.float64), False
-        return from_position(start, plan.path[at[0] :], problem.free), True
+        return from_position(start, back, problem.free), True
+
+
+def _back_to_path(plan: Search, cell: Cell) -> NDArray[np.int32] | None:
+    """The cells from ``cell`` to the path, and those of the path from there on; None where the search did not come."""
+    place = {(int(row), int(column)): index for index, (row, column) in enumerate(plan.path)}
+    cells = []
+    while cell not in place:
+        side = int(plan.directions[cell])
+        if side == UNKNOWN:
+            return None
+        cells.append(cell)
+        down, right = NEIGHBOURS[side]
+        cell = cell[0] + down, cell[1] + right
+    return np.concatenate([np.array(cells, np.int32).reshape(-1, 2), plan.path[place[cell] :]])
 
 
 PLANNER = BreadthFirst()

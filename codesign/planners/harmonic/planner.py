@@ -21,7 +21,7 @@ from codesign.planners.harmonic.parameters import (
     Stop,
 )
 from codesign.planners.harmonic.relax import Relaxation, relax
-from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality, Steering
 from codesign.planners.ways import cell_of
 from codesign.task_graph import Flow
 
@@ -111,10 +111,6 @@ class Harmonic:
             Flow("load", "decide", "pose", POSE_BITS),
             Flow("decide", "command", "direction", DIRECTION_BITS),
         )
-
-    def messages(self, problem: Problem) -> Messages:
-        """The map, two bits a cell (free, obstacle or goal), and a direction, two components of 32 bits."""
-        return Messages("map", CELL_BITS * problem.free.size, "decision", DIRECTION_BITS)
 
     def quality(self, problem: Problem, plan: Relaxation) -> Quality:
         """What following the field is worth."""

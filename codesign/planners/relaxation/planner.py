@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality, Steering
 from codesign.planners.relaxation.parameters import LoadParameters, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.search import Search
 from codesign.planners.relaxation.solve import Solution, refusal, solve
@@ -86,10 +86,6 @@ class Relaxation:
             Flow("load", "search", "pose", POSE_BITS),
             Flow("search", "command", "step", STEP_BITS),
         )
-
-    def messages(self, problem: Problem) -> Messages:
-        """The map goes to the planner, the first step of the search comes back."""
-        return Messages("map", CELL_BITS * problem.free.size, "step", STEP_BITS)
 
     def quality(self, problem: Problem, plan: Plan) -> Quality:
         """What following the potential is worth."""

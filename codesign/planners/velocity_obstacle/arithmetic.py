@@ -99,7 +99,8 @@ class Arithmetic:
     ``formats`` and ``shifts``: of fixed point; None for doubles. Constants: ``step`` t; ``half_square`` t²/2;
     ``inverse_step`` 1/t; ``change_squared`` (a_max t)², the square of the greatest change of velocity;
     ``brake``, the change of one component while braking; ``acceleration`` and ``speed``, the most of one component;
-    ``radius_squared`` of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``; ``gains`` of the PID, 1/s;
+    ``radius_squared`` of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``;
+    ``gains`` of the PID, 1/s;
     ``velocities[speed][direction]`` = (vx, vy), fastest first; ``bounds[k]`` = (cos, sin) between direction k
     and k + 1 of the first octant.
     """

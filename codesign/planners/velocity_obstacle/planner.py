@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Messages, Policy, RobotsQuality, Steering
+from codesign.planners.interface import Policy, RobotsQuality, Steering
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, fault_of
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
@@ -50,11 +50,6 @@ class VelocityObstacle:
             Flow("load", "avoid", "robots", 2 * coordinates),
             Flow("avoid", "command", "coordinates", coordinates),
         )
-
-    def messages(self, problem: RobotsProblem) -> Messages:
-        """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
-        coordinates = 2 * COORDINATE_BITS * problem.count
-        return Messages("robots", 2 * coordinates, "coordinates", coordinates)
 
     def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
         """Collisions, arrivals and detours of the run."""

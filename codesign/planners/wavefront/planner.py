@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.errors import MapError
-from codesign.planners.interface import Messages, Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality, Steering
 from codesign.planners.wavefront.parameters import (
     MAX_TILES,
     Course,
@@ -94,10 +94,6 @@ class Wavefront:
         if not problem.starts or plan.potentials[problem.starts[0]] < 0:
             return 1
         return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
-
-    def messages(self, problem: Problem) -> Messages:
-        """The map, F and Z of every cell, and the next cell of the way, row and column of 32 bits."""
-        return Messages("map", CELL_BITS * problem.free.size, "next cell", NEXT_BITS)
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
         """What the ways are worth."""
