@@ -117,6 +117,14 @@ def test_work_ends_where_a_walk_over_the_cycles_says(
     assert ends == walked
 
 
+def test_work_waits_for_the_end_of_a_dense_line() -> None:
+    """One clock for pixels and memory: 800 of 1,000 cycles are the display's, two lines of three."""
+    claims = Claims(Scan(800, 2, 1000, 3), ClockDomain(10**8), ClockDomain(10**8))
+    ends = claims.ends(0, np.array([1, 2, 200, 201, 401, 1400, 1401], np.int64))
+    assert ends.tolist() == [801, 802, 1000, 1801, 2001, 3000, 3801]
+    assert claims.ends(799, np.array([1], np.int64)).tolist() == [801]
+
+
 @given(st.integers(0, 40), st.integers(0, 6))
 @settings(max_examples=60, deadline=None)
 def test_a_burst_takes_the_beginning_of_every_line(first: int, burst: int) -> None:
