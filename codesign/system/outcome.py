@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
 from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
@@ -12,6 +13,9 @@ from codesign.system.chain import Answer
 from codesign.system.fit import fit, source
 from codesign.system.mission_result import LinkUse
 from codesign.system.result import Energy, Power, Reason, Source, Times
+
+if TYPE_CHECKING:
+    from codesign.components import Component
 
 
 def head_fields(system: System) -> dict[str, Any]:
@@ -74,9 +78,9 @@ def _processor_figures(system: System) -> dict[str, Source]:
     return figures | {"power busy": source(spec.power.busy), "power idle": source(spec.power.idle)}
 
 
-def plan_fields(system: System, machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
+def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
-    planner = system.planner
+    planner = machine.system.planner
     key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
     quality = (Memo() if memo is None else memo).get(
         key, lambda: planner.quality(answer.problem, answer.plan)
@@ -85,10 +89,10 @@ def plan_fields(system: System, machine: Machine, answer: Answer, memo: Memo | N
     return {"time": times, "cycles": machine.cycles(), **planner.figures(answer.plan), "quality": quality}
 
 
-def use_fields(machine: Machine, power: Power | None) -> dict[str, Any]:
-    """Energy, utilisation and messages up to now."""
+def use_fields(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> dict[str, Any]:
+    """Energy, utilisation and messages up to now. ``others``: FPGAs like the planning one, beside the platform's."""
     return {
-        "energy": energy(machine, power),
+        "energy": energy(machine, power, others),
         "utilisation": {
             # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
             component.name: component.busy / max(machine.now, 1)
@@ -114,17 +118,18 @@ def link_use(link: Any, now: int) -> LinkUse:
     )
 
 
-def energy(machine: Machine, power: Power | None) -> Energy:
+def energy(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> Energy:
     """Static power over the whole time and dynamic power over the busy time; all others by their own figures."""
     span, system = machine.now / 1e12, machine.system
     fpga = 0.0
     if power is not None:
-        spent = sum(
-            machine.by_name[name].busy
+        fpgas = [
+            machine.by_name[name]
             for name, spec in system.platform.components.items()
             if isinstance(spec, FpgaComponent)
-        )
-        fpga = power.static.value * span + power.dynamic.value * spent / 1e12
+        ]
+        spent = sum(one.busy for one in (*fpgas, *others)) / 1e12
+        fpga = power.static.value * span * (1 + len(others)) + power.dynamic.value * spent
     parts = {ProcessorComponent: 0.0, MemoryComponent: 0.0}
     for name, component in system.platform.components.items():
         for kind in parts:

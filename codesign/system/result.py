@@ -15,6 +15,7 @@ from codesign.figures import Status, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.spec.exploration import ResultFigure
 from codesign.system.mission_result import LinkUse, Mission
+from codesign.system.scenarios.fleet_figures import FleetFigures
 
 
 class _Model(BaseModel):
@@ -158,6 +159,7 @@ class Result(_Model):
     links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
     quality: Quality | RobotsQuality | None = None
     mission: Mission | None = Field(default=None, description="figures of a drive")
+    fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
     def figure(self, name: ResultFigure) -> float | None:

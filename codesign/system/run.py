@@ -11,6 +11,8 @@ from codesign.records import Listener, SummaryRecord
 from codesign.spec import Platform, Workload
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
+from codesign.system.chain import Answer
+from codesign.system.ledger import Ledger
 from codesign.system.outcome import fitted_fields, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
 
@@ -103,20 +105,33 @@ def _check_memory(system: System) -> None:
 
 def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
     """Let the machine do what its scenario says; the fields that this gives a result."""
-    system = machine.system
-    kind = system.workload.scenario.type
-    fields: dict[str, Any] = {}
-    if kind == "drive":
-        from codesign.system.scenarios.drive import drive
-        from codesign.system.scenarios.drive.summary import mission_of
+    run = {"plan_once": _plan_once, "drive": _drive, "fleet": _fleet}[machine.system.workload.scenario.type]
+    return run(machine, power, memo)
 
-        done = drive(machine, memo)
-        fields["mission"] = mission_of(machine, done, power)
-        answer = done.log.first
-    else:
-        from codesign.system.scenarios.plan_once import plan_once
 
-        answer = plan_once(machine, memo)
-    if answer is not None:
-        fields |= plan_fields(system, machine, answer, memo)
-    return fields | use_fields(machine, power)
+def _plan_once(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+    from codesign.system.scenarios.plan_once import plan_once
+
+    answer = plan_once(machine, memo)
+    return plan_fields(machine, answer, memo) | use_fields(machine, power)
+
+
+def _drive(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+    from codesign.system.scenarios.drive import drive
+    from codesign.system.scenarios.drive.summary import mission_of
+
+    done = drive(machine, memo)
+    first = done.log.first
+    fields = {} if first is None else plan_fields(machine, first, memo)
+    return {**fields, **use_fields(machine, power), "mission": mission_of(machine, done, power)}
+
+
+def _fleet(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+    from codesign.system.scenarios.fleet import fly
+
+    flight = fly(machine, memo=memo)
+    problem = machine.system.problem
+    ended = flight.ends[-1] if len(flight.ends) else flight.loaded
+    answer = Answer(problem, flight.plan, flight.loaded, ended, ended, Ledger())
+    fields = plan_fields(machine, answer, memo) | use_fields(machine, power, flight.fpgas[1:])
+    return {**fields, "fleet": flight.figures}
