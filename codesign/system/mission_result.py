@@ -6,6 +6,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from codesign.spec.exploration import ResultFigure
+
 
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
@@ -107,3 +109,18 @@ class Mission(_Model):
         default=(), description="where the time of plans went, largest first"
     )
     bottleneck: Bottleneck | None = None
+
+    def figures(self) -> dict[ResultFigure, float | None]:
+        """Its figures as objectives and constraints name them; the time of a mission that failed is none."""
+        return {
+            ResultFigure.MISSION_TIME: self.time_s if self.reached else None,
+            ResultFigure.MISSION_ENERGY: self.energy.total_j if self.reached else None,
+            ResultFigure.DISTANCE_RATIO: self.distance_ratio,
+            ResultFigure.REPLANS: self.replans,
+            ResultFigure.REPLAN_LATENCY: self.replan_latency_95_s,
+            ResultFigure.MISSED_DEADLINES: self.missed_deadlines,
+            ResultFigure.SAFETY_STOPS: self.safety_stops,
+            ResultFigure.CONTACTS: self.contacts,
+            ResultFigure.MISSION_CLEARANCE: self.clearance_least_m,
+            ResultFigure.KNOWN_SHARE: self.known_share,
+        }

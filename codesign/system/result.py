@@ -194,5 +194,7 @@ class Result(_Model):
                 ResultFigure.CLOSEST_APPROACH: robots.closest_approach,
                 ResultFigure.TIME_TO_TARGETS: robots.time_to_targets_s,
             }
+        if self.mission is not None:
+            figures |= self.mission.figures()
         value = figures.get(name)
         return None if value is None else float(value)
