@@ -165,9 +165,9 @@ def test_the_page_of_a_mission_says_why_it_ended_and_what_sets_the_pace() -> Non
 def test_a_drive_is_shown_with_what_happened_where() -> None:
     drive, busy = run_pictures(a_drive())
     assert drive.alt == (
-        "Map of 12 by 30 cells: 1 robot, 52 cells driven, plan requested 1 times, contact 1 times, goal reached 1 times"
+        "Map of 12 by 30 cells: 1 robot, 52 cells driven, new plan asked for: 1, contact: 1, goal reached: 1"
     )
-    assert busy.alt == "Time line of fpga, uart over 50 s, 5 events; the busiest is fpga"
+    assert busy.alt == "Time line of fpga, robot, uart over 50 s, 5 events; the busiest is robot"
     assert drive.data == run_pictures(a_drive())[0].data
     assert drive.data != run_pictures(a_drive()[:-3])[0].data
 

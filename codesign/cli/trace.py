@@ -116,8 +116,10 @@ def _show_records(
     for row_cells in cells:
         aligned = (f"{text:<{width}}" for text, width in zip(row_cells, widths, strict=False))
         click.echo("  ".join((*aligned, row_cells[-1])))
+    if topics or begin or end is not None:
+        return
     left = opened.record_messages - len(rows)
-    if left > 0 and not topics and not begin and end is None:
+    if left > 0:
         click.echo(f"... and {left} more: --limit {opened.record_messages}")
     for line in trace_thumbnail(opened, shutil.get_terminal_size().columns):
         click.echo(line)

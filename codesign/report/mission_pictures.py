@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import label
 from codesign.records import (
     MapRecord,
     MessageRecord,
@@ -89,7 +88,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             layers.marks.setdefault(event.event, []).append((row, column))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
     told = [f"{plural(len(tracks), 'robot')}, {length:,.4g} cells driven"]
-    told += [f"{label(event)} {len(where)} times" for event, where in layers.marks.items()]
+    told += [f"{_MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
         layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format
     )
@@ -198,22 +197,30 @@ def _draw_marks(axes: Any, layers: _Layers) -> None:
 def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
     """How busy each component and link was over the mission, with its plans and events; None without a mission.
 
-    The mission is cut into up to 240 spans; each shows the share of it in which something was under way.
+    The mission is cut into 240 spans; each shows the share of it in which something was under way, or a robot moved.
+    Small shares are drawn darker than in proportion, so that they can be seen.
     """
     spans: dict[str, list[tuple[int, int]]] = {}
     events: list[MissionRecord] = []
+    poses: dict[str, PoseRecord] = {}
     last = 0
     for record in records:
         span = _span(record)
+        if isinstance(record, PoseRecord):
+            before = poses.get(record.source, record)
+            # Between two poses it moved, unless it stood at both.
+            span = (before.time, record.time) if before.speed or record.speed else None
+            poses[record.source] = record
+        elif isinstance(record, MissionRecord):
+            events.append(record)
+            last = max(last, record.time)
         if span is not None:
             spans.setdefault(record.source, []).append(span)
             last = max(last, span[1])
-        elif isinstance(record, MissionRecord):
-            events.append(record)
-        if isinstance(record, MissionRecord | PoseRecord):
-            last = max(last, record.time)
     if not events or not spans or not last:
         return None
+    from matplotlib.colors import PowerNorm
+
     size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
     scale = size * PICOSECONDS_PER_SECOND
     sources = sorted(spans)
@@ -221,7 +228,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     with style():
         picture, axes = canvas((9.0, 1.9 + 0.36 * len(sources)))
         shades = axes.imshow(
-            shares, cmap="Blues", vmin=0, vmax=1, aspect="auto", interpolation="nearest",
+            shares, cmap="Blues", norm=PowerNorm(0.35, 0, 1), aspect="auto", interpolation="nearest",
             extent=(0, last / scale, len(sources) - 0.5, -0.5),
         )  # fmt: skip
         picture.colorbar(shades, ax=axes, pad=0.02).set_label("busy share")

@@ -133,7 +133,9 @@ def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
             *right("busy", unit="1"),
         ),
         tuple(lines),
-        ("wait: how long work or messages waited for it, all of them together",),
+        (
+            "compute of a robot: it moves; wait: how long work or messages waited for it, all of them together",
+        ),
     )
 
 

@@ -300,13 +300,17 @@ def physical_table(result: Result) -> Table:
     if result.power is not None:
         rows.append((word("static power"), *_source_cells(result.power.static)))
         rows.append((word("dynamic power"), *_source_cells(result.power.dynamic)))
-    if result.energy is not None:
+    if result.energy is not None and result.mission is None:
         energy = result.energy
         for name, joules in (
             ("energy of the FPGA", energy.fpga_j),
             ("energy of processors", energy.processors_j),
+            ("energy of links", energy.links_j),
+            ("energy of memories", energy.memories_j),
             ("energy up to the first plan", energy.total_j),
         ):
+            if not joules and name in ("energy of links", "energy of memories"):
+                continue
             rows.append((word(name), Cell(quantity_text(joules, "J"), joules), Cell(""), Cell("")))
     columns = (*left("figure"), *right("value"), *left("interval", "status"))
     return Table("Clock, power and energy", columns, tuple(rows))
