@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
+from codesign.report.mission_pictures import account_picture
+from codesign.report.mission_tables import bottleneck_text
 from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import (
     figure_tables,
@@ -96,15 +98,19 @@ def result_page(
 def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
     """The page of ``result_page`` as text."""
     tables = figure_tables(result)
+    mission = result.mission
+    account = None if mission is None else account_picture(mission.account)
     return _rendered(
         "result.html.j2",
         title=f"{result.workload} on {result.platform}",
         headline=headline(result),
+        ended="" if mission is None else mission.ended,
+        bottleneck="" if mission is None else bottleneck_text(mission),
         reasons=result_reasons_table(result) if result.reasons else None,
         narrow=[table for table in tables if len(table.columns) <= _NARROW],
         wide=[table for table in tables if len(table.columns) > _NARROW],
         sources=sources_table([result]),
-        pictures=pictures,
+        pictures=(*pictures, *([account] if account else [])),
         command=command or f"hwsw run {result.platform} {result.workload} --html report.html",
     )
 
