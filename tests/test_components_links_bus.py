@@ -148,6 +148,16 @@ def test_in_bursts_an_outage_damages_the_message_that_waits_between_its_own() ->
     assert seen.link.busy == CLOCK.edge(10) + CLOCK.edge(160) - CLOCK.edge(20)
 
 
+def test_in_bursts_an_outage_while_a_message_waits_for_its_edge_damages_it() -> None:
+    """The second gives up within its burst; before the edge at which the first goes on, the bus is down and up."""
+    given_up = CLOCK.edge(9) + 10
+    asks = [Ask(0, "a", 32 * 40), Ask(0, "b", 32 * 40, interrupt_at=given_up)]
+    outages = [(given_up + 10, given_up + 20)]
+    seen = run(a_bus_in_bursts, asks, outages=outages)
+    assert seen.deliveries[0].reason == "link down"
+    assert run(a_bus_in_bursts, asks).deliveries[0].time == CLOCK.edge(10 + 63)
+
+
 @pytest.mark.parametrize(("key", "value"), [("width", 0), ("setup_cycles", -1), ("burst_words", 0)])
 def test_a_bus_that_cannot_be_is_refused(key: str, value: int) -> None:
     numbers = {"width": 32, "setup_cycles": 0, "burst_words": 16, key: value}

@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+import numpy as np
 import pytest
 import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, all_errors, an_ideal_link, run
 
-from codesign.components import ABANDONED, LINK_DOWN, Component, Outcome
+from codesign.architectures.interface import Step
+from codesign.components import (
+    ABANDONED,
+    LINK_DOWN,
+    ClockDomain,
+    Component,
+    Delivery,
+    Fpga,
+    Granularity,
+    Outcome,
+)
 from codesign.errors import RunError
+from codesign.records import Record, TaskRecord
 
 times = st.integers(0, 4_000_000)
 asks = st.lists(
@@ -267,3 +280,35 @@ def test_what_no_link_carries_is_refused(make: Make) -> None:
         with pytest.raises(RunError, match=r"link: 'hosst' is no end of this link\n.*accepted: a, b"):
             next(link.post("hosst", "b", "map", 8))
     assert (link.sent, link.in_flight) == (0, 0)
+
+
+@pytest.mark.parametrize("make", ALL)
+def test_run_ahead_equals_visit_by_visit_with_a_failing_link_in_play(make: Make) -> None:
+    """An FPGA computes while its link carries what it said, with errors and an outage."""
+
+    def told(granularity: Granularity) -> tuple[list[Record], list[Delivery]]:
+        environment = simpy.Environment()
+        heard: list[Record] = []
+        deliveries: list[Delivery] = []
+        fpga = Fpga(environment, "fpga", ClockDomain(100_000_000), (heard.append,))
+        spans = [(2_000_000, 2_600_000)]
+        link = make(environment, listeners=(heard.append,), errors=all_errors(), outages=spans)
+
+        def steps() -> Generator[Step, None, None]:
+            yield Step(
+                "relax", np.full(50, 3), lambda begin, end, who: TaskRecord(begin, who, "relax", end, 150)
+            )
+
+        def speak() -> Work:
+            for index in range(12):
+                yield from fpga.execute(steps(), granularity)
+                carrier = yield from link.post("a", "b", str(index), 40 + index)
+                deliveries.append((yield carrier))
+
+        environment.process(speak())
+        for index in range(30):
+            environment.process(later(environment, link, Ask(130_000 * index, "b", 64), "scan"))
+        environment.run()
+        return heard, deliveries
+
+    assert told(Granularity.RUN_AHEAD) == told(Granularity.VISIT)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import Ask, Make, run
 
-from codesign.components import Link, Parity, Serial
+from codesign.components import Link, LinkErrors, Parity, Serial
 from codesign.components.link_faults import damage_probability, parity_miss
 from codesign.errors import InputError
 
@@ -123,6 +123,34 @@ def test_all_words_given_and_not_on_the_wire_fit_the_fifo(words: list[int], dept
         total += count
         begun = total - depth
         assert seen.free[index] == (ceil_ps(10 * (begun - 1), 115_200) if begun > 0 else 0)
+
+
+def test_what_stands_in_the_fifo_stays_there_when_an_urgent_message_comes() -> None:
+    """5 words, of which 4 wait, and 4 more: the FIFO of 8 is full. The 5 urgent ones pass the 4, but not into it."""
+    asks = [Ask(0, "a", 40, 1, True), Ask(1, "a", 32, 1, True), Ask(2, "a", 40, 0, True)]
+    seen = run(a_line(fifo_depth=8), asks)
+    assert seen.free == {0: 0, 1: 1, 2: ceil_ps(50, 115_200)}
+    assert [record.name for record in seen.records] == ["0", "2", "1"]
+
+
+def test_what_waits_for_its_timeout_is_not_in_the_fifo() -> None:
+    end, asked = ceil_ps(200, 115_200), 2 * 10**9
+    errors = LinkErrors(drop=1.0, retries=1, timeout=10**12)
+    asks = [Ask(0, "a", 160, 1, True), Ask(asked, "a", 240, 0, True)]
+    seen = run(a_line(fifo_depth=8), asks, errors=errors)
+    assert end < asked
+    assert seen.free[1] == asked + ceil_ps(10 * (30 - 8 - 1), 115_200)
+
+
+def test_what_is_sent_again_as_the_line_falls_idle_begins_then() -> None:
+    first, second = ceil_ps(10, 300), ceil_ps(20, 300)
+    timeout = second - first
+    seen = run(
+        a_line(baud=300, between=("a", "b", "c")),
+        [Ask(0, "a", 8), Ask(0, "b", 8)],
+        errors=LinkErrors(drop=1.0, retries=1, timeout=timeout),
+    )
+    assert seen.deliveries[0].time == second + first + timeout
 
 
 def test_an_abandoned_message_makes_room() -> None:

@@ -145,6 +145,28 @@ def test_an_interruption_tells_what_was_done_and_frees_the_core() -> None:
     assert processor.busy == 140_000
 
 
+def test_a_task_interrupted_at_its_very_end_has_done_all_its_units() -> None:
+    environment, processor, heard = one_core()
+    caught: list[PreemptedError] = []
+    processes: list[simpy.Process] = []
+
+    def outside() -> Work:
+        yield environment.timeout(100)
+        processes[0].interrupt("late")
+
+    def work() -> Work:
+        try:
+            yield from processor.execute("step", 100, "plan")
+        except PreemptedError as error:
+            caught.append(error)
+
+    environment.process(outside())
+    processes.append(environment.process(work()))
+    environment.run()
+    assert (caught[0].units, caught[0].phase) == (100, "plan")
+    assert heard == [TaskRecord(0, "host", "plan", 100, 1)]
+
+
 def test_an_interruption_and_a_preemption_at_one_moment_hit_once() -> None:
     """The controller gives up the plan and has its own task run: nothing hits the planner after it left."""
     environment, processor, _ = one_core()

@@ -202,14 +202,12 @@ class Link(Component):
         line = self._line(message.sender)
         try:
             reason = yield from self._attempts(message, line)
-            message.end_first_attempt()
             line.leave(message)
             late = reason is None and bool(message.luck) and self._is_late(message)
             if late:
                 yield self.environment.timeout(self.errors.late_delay)
         except simpy.Interrupt:
             line.leave(message)
-            message.end_first_attempt()
             self._close(message, ABANDONED)
             raise
         if reason is None:
