@@ -57,15 +57,22 @@ def display_of(
     name: str,
     spec: DisplayComponent,
     memory: Any,
+    window: tuple[int, int] | None,
     listeners: Sequence[Listener],
 ) -> components.Display:
-    """The display that ``spec`` declares; ``memory`` is what it reads from, None a copy of its own."""
+    """The display that ``spec`` declares.
+
+    ``memory`` is what it reads from, None a copy of its own; ``window``: rows and columns of the picture there, of
+    which it shows what the screen has room for, None all that is seen.
+    """
     from codesign.components import ClockDomain, Display
     from codesign.components.scan import Scan
 
+    columns, rows = int(spec.columns.value), int(spec.rows.value)
     scan = Scan(
-        columns=int(spec.columns.value),
-        rows=int(spec.rows.value),
+        columns=columns,
+        rows=rows,
+        window=None if window is None else (min(rows, window[0]), min(columns, window[1])),
         total_columns=int(spec.total_columns.value),
         total_rows=int(spec.total_rows.value),
         pixels_a_word=int(spec.pixels_a_word.value),

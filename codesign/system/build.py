@@ -22,7 +22,7 @@ from codesign.system.routes import Routes
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Granularity
+    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity
 
 PLANNING, CONTROL, SIDE = 10, 0, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
@@ -249,13 +249,25 @@ class Machine:
             ram = self._block_ram(name, clock) if name == self.system.component else None
             return Fpga(self.environment, name, clock, self._listeners, ram)
         if isinstance(spec, MemoryComponent):
-            return ExternalMemory(self.environment, name, memory_law(name, spec), self._listeners)
+            memory = ExternalMemory(self.environment, name, memory_law(name, spec), self._listeners)
+            external = self.system.external
+            if external is not None and external.name == name:
+                self.by_name[spec.beside].use(memory)
+            return memory
         if isinstance(spec, DisplayComponent):
-            beside = self.by_name[spec.beside]
-            memory = getattr(beside, "block_ram", beside) if isinstance(beside, Fpga) else beside
-            return display_of(self.environment, name, spec, memory, self._listeners)
+            return self._display(name, spec)
         assert isinstance(spec, ProcessorComponent), "no other type is left"
         return processor_of(self.environment, name, spec, self._listeners)
+
+    def _display(self, name: str, spec: DisplayComponent) -> Display:
+        """A display; one beside an FPGA reads a pixel a cell from its block RAM, where it has one."""
+        from codesign.components import Fpga
+
+        beside, problem = self.by_name[spec.beside], self.system.problem
+        if not isinstance(beside, Fpga):
+            return display_of(self.environment, name, spec, beside, None, self._listeners)
+        window = problem.rows, problem.columns
+        return display_of(self.environment, name, spec, beside.block_ram, window, self._listeners)
 
     def _block_ram(self, name: str, clock: ClockDomain) -> BlockRam | None:
         """One block RAM for all of the design, which are driven alike, with what each holds."""

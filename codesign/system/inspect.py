@@ -48,8 +48,10 @@ def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | Non
     for workload in workloads:
         for platform in platforms:
             for point in _points_checked(workload, settings or {}):
+                # The axes are those of the variants explored: they are held against the first point alone.
+                put_in = spec.pin if point == (settings or {}) else spec.override
                 try:
-                    bind(*spec.pin(platform, workload, point, "--set ") if point else (platform, workload))
+                    bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
                 except SpecError as wrong:
                     faults += [fault for fault in wrong.faults if fault not in faults]
     return faults

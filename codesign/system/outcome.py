@@ -29,6 +29,7 @@ def head_fields(system: System) -> dict[str, Any]:
         "style": system.architecture.style,
         "component": system.component,
         "places": dict(system.placement.places),
+        "external_memory": None if system.external is None else system.external.name,
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,
         "blocks": None if count is None else count(system.problem.rows, system.problem.columns),

@@ -135,6 +135,9 @@ class Result(_Model):
     style: str
     component: str
     places: dict[str, str] = Field(default={}, description="component of each task")
+    external_memory: str | None = Field(
+        default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
+    )
     part: str | None
     parameters: dict[str, dict[str, Any]] = Field(description="parameters of each task")
     blocks: int | None = Field(default=None, description="number of blocks of the partition")

@@ -46,15 +46,15 @@ ARRIVED = "all robots stand at their targets"
 class Flight:
     """A fleet's run: the planner's run up to the last update that was done, its figures, and the FPGAs.
 
-    ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, ps;
-    ``ended``: when the last update was over.
+    ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
+    update began, ps; ``ends``: when each update was over.
     """
 
     plan: Avoidance
     figures: FleetFigures
     fpgas: tuple[Fpga, ...]
     loaded: int
-    ended: int
+    ends: tuple[int, ...]
 
 
 def fly(machine: Machine, *, memo: Memo | None = None) -> Flight:
@@ -111,9 +111,10 @@ class _Run:
     def run(self) -> Flight:
         """Let things happen until nothing more does, or a watchdog ends it."""
         environment = self.environment
-        environment.process(self._mission())
+        # The robots first: where starts and targets take no time, the first update begins with the mission.
         for robot in range(len(self.fpgas)):
             environment.process(self._robot(robot))
+        environment.process(self._mission())
         events, limit, most = 0, self.scenario.limit, self.scenario.events
         horizon = environment.peek()
         while horizon <= limit and events < most:
@@ -204,8 +205,9 @@ class _Run:
             self._failure or stopped or (ARRIVED if completed else _waiting(updates, there, len(self.fpgas)))
         )
         self.trace.ended(ended, updates)
-        end = self.ends[-1] if self.ends else self.loaded
-        return Flight(plan, self._figures(ended, completed, events), self.fpgas, self.loaded, end)
+        return Flight(
+            plan, self._figures(ended, completed, events), self.fpgas, self.loaded, tuple(self.ends)
+        )
 
     def _figures(self, ended: str, completed: bool, events: int) -> FleetFigures:
         updates = len(self.ends)

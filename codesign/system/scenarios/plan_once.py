@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from codesign.memo import Memo
-from codesign.records import MapRecord, TrajectoryRecord
+from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
 from codesign.system.build import Machine
 from codesign.system.chain import Answer, plan_chain
 
@@ -34,7 +34,16 @@ def plan_once(machine: Machine, memo: Memo | None) -> Answer:
     machine.environment.run()
     answer = answers[0]
     if machine.listening:
+        tell_field(machine, answer.plan)
         for start in problem.starts[:TRACED_TRAJECTORIES]:
             points, arrived = system.planner.trajectory(problem, answer.plan, start)
             machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
     return answer
+
+
+def tell_field(machine: Machine, plan: Any) -> None:
+    """Tell listeners of the field that a plan left, where its planner leaves one and tells it by no other record."""
+    field_of = getattr(machine.system.planner, "field_of", None)
+    if field_of is not None:
+        name, unit, values = field_of(plan)
+        machine.tell(FieldRecord(machine.now, machine.system.component, name, unit, values))
