@@ -11,6 +11,7 @@ from typing import Any
 from codesign.errors import InputError
 from codesign.explore.space import DesignPoint
 from codesign.planners.interface import Quality
+from codesign.system.mission_result import Mission, MissionEnergy
 from codesign.system.result import Reason, ResourceUse, Result, Times
 
 
@@ -55,6 +56,38 @@ def result(
     )
     time_ = Times(map_loaded_ps=0, planned_ps=picoseconds, first_plan_ps=picoseconds)
     return Result(**head, feasible=True, time=time_, quality=quality, precision=7)
+
+
+def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> Mission:
+    """A mission with these figures; one that did not reach its goals says that the way was blocked."""
+    figures: dict[str, Any] = {
+        "ended": "reached" if reached else "no way for 30 s",
+        "reached": reached,
+        "time_s": seconds,
+        "goals_reached": int(reached),
+        "plans": 4,
+        "replans": 3,
+        "replan_latency_median_s": 0.01,
+        "replan_latency_95_s": 0.02,
+        "replan_latency_worst_s": 0.03,
+        "distance_m": 12.0,
+        "shortest_m": 10.0,
+        "distance_ratio": 1.2,
+        "clearance_least_m": 0.15,
+        "clearance_mean_m": 0.6,
+        "turns": 600,
+        "missed_deadlines": 2,
+        "safety_stops": 1,
+        "contacts": 0,
+        "driving_s": 50.0,
+        "waiting_s": 1.0,
+        "known_share": 0.75,
+        "energy": MissionEnergy(
+            fpga_j=1, processors_j=2, links_j=3, memories_j=4, robot_j=5 * seconds, total_j=10 + 5 * seconds
+        ),
+        "account": {},
+    }
+    return Mission(**(figures | changes))
 
 
 class Fake:

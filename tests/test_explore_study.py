@@ -131,7 +131,14 @@ def test_json_has_every_point_with_all_figures() -> None:
     text = json.loads(made.to_json())
     assert text["schema_version"] == 1
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])
-    assert text["counts"] == {"points": 3, "feasible": 1, "failed": 1, "missing": 0, "front": 1}
+    assert text["counts"] == {
+        "points": 3,
+        "feasible": 1,
+        "unreached": 0,
+        "failed": 1,
+        "missing": 0,
+        "front": 1,
+    }
     assert text["objectives"][2] == {"figure": "share_reaching_goal", "unit": "1", "direction": "maximise"}
     assert text["constraints"][1] == {"figure": "time", "at_least": None, "at_most": 2.0}
     assert set(text["units"]) == set(text["points"][0]["figures"])

@@ -26,6 +26,13 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option(
     "--store", type=_FILE, help="SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
 )
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Settle an axis, or override, for all points.",
+)
 @click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
@@ -34,6 +41,7 @@ def explore(
     platform: str,
     workload: str,
     store: Path | None,
+    settings: tuple[str, ...],
     workers: int,
     csv_file: Path | None,
     page: Path | None,
@@ -45,9 +53,13 @@ def explore(
     """
     import codesign
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.run import settings_of
+    from codesign.spec import pin
 
-    platform_spec = codesign.load_platform(platform)
-    workload_spec = codesign.load_workload(workload)
+    values = settings_of(settings)
+    platform_spec, workload_spec = codesign.load_platform(platform), codesign.load_workload(workload)
+    if values:
+        platform_spec, workload_spec = pin(platform_spec, workload_spec, values, "--set ")
     file = store or Path(f"{platform_spec.name}-{workload_spec.name}.sqlite")
     check_outputs(
         {"--csv": csv_file, "--html": page},
@@ -85,6 +97,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         reasons_table,
         render_text,
         study_page,
+        winners_table,
         write_study_csv,
     )
 
@@ -96,6 +109,9 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         click.echo(study.to_json())
         return
     click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
+    winners = winners_table(study)
+    if winners is not None:
+        click.echo(render_text(winners))
     if study.reasons:
         click.echo(render_text(reasons_table(study)))
     for name, path in (("csv", csv_file), ("page", page)):

@@ -14,15 +14,20 @@ KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 
 @click.command(short_help="Check platform and workload files.")
 @click.argument("files", nargs=-1, required=True)
+@click.option(
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. workload.variant=NAME"
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
-def check(files: tuple[str, ...], as_json: bool) -> None:
+def check(files: tuple[str, ...], settings: tuple[str, ...], as_json: bool) -> None:
     """Check FILES (YAML files, or names of shipped platforms and workloads): every fault at once, with its place.
 
-    Where a platform and a workload are given, they are checked against each other too, the map and its goals included.
+    Where a platform and a workload are given, they are checked against each other too, the map and its goals included,
+    and each variant of the workload.
     """
+    from codesign.cli.run import settings_of
     from codesign.system import check_files
 
-    faults = check_files(files)
+    faults = check_files(files, settings_of(settings))
     if as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:

@@ -31,10 +31,14 @@ class Bounds(_Model):
 
 
 class Counts(_Model):
-    """How many points there are; how many are feasible, failed, were not computed, are on the front."""
+    """How many points there are; how many are feasible, failed, were not computed, are on the front.
+
+    ``unreached`` counts those among the feasible whose mission ended before its goals.
+    """
 
     points: int
     feasible: int
+    unreached: int
     failed: int
     missing: int
     front: int
@@ -51,6 +55,9 @@ class Point(_Model):
     state: Literal["done", "failed", "missing"]
     feasible: bool
     on_front: bool
+    unreached: str | None = Field(
+        description="why the mission of a feasible point ended before its goals; null where it reached them"
+    )
     figures: dict[ResultFigure, int | float | None] = Field(
         description="each in its unit of ``units``; counts are integers"
     )

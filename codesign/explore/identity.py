@@ -26,7 +26,7 @@ _NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace
 
 
 def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
-    """SHA-256 over platform, parts, workload without its ``explore`` section, map, and code.
+    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, and code.
 
     ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
 
@@ -50,6 +50,18 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         code_digest(),
     ]
     return hashlib.sha256(canonical(known).encode()).hexdigest()
+
+
+def variant_digests(workload: Workload) -> dict[str, str]:
+    """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
+    from codesign.spec.variants import BASE, VARIANT_AXIS, choose_variant
+
+    names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
+    return {
+        name: choose_variant(workload, name, "").digest()
+        for name in names
+        if isinstance(name, str) and name != BASE and name in workload.variants
+    }
 
 
 def parts_digest(platform: Platform) -> str:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError, RunError, SpecError, StoreError
 from codesign.explore.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
-from codesign.explore.identity import fingerprint, parts_digest
+from codesign.explore.identity import fingerprint, parts_digest, variant_digests
 from codesign.explore.shared import Shared
 from codesign.explore.space import DesignPoint, Space, group, group_limit
 from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
@@ -122,7 +122,7 @@ def explore(
         _check_axes(platform, workload, section)
     parts = parts_digest(platform)
     grid = grid_of(workload)
-    space = Space(section.axes, fingerprint(platform, workload, grid))
+    space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
     if evaluate is None:
         _check_some_point(platform, workload, space, grid)
         evaluate = Simulator(platform, workload, grid)
@@ -197,7 +197,8 @@ def load_study(path: Path | str) -> Study:
             constraints = tuple(Constraint.model_validate(limit) for limit in known["constraints"])
             objectives = tuple(ResultFigure(name) for name in known["objectives"])
             axes = Exploration.model_validate({"axes": known["axes"]}).axes
-            space = Space(axes, str(known["fingerprint"]))
+            variants = {str(name): str(digest) for name, digest in known.get("variants", {}).items()}
+            space = Space(axes, str(known["fingerprint"]), variants)
             if len(space) > MAX_POINTS:
                 raise ValueError(f"{len(space)} points")
             tally = _Tally(space, constraints, str(path))
@@ -331,6 +332,7 @@ def _definition(platform: Platform, workload: Workload, section: Exploration, sp
         "platform": platform.model_dump(mode="json"),
         "workload": workload.model_dump(mode="json"),
         "fingerprint": space.fingerprint,
+        "variants": dict(space.variants),
         "axes": {name: list(values) for name, values in space.axes.items()},
         "objectives": [name.value for name in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
@@ -350,7 +352,7 @@ def _check_axes(platform: Platform, workload: Workload, section: Exploration) ->
         # A section put in from Python: it stands in no file, and its faults are told of the file as a whole.
         workload = workload.model_copy()
         workload._document = dataclasses.replace(document, tree={**document.tree, "explore": {"axes": axes}})
-    cross_check(platform, workload)
+    cross_check(platform, workload, explored=True)
 
 
 def _grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -> OccupancyGrid | None:
@@ -382,8 +384,9 @@ def _check_some_point(
 
 
 def _groups(pending: list[DesignPoint], platform: Platform, space: Space, workers: int) -> Sequence[Group]:
-    """Points that share work together: axes of components leave it as it is, those of schedules share stages."""
-    cheap = [name for name in space.axes if name.partition(".")[0] in platform.components]
+    """Points that share work together: axes of the platform leave it as it is, those of schedules share stages."""
+    known = {*platform.components, *platform.links}
+    cheap = [name for name in space.axes if name.partition(".")[0] in known]
     related = [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
     limit = group_limit(len(pending), workers)
     return group(pending, cheap=cheap, related=related, limit=limit)

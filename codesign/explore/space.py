@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from codesign.spec.variants import VARIANT_AXIS
+
 MAX_GROUP = 16
 
 
@@ -21,7 +23,8 @@ class DesignPoint:
     Attributes:
         index: place in the enumeration, from 0; the last axis moves fastest.
         axes: the value of each axis as the workload's file gives it.
-        key: SHA-256 over these values and the fingerprint of all else that a result depends on.
+        key: SHA-256 over these values, the variant that they choose, and the fingerprint of all else that a result
+            depends on.
     """
 
     index: int
@@ -35,18 +38,23 @@ class Space:
     Args:
         axes: the values of each axis by name (``relax.block``, ``fpga.clock``), in file order. No axis: one
             point.
-        fingerprint: names all that a result depends on besides the axes; part of every key.
+        fingerprint: names all that a result depends on besides the axes and the variants; part of every key.
+        variants: what each variant of the workload stands for, as a digest: part of the keys of its points alone, so
+            that one more, or a change in one, leaves the points of the others where they are.
 
     >>> space = Space({"relax.iterations": [1, 6], "fpga.clock": ["100 MHz", "150 MHz"]}, "")
     >>> len(space), space.point(1).axes
     (4, {'relax.iterations': 1, 'fpga.clock': '150 MHz'})
     """
 
-    def __init__(self, axes: Mapping[str, Sequence[Any]], fingerprint: str) -> None:
+    def __init__(
+        self, axes: Mapping[str, Sequence[Any]], fingerprint: str, variants: Mapping[str, str] | None = None
+    ) -> None:
         self.axes: Mapping[str, tuple[Any, ...]] = MappingProxyType(
             {name: tuple(values) for name, values in axes.items()}
         )
         self.fingerprint = fingerprint
+        self.variants: Mapping[str, str] = MappingProxyType(dict(variants or {}))
 
     def __len__(self) -> int:
         return math.prod(len(values) for values in self.axes.values())
@@ -68,9 +76,11 @@ class Space:
 
     def _made(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
         axes = dict(zip(self.axes, values, strict=True))
-        return DesignPoint(
-            index, axes, hashlib.sha256(canonical([self.fingerprint, axes]).encode()).hexdigest()
-        )
+        told = [self.fingerprint, axes]
+        chosen = axes.get(VARIANT_AXIS)
+        if isinstance(chosen, str) and chosen in self.variants:
+            told.append(self.variants[chosen])
+        return DesignPoint(index, axes, hashlib.sha256(canonical(told).encode()).hexdigest())
 
 
 def canonical(value: Any) -> str:

@@ -12,6 +12,7 @@ from typing import Any, Literal
 from codesign.explore.document import Bounds, Counts, Objective, Point, StudyDocument
 from codesign.explore.front import non_dominated
 from codesign.spec.exploration import Constraint, ResultFigure
+from codesign.system.mission_figures import mission_figures
 from codesign.system.result import Reason, Result
 
 
@@ -40,9 +41,25 @@ class Outcome:
         """Whether it fits and satisfies every constraint."""
         return self.result is not None and self.result.feasible
 
+    @property
+    def unreached(self) -> str | None:
+        """Why the mission of a feasible point ended before its goals; None where it reached them, or had none."""
+        mission = self.result.mission if self.result is not None and self.feasible else None
+        return None if mission is None or mission.reached else mission.ended
+
     def figure(self, name: ResultFigure) -> float | None:
         """One figure, or None where it has none."""
-        return None if self.result is None else self.result.figure(name)
+        return None if self.result is None else figure_of(self.result, name)
+
+
+def figure_of(result: Result, name: ResultFigure) -> float | None:
+    """One figure as designs are compared by it: one that needs no chip takes none of a chip's resources."""
+    if result.mission is not None and name in (known := mission_figures(result.mission)):
+        return known[name]
+    value = result.figure(name)
+    if value is None and name.is_resource and result.part is None and not result.resources:
+        return 0.0
+    return value
 
 
 @dataclass(frozen=True)
@@ -50,8 +67,9 @@ class ReasonCount:
     """How often one reason kept points out: ``points`` of them.
 
     ``nearest`` is the index of the point with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this point. A failure counts under kind ``failure``, with its message's first line as
-    name, a gap of 0 and no levers.
+    ``levers`` are those of this point. What is not held against a limit has a gap of 0 and no levers: a ``failure``,
+    with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``, with the objective
+    that a feasible point does not have.
     """
 
     kind: str
@@ -80,6 +98,11 @@ class Study:
         return tuple(point.index for point in self.points if point.feasible)
 
     @cached_property
+    def unreached(self) -> tuple[int, ...]:
+        """Indices of the feasible points whose mission ended before its goals."""
+        return tuple(point.index for point in self.points if point.unreached is not None)
+
+    @cached_property
     def failed(self) -> tuple[int, ...]:
         """Indices of the points whose computation failed."""
         return tuple(point.index for point in self.points if point.state == "failed")
@@ -99,9 +122,9 @@ class Study:
         """Indices of the feasible points that no other feasible point dominates.
 
         A feasible point without one of the objectives (no start arrives, so no path length) is not on the
-        front.
+        front; nor is one whose mission ended before its goals, whatever the objectives.
         """
-        candidates = self.feasible
+        candidates = tuple(index for index in self.feasible if self.points[index].unreached is None)
         if not candidates or not self.objectives:
             return ()
         figures = [[self.points[index].figure(name) for name in self.objectives] for index in candidates]
@@ -117,14 +140,27 @@ class Study:
             for reason in _reasons(point):
                 gap = reason.gap, point.index, reason.levers
                 found.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
-            if point.failure is not None:
-                message = point.failure.partition("\n")[0]
-                found.setdefault(("failure", message, ""), []).append((0, point.index, ()))
+            for kind, name in self._held_against(point):
+                found.setdefault((kind, name, ""), []).append((0, point.index, ()))
         counts = []
         for key, gaps in found.items():
             least, nearest, levers = min(gaps)
             counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
         return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
+
+    def lacking(self, point: Outcome) -> tuple[ResultFigure, ...]:
+        """The objectives that keep a feasible point off the front because it does not have them."""
+        if not point.feasible:
+            return ()
+        return tuple(name for name in self.objectives if point.figure(name) is None)
+
+    def _held_against(self, point: Outcome) -> list[tuple[str, str]]:
+        """What keeps a point out besides the reasons of its result, by kind and name."""
+        if point.failure is not None:
+            return [("failure", point.failure.partition("\n")[0])]
+        if point.unreached is not None:
+            return [("unreached", point.unreached)]
+        return [("no figure", name.value) for name in self.lacking(point)]
 
     def nearest(self, count: int = 3) -> tuple[int, ...]:
         """Indices of the infeasible points that pass their limits by least: by the largest relative gap of each."""
@@ -153,6 +189,7 @@ class Study:
             counts=Counts(
                 points=len(self.points),
                 feasible=len(self.feasible),
+                unreached=len(self.unreached),
                 failed=len(self.failed),
                 missing=len(self.missing),
                 front=len(front),
@@ -173,24 +210,22 @@ def judged(result: Result, constraints: tuple[Constraint, ...]) -> Result:
     A figure that a feasible point does not have (no start arrives, so no path length) satisfies no
     constraint; one that a point lacks because it does not fit, and was never run, is not held against it.
     """
-    reasons = [
-        reason
-        for limit in constraints
-        for reason in _unsatisfied(limit, result.figure(limit.figure), result.feasible)
-    ]
+    reasons = [reason for limit in constraints for reason in _unsatisfied(limit, result)]
     if not reasons:
         return result
     return result.model_copy(update={"feasible": False, "reasons": (*result.reasons, *reasons)})
 
 
-def _unsatisfied(constraint: Constraint, value: float | None, was_run: bool) -> list[Reason]:
-    figure = constraint.figure
+def _unsatisfied(constraint: Constraint, result: Result) -> list[Reason]:
+    figure, value = constraint.figure, figure_of(result, constraint.figure)
     reasons = []
     for limit, sign, word in ((constraint.at_least, 1, "at least"), (constraint.at_most, -1, "at most")):
-        if limit is None or (value is None and not was_run):
+        if limit is None or (value is None and not result.feasible):
             continue
         if value is None:
-            name, demand, gap = f"{figure.value} {word}: no such figure", 0.0, abs(limit)
+            unreached = result.mission is not None and not result.mission.reached
+            why = "goals not reached" if unreached else "no such figure"
+            name, demand, gap = f"{figure.value} {word}: {why}", 0.0, abs(limit)
         else:
             name, demand, gap = f"{figure.value} {word}", value, sign * (limit - value)
             if gap <= 0:
@@ -208,6 +243,7 @@ def _point(point: Outcome, on_front: bool) -> Point:
         state=point.state,
         feasible=point.feasible,
         on_front=on_front,
+        unreached=point.unreached,
         figures={name: _counted(name, point.figure(name)) for name in ResultFigure},
         failure=point.failure,
         result=point.result,

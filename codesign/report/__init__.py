@@ -34,6 +34,7 @@ from codesign.report.study_tables import (
     write_study_csv,
 )
 from codesign.report.table import Cell, Column, Table
+from codesign.report.variant_tables import winners_table
 
 __all__ = [
     "Cell",
@@ -64,6 +65,7 @@ __all__ = [
     "study_page",
     "study_table",
     "timeline_picture",
+    "winners_table",
     "write_csv",
     "write_study_csv",
 ]

@@ -48,7 +48,7 @@ def chart_data(study: Study) -> dict[str, Any]:
     kept = _kept(study)
     points = [study.points[position] for position in kept]
     front = set(study.front)
-    whys = [why_not(point) for point in points]
+    whys = [why_not(point, study.lacking(point)) for point in points]
     distinct = list(dict.fromkeys(whys))
     numbers = {why: number for number, why in enumerate(distinct)}
     axes, figures = varying_axes(study), chart_figures(study)

@@ -40,6 +40,7 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
         "feasible": len(study.feasible),
         "infeasible": len(study.points) - len(study.feasible) - len(study.failed) - len(study.missing),
     }
+    counts |= {"without their goals": len(study.unreached)} if study.unreached else {}
     counts |= {"failed": len(study.failed)} if study.failed else {}
     counts |= {"not computed": len(study.missing)} if study.missing else {}
     counts["on the front"] = len(study.front)
@@ -88,7 +89,7 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
                 *_figure_cells(point, figures),
                 _yes(position in feasible),
                 _yes(position in front),
-                Cell(why := why_not(point), why),
+                Cell(why := why_not(point, study.lacking(point)), why),
             )
         )
     columns = (
@@ -189,15 +190,16 @@ def reasons_table(study: Study) -> Table:
     what would help there."""
     rows = []
     for count in study.reasons:
-        failure = count.kind == "failure"
-        least = ABSENT if failure else quantity_text(count.least_gap, count.unit)
+        measured = count.kind not in {"failure", "unreached", "no figure"}
+        told = count.kind in {"failure", "unreached"}
+        least = quantity_text(count.least_gap, count.unit) if measured else ABSENT
         advice = "; ".join(count.levers) or ABSENT
         rows.append(
             (
                 Cell(count.kind, count.kind),
-                Cell(count.name if failure else label(count.name), count.name),
+                Cell(count.name if told else label(count.name), count.name),
                 count_cell(count.points),
-                Cell(least, None if failure else count.least_gap),
+                Cell(least, count.least_gap if measured else None),
                 Cell(str(count.nearest), count.nearest),
                 Cell(advice, advice),
             )
@@ -210,10 +212,17 @@ def reasons_table(study: Study) -> Table:
     return Table("Why points were left out", columns, tuple(rows))
 
 
-def why_not(point: Outcome) -> str:
-    """All the reasons against a point, in one line; nothing where there are none."""
+def why_not(point: Outcome, lacking: Sequence[ResultFigure] = ()) -> str:
+    """All that keeps a point off the front besides better ones, in one line; nothing where nothing does.
+
+    ``lacking``: the objectives that it does not have, though it is feasible.
+    """
     if point.result is None:
         return "not computed" if point.failure is None else f"failed: {point.failure}"
+    if point.unreached is not None:
+        return f"goals not reached: {point.unreached}"
+    if lacking:
+        return f"has no {', no '.join(label(name.value) for name in lacking)}"
     return "; ".join(reason_text(reason) for reason in point.result.reasons)
 
 

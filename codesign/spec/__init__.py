@@ -12,7 +12,7 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 
 from codesign.spec.axes import cross_check
 from codesign.spec.base import Spec, fault
-from codesign.spec.design_point import has_axis, override
+from codesign.spec.design_point import has_axis, override, pin
 from codesign.spec.exploration import Constraint, Exploration, ResultFigure
 from codesign.spec.model import RefusalError, SpecModel
 from codesign.spec.part import Part, list_parts, load_part
@@ -44,5 +44,6 @@ __all__ = [
     "load_workload",
     "override",
     "parse_value",
+    "pin",
     "starting_files",
 ]

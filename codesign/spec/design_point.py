@@ -195,6 +195,22 @@ def override(
     return _with(platform, "links", entries["links"], moved), point
 
 
+def pin(
+    platform: Platform, workload: Workload, values: Mapping[str, Any], where: str = "point: "
+) -> tuple[Platform, Workload]:
+    """The specs with values put in, and their exploration kept without the axes that these values settle.
+
+    Raises:
+        SpecError: as ``override``.
+    """
+    moved, point = override(platform, workload, values, where)
+    section = workload.explore
+    if section is not None:
+        axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
+        section = section.model_copy(update={"axes": axes})
+    return moved, point.model_copy(update={"explore": section})
+
+
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
     """Whether an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
     if axis == VARIANT_AXIS:

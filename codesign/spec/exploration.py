@@ -45,6 +45,16 @@ class ResultFigure(StrEnum):
     CLOSEST_APPROACH = "closest_approach"
     TIME_TO_TARGETS = "time_to_targets"
     PRECISION = "precision"
+    MISSION_TIME = "mission_time"
+    MISSION_ENERGY = "mission_energy"
+    DISTANCE_RATIO = "distance_ratio"
+    REPLANS = "replans"
+    REPLAN_LATENCY = "replan_latency"
+    MISSED_DEADLINES = "missed_deadlines"
+    SAFETY_STOPS = "safety_stops"
+    CONTACTS = "contacts"
+    MISSION_CLEARANCE = "mission_clearance"
+    KNOWN_SHARE = "known_share"
 
     @property
     def unit(self) -> str:
@@ -54,16 +64,17 @@ class ResultFigure(StrEnum):
     @property
     def maximise(self) -> bool:
         """Whether more of it is better."""
-        return self in {
-            ResultFigure.SHARE_REACHING_GOAL,
-            ResultFigure.CLEARANCE,
-            ResultFigure.CLOSEST_APPROACH,
-        }
+        return self in _MOST_IS_BEST
 
     @property
     def is_count(self) -> bool:
         """Whether it counts things, so that every value is a whole number."""
         return self in _COUNTS
+
+    @property
+    def is_resource(self) -> bool:
+        """Whether it is a resource of a chip, of which a design without one takes none."""
+        return self in _RESOURCES
 
     @property
     def direction(self) -> str:
@@ -79,23 +90,45 @@ _UNITS = {
     ResultFigure.CLOSEST_APPROACH: "cells",
     ResultFigure.TIME_TO_TARGETS: "s",
     ResultFigure.PRECISION: "bits",
+    ResultFigure.MISSION_TIME: "s",
+    ResultFigure.MISSION_ENERGY: "J",
+    ResultFigure.REPLAN_LATENCY: "s",
+    ResultFigure.MISSION_CLEARANCE: "m",
 }
-_COUNTS = {
-    ResultFigure.CYCLES,
+_MOST_IS_BEST = {
+    ResultFigure.SHARE_REACHING_GOAL,
+    ResultFigure.CLEARANCE,
+    ResultFigure.CLOSEST_APPROACH,
+    ResultFigure.MISSION_CLEARANCE,
+    ResultFigure.KNOWN_SHARE,
+}
+_RESOURCES = {
     ResultFigure.SLICES,
     ResultFigure.LUT4,
     ResultFigure.FLIP_FLOPS,
     ResultFigure.BLOCK_RAMS,
     ResultFigure.MULTIPLIERS,
+}
+_COUNTS = {
+    *_RESOURCES,
+    ResultFigure.CYCLES,
     ResultFigure.LOCAL_MAXIMA,
     ResultFigure.WRONG_CELLS,
     ResultFigure.COLLISIONS,
     ResultFigure.PRECISION,
+    ResultFigure.REPLANS,
+    ResultFigure.MISSED_DEADLINES,
+    ResultFigure.SAFETY_STOPS,
+    ResultFigure.CONTACTS,
 }
 _DIMENSIONS = {
     ResultFigure.TIME: Dimension.TIME,
     ResultFigure.POWER: Dimension.POWER,
     ResultFigure.ENERGY: Dimension.ENERGY,
+    ResultFigure.MISSION_TIME: Dimension.TIME,
+    ResultFigure.REPLAN_LATENCY: Dimension.TIME,
+    ResultFigure.MISSION_ENERGY: Dimension.ENERGY,
+    ResultFigure.MISSION_CLEARANCE: Dimension.LENGTH,
 }
 
 DEFAULT_OBJECTIVES = (
@@ -111,7 +144,7 @@ Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
 
 
 class Constraint(SpecModel):
-    """A bound on a figure. Written with a unit (``5 ms``) for time, power and energy; held in s, W and J."""
+    """A bound on a figure. Written with a unit (``5 ms``) for time, power, energy and length; held in s, W, J, m."""
 
     figure: ResultFigure = Field(description="The figure that is bounded.")
     at_least: Limit = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a bare number.")
@@ -148,7 +181,8 @@ class Constraint(SpecModel):
 class Exploration(SpecModel):
     """Axes, all combinations of whose values are design points; and what is good.
 
-    ``axes``: raw values by axis, ``TASK.PARAMETER`` or ``COMPONENT.FIELD``, in file order.
+    ``axes``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``workload.variant``, or a
+    key of ``workload.problem`` or ``workload.scenario``, in file order.
     """
 
     axes: Annotated[
