@@ -88,7 +88,14 @@ def test_the_facts_of_a_trace(tmp_path: Path) -> None:
 
 def test_the_docs_name_every_record_and_topic() -> None:
     text = (Path(__file__).resolve().parent.parent / "docs" / "traces.md").read_text(encoding="utf-8")
-    sources = {"MessageRecord": "pci", "TaskRecord": "host"}
+    sources = {
+        "MessageRecord": "pci",
+        "TaskRecord": "host",
+        "PoseRecord": "robot",
+        "BeliefRecord": "robot",
+        "PositionsRecord": "fleet",
+        "ObstacleRecord": "map",
+    }
     for name, record_type in RECORD_TYPES.items():
         topic = topic_of(record_type, sources.get(name, "fpga"))
         assert f"| `{topic}` | `{name}` | `{schema_name(record_type)}` |" in text
