@@ -33,6 +33,7 @@ from codesign.report.study_tables import (
     reasons_table,
     study_counts,
 )
+from codesign.report.variant_tables import winners_table
 from codesign.report.wording import ABSENT
 from codesign.system.result import Result
 
@@ -71,6 +72,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
         feasible=feasible,
         front=front_table(study),
         best=best_table(study),
+        winners=winners_table(study),
         reasons=reasons_table(study),
         nearest=nearest_table(study),
         sources=sources_table(point.result for point in study.points if point.result is not None),
