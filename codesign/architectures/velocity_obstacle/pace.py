@@ -4,11 +4,11 @@ A frame of coordinates is one message an update. With C characters a message, T 
 baud), F characters in the sender's FIFO and D seconds in which the robots decide, the updates of a free-running fleet
 follow each other, once the line has filled up, in
 
-    max(C T, D)                    C ≤ F: the message goes into the FIFO at once, while the line is still at the one before
-    max(C T, D + (C - F - 1) T)    C > F: the circuit is held until the last F characters wait, one more being on the wire
+    max(C T, D)                    where C ≤ F: the message goes into the FIFO while the line is at the one before
+    max(C T, D + (C - F - 1) T)    where C > F: the circuit is held until the last F characters wait, and one is sent
 
-so the line sets the pace where C T is the greater: n · 2 · 16 bits / data_bits · frame_bits / baud > D, for any FIFO that
-takes the message. Simulated runs are held against this in the tests.
+So the line sets the pace where C T > D: n · 2 · 16 bits / data_bits · frame_bits / baud > D. Where D is the greater, a
+FIFO that is shorter than the message still costs (C - F - 1) T. Simulated runs are held against this in the tests.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from codesign.planners.velocity_obstacle.problem import generate
 
 @dataclass(frozen=True)
 class LineLaw:
-    """A serial line: ``baud`` bits a second, ``data_bits`` of each frame of ``frame_bits``, a FIFO of ``fifo_depth``."""
+    """A serial line: ``baud`` bits a second, frames of ``frame_bits``, ``data_bits`` in each; a FIFO of ``fifo_depth``."""
 
     baud: int
     data_bits: int = 8

@@ -42,6 +42,8 @@ def pair_gaps(cells: NDArray[np.float64]) -> NDArray[np.float64]:
 
     ``cells``: float64 (u + 1) × n × 2. The distance along each step, not only at its ends.
     """
+    if len(cells) == 1:
+        cells = np.concatenate([cells, cells])
     found = []
     for robot in range(cells.shape[1] - 1):
         offsets = cells[:, robot + 1 :] - cells[:, robot, None]

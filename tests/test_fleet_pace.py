@@ -1,0 +1,67 @@
+"""What sets the pace of a fleet: the closed form and its table."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from codesign.architectures.velocity_obstacle.pace import LineLaw, baud_needed, decide_time, pace_table
+from codesign.architectures.velocity_obstacle.published import Style
+from codesign.planners.velocity_obstacle import AvoidParameters
+
+BAUDS = st.integers(300, 20_000_000)
+DECIDE = st.fractions(Fraction(1, 10**6), Fraction(1))
+
+
+def test_a_message_takes_its_characters() -> None:
+    assert LineLaw(115_200).message(8) == Fraction(32 * 10, 115_200)
+    assert LineLaw(9600, data_bits=7, frame_bits=Fraction(21, 2)).message(1) == Fraction(5 * 21, 2 * 9600)
+
+
+@given(robots=st.integers(2, 64), baud=BAUDS, fifo=st.integers(1, 300), decide=DECIDE)
+def test_the_period_lies_between_what_overlaps_and_what_does_not(
+    robots: int, baud: int, fifo: int, decide: Fraction
+) -> None:
+    line = LineLaw(baud, fifo_depth=fifo)
+    period, message = line.period(robots, decide), line.message(robots)
+    assert max(message, decide) <= period <= message + decide
+    assert LineLaw(baud, fifo_depth=fifo + 1).period(robots, decide) <= period
+    assert LineLaw(baud + 1, fifo_depth=fifo).period(robots, decide) <= period
+    if fifo >= line.characters(robots):
+        assert period == max(message, decide)
+
+
+@given(robots=st.integers(2, 64), baud=BAUDS, decide=DECIDE)
+def test_baud_and_robots_at_which_the_line_begins_to_set_the_pace(
+    robots: int, baud: int, decide: Fraction
+) -> None:
+    needed = baud_needed(robots, decide)
+    assert (LineLaw(baud).message(robots) > decide) == (baud < needed)
+    most = LineLaw(baud).robots_within(decide)
+    assert LineLaw(baud).message(most) <= decide < LineLaw(baud).message(most + 1)
+
+
+def test_24_robots_fill_9600_baud_in_real_time() -> None:
+    assert LineLaw(9600).robots_within(Fraction(1, 10)) == 24
+    assert LineLaw(115_200).robots_within(Fraction(1, 10)) == 288
+
+
+def test_the_table_names_what_is_longer() -> None:
+    parameters = AvoidParameters(range=20.0, updates=200)
+    rows = pace_table((2, 64), (9600, 115_200, 20_000_000), parameters=parameters)
+    assert [(row.robots, row.baud) for row in rows] == [
+        (robots, baud) for robots in (2, 64) for baud in (9600, 115_200, 20_000_000)
+    ]
+    assert [row.pace for row in rows] == ["line"] * 5 + ["fpga"]
+    assert [row.in_real_time for row in rows] == [True, True, True, False, True, True]
+    for row in rows:
+        assert row.period == LineLaw(row.baud).period(row.robots, row.decide)
+        assert row.decide == decide_time(row.robots, Style.PIPELINED, parameters, "random")
+
+
+def test_an_unknown_arrangement_is_refused() -> None:
+    with pytest.raises(Exception, match="no arrangement"):
+        decide_time(4, Style.PIPELINED, AvoidParameters(), "star")
