@@ -12,7 +12,6 @@ from codesign.report import front_table, reasons_table, render_text, study_table
 from codesign.report.chart import chart_data
 from codesign.report.study_tables import study_counts
 from codesign.spec import Constraint, Exploration, ResultFigure
-from codesign.system.mission_figures import mission_figures
 from codesign.system.result import Result
 
 F = ResultFigure
@@ -28,9 +27,7 @@ def study(*outcomes: Outcome, objectives: tuple[ResultFigure, ...] = (F.MISSION_
 
 
 def test_every_figure_of_a_mission_in_its_unit() -> None:
-    told = {
-        name: (figure_of(driven(), name), name.unit, name.maximise) for name in mission_figures(mission())
-    }
+    told = {name: (figure_of(driven(), name), name.unit, name.maximise) for name in mission().figures()}
     assert told == {
         F.MISSION_TIME: (60.0, "s", False),
         F.MISSION_ENERGY: (310.0, "J", False),

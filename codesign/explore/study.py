@@ -12,8 +12,12 @@ from typing import Any, Literal
 from codesign.explore.document import Bounds, Counts, Objective, Point, StudyDocument
 from codesign.explore.front import non_dominated
 from codesign.spec.exploration import Constraint, ResultFigure
-from codesign.system.mission_figures import mission_figures
 from codesign.system.result import Reason, Result
+
+
+_OF_THE_WHOLE_WAY = frozenset(
+    {ResultFigure.MISSION_TIME, ResultFigure.MISSION_ENERGY, ResultFigure.DISTANCE_RATIO}
+)
 
 
 @dataclass(frozen=True)
@@ -53,9 +57,13 @@ class Outcome:
 
 
 def figure_of(result: Result, name: ResultFigure) -> float | None:
-    """One figure as designs are compared by it: one that needs no chip takes none of a chip's resources."""
-    if result.mission is not None and name in (known := mission_figures(result.mission)):
-        return known[name]
+    """One figure as designs are compared by it.
+
+    A mission that ended before its goals has no figure of its whole way: the earlier it failed, the less it would be. A
+    design that needs no chip takes none of a chip's resources.
+    """
+    if name in _OF_THE_WHOLE_WAY and result.mission is not None and not result.mission.reached:
+        return None
     value = result.figure(name)
     if value is None and name.is_resource and result.part is None and not result.resources:
         return 0.0
