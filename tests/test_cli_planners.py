@@ -24,6 +24,12 @@ PLATFORMS = {
     "wavefront-tiles": "virtex4-pci",
     "floor-plan": "pc-3400mhz",
     "floor-plan-mam": "pc-3400mhz",
+    "office-harmonic": "zynq",
+    "office-breadth-first": "arty-a7",
+    "office-wavefront": "virtex4-pci",
+    "office-relaxation": "pc-3400mhz",
+    "office-partition": "zynq",
+    "warehouse": "virtex2pro",
     "robots-2": "nexys2",
     "robots-4": "nexys2",
     "robots-8": "nexys2",
@@ -43,6 +49,11 @@ def test_every_workload_runs_traces_and_reports(hwsw: Run, tmp_path: Path, workl
     assert told["time"]["first_plan_ps"] >= told["time"]["planned_ps"] > 0
     assert told["quality"] is not None
     assert told["energy"]["total_j"] > 0
+    if workload.startswith(("office", "warehouse")):
+        mission = told["mission"]
+        assert mission["reached"], mission["ended"]
+        assert mission["replans"] > 0
+        assert mission["contacts"] == 0
     shown = hwsw("trace", "show", trace, "--json", "--limit", 100_000)
     assert shown.exit_code == 0
     told_of = {json.loads(line)["what"].split()[0] for line in shown.stdout.splitlines()}
@@ -62,6 +73,8 @@ def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: 
     source["explore"]["axes"] = {
         axis: values[:2] if index == 0 else values[:1] for index, (axis, values) in enumerate(axes.items())
     }
+    if source["scenario"]["type"] == "drive":
+        source["scenario"]["limit"] = "15 s"
     file = tmp_path / "short.yaml"
     if "file" in source["problem"].get("map", {}):
         source["problem"]["map"]["file"] = str(data_folder("workloads") / source["problem"]["map"]["file"])
