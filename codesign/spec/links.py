@@ -82,6 +82,10 @@ class BusLink(_Link):
     clock: FrequencyFigure = Field(description="Clock of the bus.")
     setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
     burst_words: PositiveFigure = Field(description="Most words of one burst.")
+    arbitration: Literal["message", "burst"] = Field(
+        default="message",
+        description="When another sender may be next: after a message, or after each burst.",
+    )
 
 
 class SerialLink(_Link):

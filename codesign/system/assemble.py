@@ -85,7 +85,7 @@ def link_of(
     environment: simpy.Environment, name: str, spec: Link, listeners: Sequence[Listener]
 ) -> components.Link:
     """The link that ``spec`` declares."""
-    from codesign.components import Bus, ClockDomain, Ideal, Serial
+    from codesign.components import Arbitration, Bus, ClockDomain, Ideal, Serial
     from codesign.components.serial import Parity
 
     shared: dict[str, Any] = {
@@ -102,6 +102,7 @@ def link_of(
             width=int(spec.width.value),
             setup_cycles=int(spec.setup_cycles.value),
             burst_words=int(spec.burst_words.value),
+            arbitration=Arbitration(spec.arbitration),
             **shared,
         )
     if isinstance(spec, SerialLink):

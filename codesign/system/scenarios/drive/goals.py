@@ -2,14 +2,54 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from codesign.mission.frontier import Frontiers
+from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Scene
 
 Cell = tuple[int, int]
 
 
-class Tour:
+class Goals(ABC):
+    """Where the robot is to go; ``done`` counts where it was."""
+
+    done: int
+    finished: str
+    """Why a mission ended that did all it was to do."""
+
+    @property
+    @abstractmethod
+    def over(self) -> bool:
+        """Whether nothing is left to be done."""
+
+    @abstractmethod
+    def goals(self) -> list[Cell]:
+        """The cells of which one is to be reached now."""
+
+    @abstractmethod
+    def none_left(self) -> str:
+        """What to say where ``goals`` has none."""
+
+    @abstractmethod
+    def arrived(self) -> bool:
+        """Whether the robot is where it was to go; it goes on from there."""
+
+    @abstractmethod
+    def obsolete(self, target: Cell) -> bool:
+        """Whether a way to ``target`` has lost its purpose."""
+
+    def end_if_over(self, log: Log) -> bool:
+        """End the mission where nothing is left to be done; whether it has ended."""
+        if self.over:
+            log.end(self.finished, reached=True)
+        return log.ended is not None
+
+
+class Tour(Goals):
     """Goals one after another: first any of the problem's, then each of the tour."""
+
+    finished = "all goals are reached"
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -42,12 +82,14 @@ class Tour:
         return True
 
     def obsolete(self, target: Cell) -> bool:  # noqa: ARG002
-        """Whether a way to ``target`` has lost its purpose: a goal stays one."""
+        """A goal stays one."""
         return False
 
 
-class Exploration:
-    """The frontiers of what is known, until none can be reached. ``done`` counts the frontier cells visited."""
+class Exploration(Goals):
+    """The frontiers of what is known, until none can be reached."""
+
+    finished = "all that can be reached is explored"
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene

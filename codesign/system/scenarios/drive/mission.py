@@ -40,9 +40,11 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     events = 0
     while log.ended is None:
         if environment.peek() > scenario.limit:
-            log.end(f"the limit of {scenario.limit / 1e12:g} s of simulated time was reached{_because(log)}")
+            log.end(
+                f"the limit of {scenario.limit / 1e12:g} s of simulated time was reached{_because(log, replanner)}"
+            )
         elif events >= scenario.events:
-            log.end(f"the limit of {events:,} events was reached{_because(log)}")
+            log.end(f"the limit of {events:,} events was reached{_because(log, replanner)}")
         else:
             environment.step()
             events += 1
@@ -57,10 +59,14 @@ def _patience(machine: Machine, patience: int, log: Log, replanner: Replanner) -
             log.progress = machine.now
         due = log.progress + patience
         if machine.now >= due:
-            log.end(f"the robot has stood for {patience / 1e12:g} s{_because(log)}")
+            log.end(f"the robot has stood for {patience / 1e12:g} s{_because(log, replanner)}")
             return
         yield machine.environment.timeout(due - machine.now)
 
 
-def _because(log: Log) -> str:
+def _because(log: Log, replanner: Replanner) -> str:
+    """What kept the robot from doing what it was to do, as far as that is known."""
+    active = replanner.active
+    if not log.stall and active is not None and not active.arrives:
+        return f": the plan's way ends at {active.target}, short of the goal"
     return f": {log.stall}" if log.stall else ""

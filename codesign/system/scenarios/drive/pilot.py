@@ -12,10 +12,9 @@ from codesign.architectures.interface import Step
 from codesign.components.way import Way, authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD
-from codesign.spec.scenario import ReplanTrigger
 from codesign.system.build import LostMessageError
 from codesign.system.place import DISPLAY, MOVE, SENSE
-from codesign.system.scenarios.drive.goals import Exploration, Tour
+from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.replanner import ActivePlan, Replanner
 from codesign.system.scenarios.drive.scene import Scene
@@ -43,9 +42,7 @@ class Turn:
 class Pilot:
     """Makes the turns, and asks for plans."""
 
-    def __init__(
-        self, machine: Machine, scene: Scene, goals: Tour | Exploration, replanner: Replanner, log: Log
-    ) -> None:
+    def __init__(self, machine: Machine, scene: Scene, goals: Goals, replanner: Replanner, log: Log) -> None:
         self.machine, self.scene, self.goals = machine, scene, goals
         self.replanner, self.log = replanner, log
         graph, planner = machine.system.placement.graph, machine.system.planner
@@ -133,42 +130,21 @@ class Pilot:
         yield from self._steps[1]
 
     def _judge(self, update: Update, seen_at: int) -> None:
-        """Look at what was learnt: a goal reached, a way blocked, a frontier gone, a plan to be tried again."""
+        """Look at what was learnt: the first map, a goal reached, a way lost, anything new."""
         scene, replanner, active = self.scene, self.replanner, self.replanner.active
         if not self._begun:
             self._begun = True
-            if not self._end_if_over():
+            if not self.goals.end_if_over(self.log):
                 replanner.request(seen_at, "the first plan", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
             self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.robot.cell}")
-            if not self._end_if_over():
+            if not self.goals.end_if_over(self.log):
                 replanner.request(seen_at, "the next goal", seen=False)
         elif active is not None and active.lost and not replanner.busy:
             replanner.request(seen_at, "the robot has left the way", seen=False)
         elif update:
-            replanner.ask_again()
-            trigger = scene.scenario.replan.trigger
-            if active is None:
-                return
-            if trigger is ReplanTrigger.CHANGE:
-                replanner.request(seen_at, "the map changed", seen=True)
-            elif self._blocked(active):
-                replanner.request(seen_at, "the way is blocked", seen=True)
-            elif self.goals.obsolete(active.target) and not self._end_if_over():
-                replanner.request(seen_at, "what lies beyond the frontier was seen", seen=True)
-
-    def _end_if_over(self) -> bool:
-        if self.goals.over:
-            self.log.end(
-                "all goals are reached" if isinstance(self.goals, Tour) else "all is explored", reached=True
-            )
-        return self.log.ended is not None
-
-    def _blocked(self, active: ActivePlan) -> bool:
-        """Whether anything believed blocked lies on what is left of the way."""
-        free = self.scene.belief.planning_free(self.scene.robot.cell)
-        return active.from_here(self.scene.robot.position, free).first_closed(free, 1) >= 0
+            replanner.learnt(seen_at)
 
     def _command(self) -> None:
         """What reaches the robot: the way, and how far it may go on it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,10 +18,10 @@ from codesign.errors import InputError, RunError
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.records import TrajectoryRecord
-from codesign.spec.scenario import ReplanPolicy, WhenBusy
+from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.system.build import LostMessageError
 from codesign.system.chain import Answer, plan_chain
-from codesign.system.scenarios.drive.goals import Exploration, Tour
+from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Scene
 
@@ -83,14 +84,13 @@ class Replanner:
     ``no_way``: why the last request could not be answered; None where it was. It is asked again when more is known.
     """
 
-    def __init__(
-        self, machine: Machine, scene: Scene, goals: Tour | Exploration, log: Log, memo: Memo | None
-    ) -> None:
+    def __init__(self, machine: Machine, scene: Scene, goals: Goals, log: Log, memo: Memo | None) -> None:
         self.machine, self.scene, self.goals, self.log, self._memo = machine, scene, goals, log, memo
         self.active: ActivePlan | None = None
         self.busy = False
         self.no_way: Request | None = None
         self._sent: Problem | None = None
+        self._unseen: int | None = None
         self._pending: Request | None = None
         self._wake = machine.environment.event()
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
@@ -108,15 +108,43 @@ class Replanner:
             self._wake.succeed()
 
     def ask_again(self) -> None:
-        """More is known: try again what could not be planned."""
+        """Try again what could not be planned."""
         if self.no_way is not None:
             self.request(self.no_way.since, self.no_way.why, seen=self.no_way.seen)
+
+    def learnt(self, seen_at: int) -> None:
+        """Something new was seen by the scan at ``seen_at`` (ps): ask for a plan where that calls for one.
+
+        While one is under way that is to be finished, it is looked at once that stands.
+        """
+        self.ask_again()
+        if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.FINISH:
+            self._unseen = seen_at if self._unseen is None else self._unseen
+        else:
+            self._look(seen_at)
+
+    def _look(self, seen_at: int) -> None:
+        active = self.active
+        if active is None:
+            return
+        if self.scene.scenario.replan.trigger is ReplanTrigger.CHANGE:
+            self.request(seen_at, "the map changed", seen=True)
+        elif self._blocked(active):
+            self.request(seen_at, "the way is blocked", seen=True)
+        elif self.goals.obsolete(active.target) and not self.goals.end_if_over(self.log):
+            self.request(seen_at, "what lies beyond the frontier was seen", seen=True)
+
+    def _blocked(self, active: ActivePlan) -> bool:
+        """Whether anything believed blocked lies on what is left of the way."""
+        position = self.scene.robot.position
+        free = self.scene.belief.planning_free(self.scene.robot.cell)
+        return active.from_here(position, free).first_closed(free, 1) >= 0
 
     def _run(self) -> Generator[Any, Any, None]:
         while True:
             if self._pending is None:
                 self._wake = self.machine.environment.event()
-                yield self._wake
+                yield from self._rest(self._wake)
             request, self._pending = self._pending, None
             if request is not None:
                 yield from self._answer(request)
@@ -143,7 +171,7 @@ class Replanner:
         except LostMessageError as lost:
             self._sent = None
             self._cannot(request, f"{lost.where}: {lost.what}")
-            yield from self._pause()
+            yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
             self.ask_again()
             return
         except (RunError, InputError) as failed:
@@ -196,8 +224,10 @@ class Replanner:
         self.log.stall = why
         self.log.tell("no_way", why)
 
-    def _pause(self) -> Generator[Any, Any, None]:
-        yield self.machine.environment.timeout(self.scene.scenario.control_period)
+    def _rest(self, until: simpy.Event) -> Generator[Any, Any, None]:
+        """Process generator: wait; a plan that is broken off at the moment it stands wakes what comes after it."""
+        with suppress(simpy.Interrupt):
+            yield until
 
     def _install(self, request: Request, answer: Answer) -> None:
         machine, log = self.machine, self.log
@@ -214,10 +244,9 @@ class Replanner:
         if machine.listening:
             name = self.scene.robot.name
             machine.tell(TrajectoryRecord(machine.now, name, self.active.way.points, self.active.arrives))
-        if not self.active.arrives:
-            log.stall = (
-                f"the plan's way from {self.scene.robot.cell} ends at {self.active.target}, short of the goal"
-            )
+        since, self._unseen = self._unseen, None
+        if since is not None:
+            self._look(since)
 
 
 def _changes(before: Problem, after: Problem) -> int:
