@@ -22,12 +22,14 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import plural, prefix
+from codesign.report.wording import plural, prefix, share_text
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 _LARGEST_SIDE = 1200
 _BINS = 240
 _MOST_LINES = 64
+
+_CAME = "obstacle that came"
 
 _MARKS: dict[str, tuple[str, str, str]] = {
     "plan_requested": ("new plan asked for", "o", "#7b3294"),
@@ -49,6 +51,7 @@ class _Layers:
     free: NDArray[np.bool_]
     goals: NDArray[np.int32]
     came: NDArray[np.bool_]
+    came_name: str = _CAME
     unknown: NDArray[np.bool_] | None = None
     lines: list[Points] = field(default_factory=list)
     way: Points | None = None
@@ -80,7 +83,8 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
     if start is None or not places:
         return None
     tracks = {source: np.array(told, np.float64) for source, told in places.items()}
-    layers = _Layers(start.free, start.goals, came, lines=[track[:, 1:] for track in tracks.values()])
+    layers = _Layers(start.free, start.goals, came, "obstacle at some time")
+    layers.lines = [track[:, 1:] for track in tracks.values()]
     for event in events:
         track = tracks.get(event.source)
         if event.event in _MARKS and track is not None:
@@ -118,7 +122,7 @@ def moment_picture(
         start,
         goals,
         start & ~free,
-        unknown,
+        unknown=unknown,
         lines=[driven] if drives and driven is not None else [],
         way=way,
         robots=driven[-1:] if drives and driven is not None else robots,
@@ -161,7 +165,7 @@ def _draw_cells(axes: Any, layers: _Layers) -> None:
     rows, columns = layers.free.shape
     step = max(1, max(rows, columns) // _LARGEST_SIDE)
     shades = np.ones((rows, columns, 3), np.float32)
-    shown = [("wall", ~layers.free, "#3b3f45"), ("obstacle that came", layers.came & layers.free, "#f4a259")]
+    shown = [("wall", ~layers.free, "#3b3f45"), (layers.came_name, layers.came & layers.free, "#f4a259")]
     if layers.unknown is not None:
         shown.insert(0, ("not known", layers.unknown, "#d9dee4"))
         shown.insert(2, ("wall not known", layers.unknown & ~layers.free, "#8b929b"))
@@ -184,7 +188,7 @@ def _draw_marks(axes: Any, layers: _Layers) -> None:
         words, marker, colour = _MARKS[event]
         points = np.array(places)
         axes.plot(
-            points[:, 1], points[:, 0], marker, color=colour, markersize=5, linestyle="none", zorder=5,
+            points[:, 1], points[:, 0], marker, color=colour, markersize=_size(marker), linestyle="none", zorder=5,
             markeredgecolor="white", markeredgewidth=0.5, label=f"{words} ({len(points)})",
         )  # fmt: skip
     if layers.robots is not None and len(layers.robots):
@@ -231,7 +235,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
             shares, cmap="Blues", norm=PowerNorm(0.35, 0, 1), aspect="auto", interpolation="nearest",
             extent=(0, last / scale, len(sources) - 0.5, -0.5),
         )  # fmt: skip
-        picture.colorbar(shades, ax=axes, pad=0.02).set_label("busy share")
+        picture.colorbar(shades, ax=axes, pad=0.02, ticks=[0, 0.01, 0.1, 0.5, 1]).set_label("busy share")
         _draw_events(axes, events, scale)
         axes.set_yticks([-1.0, *range(len(sources))], ["plans, events", *sources])
         axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -1.6))
@@ -281,6 +285,11 @@ def busy_shares(spans: Sequence[tuple[int, int]], end: int, bins: int) -> NDArra
     return np.clip(shares, 0.0, 1.0)
 
 
+def _size(marker: str) -> int:
+    """Points across: a star needs more to be seen."""
+    return 9 if marker == "*" else 5
+
+
 def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> None:
     """Each plan as a bar from when it was asked for to its answer, and each event as a mark, above all rows."""
     asked: dict[str, int] = {}
@@ -306,7 +315,7 @@ def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> No
     for event_name, times in marks.items():
         words, marker, colour = _MARKS[event_name]
         axes.plot(
-            times, [-1.2] * len(times), marker, color=colour, markersize=5, linestyle="none", clip_on=False,
+            times, [-1.2] * len(times), marker, color=colour, markersize=_size(marker), linestyle="none", clip_on=False,
             label=f"{words} ({len(times)})",
         )  # fmt: skip
 
@@ -314,34 +323,47 @@ def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> No
 def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> Picture | None:
     """Where the time of each component and link went, as stacked bars; None where there are none.
 
-    ``accounts``: by name, with ``compute_s``, ``transfer_s``, ``wait_s`` and ``idle_s``.
+    ``accounts``: by name, with ``compute_s``, ``transfer_s`` and ``idle_s``, which make up the mission, and ``wait_s``,
+    a bar of its own below.
     """
     if not accounts:
         return None
     names = list(accounts)
     size, unit = prefix([max(_total(account) for account in accounts.values())], "s")
-    kinds = (("compute", "#2166ac"), ("transfer", "#4dac26"), ("wait", "#f4a259"), ("idle", "#e6e9ed"))
+    kinds = (("compute", "#2166ac"), ("transfer", "#4dac26"), ("idle", "#e6e9ed"))
     with style():
-        picture, axes = canvas((8.0, 1.3 + 0.36 * len(names)))
-        left = np.zeros(len(names))
+        picture, axes = canvas((8.0, 1.3 + 0.42 * len(names)))
+        rows, left = np.arange(len(names)), np.zeros(len(names))
         for kind, colour in kinds:
             widths = np.array([getattr(accounts[name], f"{kind}_s") for name in names]) / size
-            axes.barh(range(len(names)), widths, left=left, color=colour, height=0.66, label=kind)
+            axes.barh(rows, widths, left=left, color=colour, height=0.56, label=kind)
             left += widths
+        # What waits does so side by side, and while others are served: it is no part of the bar.
+        waits = np.array([accounts[name].wait_s for name in names]) / size
+        axes.barh(rows + 0.38, waits, color="#f4a259", height=0.14, label="others wait for it")
+        for row, name in enumerate(names):
+            axes.text(left[row], row, f"  {share_text(_busy(accounts[name]))} busy", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
+        axes.margins(x=0.14)
         axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
         _legend(picture)
         data = picture_bytes(picture, format)
     return Picture(
         title="Where the time of each component and link went",
-        alt=f"Stacked bars of compute, transfer, wait and idle of {', '.join(names)}; the figures stand in a table",
+        alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, with waits; the figures stand in a table",
         format=format,
         data=data,
     )
 
 
+def _busy(account: Any) -> float:
+    """The share of the mission in which it computed or carried: all but its idle time."""
+    worked = float(account.compute_s + account.transfer_s)
+    return worked / (worked + account.idle_s) if worked else 0.0
+
+
 def _total(account: Any) -> float:
-    return float(account.compute_s + account.transfer_s + account.wait_s + account.idle_s)
+    return float(account.compute_s + account.transfer_s + account.idle_s)
 
 
 def _legend(picture: Any) -> None:
