@@ -350,7 +350,7 @@ def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> P
         data = picture_bytes(picture, format)
     return Picture(
         title="Where the time of each component and link went",
-        alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, with waits; the figures stand in a table",
+        alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, waits below; figures stand in a table",
         format=format,
         data=data,
     )
