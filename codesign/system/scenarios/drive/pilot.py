@@ -156,10 +156,10 @@ class Pilot:
         way = _head(active.from_here(robot.position, free), self._lookahead)
         end = authority(way, free)
         robot.command(self.machine.now, way, end)
-        if end <= 0.0 and way.length > 0.0:
-            self.log.stall = (
-                self.log.stall or f"the next cell on the way from {robot.cell} was never seen to be free"
-            )
+        if end < STANDS and way.length > STANDS:
+            closed = way.first_closed(scene.belief.planning_free(robot.cell), 1) >= 0
+            why = "leads through or between obstacles" if closed else "was never seen to be free"
+            self.log.stall = f"the next cell on the way from {robot.cell} {why}"
 
     def _show(self) -> Generator[Any, Any, None]:
         """Process generator: the robot's place goes to the display; nothing waits for it."""
