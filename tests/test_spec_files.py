@@ -172,6 +172,8 @@ def test_result_figures_have_unit_and_direction() -> None:
         "share_reaching_goal",
         "clearance",
         "closest_approach",
+        "mission_clearance",
+        "known_share",
     }
 
 

@@ -14,7 +14,6 @@ from codesign.explore.front import non_dominated
 from codesign.spec.exploration import Constraint, ResultFigure
 from codesign.system.result import Reason, Result
 
-
 _OF_THE_WHOLE_WAY = frozenset(
     {ResultFigure.MISSION_TIME, ResultFigure.MISSION_ENERGY, ResultFigure.DISTANCE_RATIO}
 )
