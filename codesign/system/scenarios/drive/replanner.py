@@ -171,9 +171,7 @@ class Replanner:
         except LostMessageError as lost:
             self._sent = None
             self._cannot(request, f"{lost.where}: {lost.what}")
-            yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
-            self.ask_again()
-            return
+            answer = None
         except (RunError, InputError) as failed:
             self._policy = ReplanPolicy.RESTART
             self._cannot(request, failed.what)
@@ -182,7 +180,12 @@ class Replanner:
             self.busy = False
             scene.advance()
             self.log.waiting += machine.now - begin - (scene.robot.moving - moved)
-        self._install(request, answer)
+        if answer is None:
+            # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
+            yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
+            self.ask_again()
+        else:
+            self._install(request, answer)
 
     def _chain(self, problem: Problem) -> Generator[Any, Any, Answer]:
         planner, policy = self.machine.system.planner, self._policy
