@@ -73,39 +73,53 @@ def test_what_is_seen_is_true_and_in_range_and_behind_no_wall(
     assert room[scan.blocked[:, 0], scan.blocked[:, 1]].all()
 
 
-@given(scenes())
-@settings(max_examples=100, deadline=None)
-def test_a_cell_that_is_seen_has_a_line_of_sight(scene: tuple[np.ndarray, tuple[float, float]]) -> None:
-    """Sampled: the ray of some direction comes to the cell through free cells alone."""
-    free, position = scene
-    sensor = RaySensor(6.0, 16)
-    expected = set()
-    for down, along in sensor.directions.tolist():
-        for distance in np.arange(0.0, 6.0, 0.003).tolist():
-            cell = (
-                math.floor(position[0] + down * distance + 0.5),
-                math.floor(position[1] + along * distance + 0.5),
-            )
-            if not all(0 <= part < side for part, side in zip(cell, free.shape, strict=True)):
+def crossed(
+    shape: tuple[int, int], position: tuple[float, float], direction: list[float], reach: float
+) -> list[tuple[int, int]]:
+    """The cells that a ray crosses, nearest first, each found alone: where the ray enters its square, and leaves it."""
+    found = []
+    for cell in np.ndindex(*shape):
+        near, far = 0.0, math.inf
+        for middle, start, part in zip(cell, position, direction, strict=True):
+            if part == 0.0:
+                if abs(middle - start) > 0.5:
+                    far = -1.0
+                continue
+            sides = sorted(((middle - 0.5 - start) / part, (middle + 0.5 - start) / part))
+            near, far = max(near, sides[0]), min(far, sides[1])
+        if near < far and near <= reach:
+            found.append((near, (cell[0], cell[1])))
+    return [cell for _, cell in sorted(found)]
+
+
+@given(scenes(), st.sampled_from([1.7, 4.1, 30.3]), st.sampled_from([1, 4, 7, 16, 40]))
+@settings(max_examples=80, deadline=None)
+def test_a_ray_sees_the_cells_that_it_crosses_up_to_the_first_blocked(
+    scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
+) -> None:
+    free, near = scene
+    # Off all borders and corners, so that which cells a ray crosses is beyond doubt.
+    cell = [math.floor(value + 0.5) for value in near]
+    offsets = (0.0137, 0.0071)
+    position = tuple(
+        part + 0.9 * (value - part) + off for value, part, off in zip(near, cell, offsets, strict=True)
+    )
+    sensor = RaySensor(reach, rays)
+    seen_free, seen_blocked = set(), set()
+    for direction in sensor.directions.tolist():
+        for crossing in crossed(free.shape, position, direction, reach):
+            if not free[crossing]:
+                seen_blocked.add(crossing)
                 break
-            expected.add(cell)
-            if not free[cell]:
-                break
+            seen_free.add(crossing)
     scan = sensor.scan(free, position)
-    seen = as_set(scan.free) | as_set(scan.blocked)
-    # A sample passes a corner on one side or the other, and misses what a ray only clips.
-    clipped = seen - expected
-    for row, column in clipped:
-        assert any((row + a, column + b) in expected for a in (-1, 0, 1) for b in (-1, 0, 1))
-    touching = expected - seen
-    for cell in touching:
-        gap = min(
-            abs((cell[0] + a - position[0]) * along - (cell[1] + b - position[1]) * down)
-            for a in (-0.5, 0.5)
-            for b in (-0.5, 0.5)
-            for down, along in sensor.directions.tolist()
-        )
-        assert gap < 1e-6, "only a corner that a ray goes through exactly may be passed over"
+    assert as_set(scan.free) == seen_free
+    assert as_set(scan.blocked) == seen_blocked
+
+
+def test_a_ray_along_a_border_stays_in_the_cells_of_the_border() -> None:
+    scan = RaySensor(20.0, 4).scan(np.ones((5, 5), np.bool_), (2.5, 2.5))
+    assert as_set(scan.free) == {(3, column) for column in range(5)} | {(row, 3) for row in range(5)}
 
 
 def test_nothing_leaks_between_walls_that_touch_at_a_corner() -> None:

@@ -29,6 +29,10 @@ CORNER = 1e-9
 """Cells: a ray that comes so near to where four cells meet goes through the corner itself."""
 
 
+STRAIGHT = 1e-12
+"""A component of a unit vector below this is the rounding of a 0."""
+
+
 @dataclass(frozen=True, eq=False)
 class Scan:
     """What was seen at once: ``free`` cells and ``blocked`` cells, int64 n × 2 each, in raster order."""
@@ -69,7 +73,10 @@ class RaySensor:
     def directions(self) -> NDArray[np.float64]:
         """Unit vectors (row, column) of the rays, float64 ``rays`` × 2; the first along growing columns."""
         angles = [2.0 * math.pi * ray / self.rays for ray in range(self.rays)]
-        return np.array([(math.sin(angle), math.cos(angle)) for angle in angles])
+        vectors = np.array([(math.sin(angle), math.cos(angle)) for angle in angles])
+        # Straight is straight: a ray along a border must not drift over it by the rounding of π.
+        vectors[np.abs(vectors) < STRAIGHT] = 0.0
+        return vectors
 
     @property
     def bits(self) -> int:

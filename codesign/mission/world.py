@@ -25,7 +25,7 @@ MARGIN = 0.5
 
 _NONE: Cells = np.zeros((0, 2), np.int64)
 
-# What is due at one time happens in this order: room is made before it is taken.
+# What is due at one time happens in this order, and each kind in the order given: the same in every run.
 _VANISH, _STEP, _APPEAR = range(3)
 
 
