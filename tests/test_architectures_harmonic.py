@@ -110,6 +110,26 @@ def test_demand_never_falls_as_block_or_precision_grows(
     assert all(large[kind] >= small[kind] for kind in small)
 
 
+def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
+    chip, apart = part("XC3S500E"), frozenset({"relax", "detect"})
+    task, chosen = problem(30, 30), parameters((15, 15), 255)
+    whole = BIT_SERIAL.demand(task, chosen, chip)
+    left = BIT_SERIAL.demand(task, chosen, chip, inside=apart)
+    assert whole.total("slices") - left.total("slices") == 3 * 255 + 682
+    assert whole.total("slices") > chip.resources["slices"].value >= left.total("slices")
+    (advice,) = [lever.advice for lever in whole.levers["slices"] if lever.parameter == "decide.component"]
+    assert advice == "another component: 1,447 slices of the decision module are spared"
+    assert left.levers == {}
+    # Without it a larger block fits, and the levers count on that.
+    sides_of = {}
+    for name, inside in (("whole", None), ("left", apart)):
+        demand = BIT_SERIAL.demand(problem(60, 60), parameters((60, 60), 255), chip, inside=inside)
+        found = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
+        assert not {"decide.component", "relax.schedule"} & set(found)
+        sides_of[name] = re.match(r"at most (\d+) × \d+", found["relax.block"])[1]  # type: ignore[index]
+    assert sides_of == {"whole": "13", "left": "15"}
+
+
 @given(rows=sides, columns=sides)
 def test_every_node_and_border_node_has_a_place_in_some_block_ram(rows: int, columns: int) -> None:
     assert resources.cluster_count(rows, columns) * resources.RAM_WIDTH >= rows * columns

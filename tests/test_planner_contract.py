@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 
 from codesign import maps
+from codesign.architectures.interface import RESOURCES
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem, Quality
+from codesign.spec import load_part
 from codesign.system import catalog
 
 # Parameters of the planning task, small enough to run in a moment, for each planner.
@@ -200,6 +202,28 @@ def test_work_leaves_out_the_answer_where_it_is_placed_elsewhere(
             assert left == {phase: spent for phase, spent in phases_of(whole).items() if phase not in gone}
             assert planner.identity(again) == planner.identity(plan)
         assert phases_of(same) == phases_of(whole)
+
+
+def test_what_is_done_elsewhere_takes_nothing_of_the_part(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    (answer,) = answers(planner, planner.flows(problem, parameters))
+    without = frozenset(planner.tasks) - {answer} | {planner.planning_task}
+    # Where the published circuits tell what the answering task takes.
+    saves = {("harmonic", "bit_serial")}
+    for style in catalog.styles_of(planner.name).values():
+        part = load_part("XC2VP30-6") if style.component_type == "fpga" else None
+        whole = style.demand(problem, parameters, part)
+        assert style.demand(problem, parameters, part, inside=frozenset(planner.tasks)) == whole
+        left = style.demand(problem, parameters, part, inside=without)
+        assert set(left.items) <= set(whole.items)
+        assert [bound.demand for bound in left.bounds] == [bound.demand for bound in whole.bounds]
+        assert set(left.levers) <= set(whole.levers)
+        less = {kind for kind in RESOURCES if left.total(kind) < whole.total(kind)}
+        assert less == ({"slices", "lut4", "flip_flops"} if (planner.name, style.style) in saves else set())
+        if part is not None:
+            powers = [style.power(demand, 50_000_000, part) for demand in (whole, left)]
+            assert powers[0][0] == powers[1][0]
+            assert (powers[1][1].value < powers[0][1].value) == bool(less)
 
 
 def test_going_on_from_the_own_answer_is_no_slower_and_as_good(

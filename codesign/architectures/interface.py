@@ -147,10 +147,18 @@ class Architecture(Protocol):
     def kernel(self) -> str:
         """On a processor, the kernel that the platform gives a cost, and that cycles of steps are units of."""
 
-    def demand(self, problem: Problem, parameters: Any, part: Part | None) -> Demand:
+    def demand(
+        self,
+        problem: Problem,
+        parameters: Any,
+        part: Part | None,
+        *,
+        inside: frozenset[str] | None = None,
+    ) -> Demand:
         """Resources and other bounds, as a vector with items; no feasibility is judged here.
 
-        ``part`` is None on a processor, where only bounds count.
+        ``part`` is None on a processor, where only bounds count. ``inside``: the planner's tasks that are done by this
+        component, as in ``work``; what is not takes nothing here.
         """
 
     def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:

@@ -40,7 +40,8 @@ def fitted_fields(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
     """What the design takes of its part, as fields of a result, and why it does not fit where it does not."""
     problem, parameters, part = system.problem, system.planning, system.part
     external = {} if system.external is None else {"external": system.external}
-    demand = system.architecture.demand(problem, parameters, part, **external)
+    inside = system.placement.inside
+    demand = system.architecture.demand(problem, parameters, part, inside=inside, **external)
     fields, reasons = _apart(system)
     if part is None:
         held = fit(demand, None, system.clock, None)

@@ -69,7 +69,14 @@ class Software:
         self.kernel = kernel
         self._java = java
 
-    def demand(self, problem: Problem, parameters: SearchParameters, part: Part | None = None) -> Demand:  # noqa: ARG002
+    def demand(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,  # noqa: ARG002
+        part: Part | None = None,  # noqa: ARG002
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Demand:
         """No resource of a part; of the Java program, its heap."""
         return Demand(items=(), bounds=(heap_bound(problem.free.size),) if self._java else ())
 

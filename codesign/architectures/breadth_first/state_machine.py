@@ -55,11 +55,14 @@ class StateMachine:
         parameters: SearchParameters,
         part: Part,
         *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
         external: ExternalMemoryLaw | None = None,
     ) -> Demand:
         """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.
 
-        With ``external``, without what moves there, and with the bits that this takes.
+        With ``external``, without what moves there, and with the bits that this takes. ``inside`` changes nothing: the
+        states were synthesised as one machine, of which nobody knows the share of Path, and the directions, which only
+        Path reads, are what is sent where another component does ``track``.
         """
         parameters = outside.placed(parameters, external)
         depth = searched(problem, None).queue_depth if parameters.queue_words is not None else None

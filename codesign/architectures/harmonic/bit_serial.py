@@ -30,16 +30,27 @@ class BitSerial:
     component_type = "fpga"
     kernel = ""
 
-    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
-        """Resources of the circuit for the block and the last precision, and the words of its block RAMs."""
+    def demand(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        part: Part,
+        *,
+        inside: frozenset[str] | None = None,
+    ) -> Demand:
+        """Resources of the circuit for the block and the last precision, and the words of its block RAMs.
+
+        Where ``decide`` is not ``inside``, without the decision module. The OR tree that tells whether any bit changed
+        stays where ``detect`` is not: its answer is what is sent.
+        """
         map_shape = problem.rows, problem.columns
         block = parameters.block_shape(*map_shape)
         last = parameters.precisions[-1]
-        depth = resources.word_depth(part)
+        depth, decision = resources.word_depth(part), is_done(DECIDE, inside)
         return Demand(
-            items=resources.items(*block, last),
-            bounds=(levers.word_depth_bound(map_shape, block, last, part, depth),),
-            levers=levers.resource_levers(map_shape, block, last, part, depth),
+            items=resources.items(*block, last, decision),
+            bounds=(levers.word_depth_bound(map_shape, block, last, part, depth, decision),),
+            levers=levers.resource_levers(map_shape, block, last, part, depth, decision),
         )
 
     def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Figure:

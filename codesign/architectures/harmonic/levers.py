@@ -21,15 +21,15 @@ def block_count(map_shape: Shape, block: Shape) -> int:
     return -(-map_shape[0] // block[0]) * -(-map_shape[1] // block[1])
 
 
-def fits(block: Shape, precision: int, part: Part) -> bool:
-    """Whether every resource of the part holds such a block."""
+def fits(block: Shape, precision: int, part: Part, decision: bool = True) -> bool:
+    """Whether every resource of the part holds such a block, with or without the decision module."""
     return all(
         kind not in part.resources or need <= part.resources[kind].value
-        for kind, need in totals(*block, precision).items()
+        for kind, need in totals(*block, precision, decision).items()
     )
 
 
-def largest_block(block: Shape, precision: int, part: Part) -> Shape | None:
+def largest_block(block: Shape, precision: int, part: Part, decision: bool = True) -> Shape | None:
     """The largest block of about the same proportions, and no larger, that the part holds; None: not even one
     node.
 
@@ -38,7 +38,7 @@ def largest_block(block: Shape, precision: int, part: Part) -> Shape | None:
     low, high = 0, block[0]
     while low < high:
         middle = (low + high + 1) // 2
-        if fits(_scaled(block, middle), precision, part):
+        if fits(_scaled(block, middle), precision, part, decision):
             low = middle
         else:
             high = middle - 1
@@ -46,18 +46,19 @@ def largest_block(block: Shape, precision: int, part: Part) -> Shape | None:
 
 
 def resource_levers(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
 ) -> dict[str, tuple[Lever, ...]]:
-    """For each resource that the part lacks: the block, the precision and the part that would mend it."""
-    need = totals(*block, precision)
+    """For each resource that the part lacks: the block, the precision, another place for ``decide``, the part."""
+    need = totals(*block, precision, decision)
     short = [kind for kind, budget in part.resources.items() if need.get(kind, 0) > budget.value]
     if not short:
         return {}
-    shared = _block_lever(map_shape, block, precision, part, depth)
+    shared = _block_lever(map_shape, block, precision, part, depth, decision)
+    without = totals(*block, precision, False)
     found: dict[str, tuple[Lever, ...]] = {}
     for kind in short:
         levers = [shared]
-        if kind == "slices":
+        if kind == "slices" and decision:
             spare = part.resources[kind].value - (need[kind] - decision_slices(precision))
             last = int((spare - decision_slices(0)) // 3)
             if last >= 1:
@@ -67,12 +68,17 @@ def resource_levers(
                         f"end at {last} bits or less (3 slices of the decision module a bit)",
                     )
                 )
+        if without[kind] <= part.resources[kind].value:
+            spared = f"{need[kind] - without[kind]:,} {label(kind)} of the decision module are spared"
+            levers.append(Lever("decide.component", f"another component: {spared}"))
         levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
         found[kind] = tuple(levers)
     return found
 
 
-def word_depth_bound(map_shape: Shape, block: Shape, precision: int, part: Part, depth: int) -> Bound:
+def word_depth_bound(
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
+) -> Bound:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with its levers where it is broken."""
     blocks = block_count(map_shape, block)
     return Bound(
@@ -84,29 +90,31 @@ def word_depth_bound(map_shape: Shape, block: Shape, precision: int, part: Part,
         source="Girau et al. 2008, section 5.4: p bits and a flag for each block, in RAMs of 1K × 18",
         levers=()
         if words(blocks, precision) <= depth
-        else _depth_levers(map_shape, block, precision, part, depth),
+        else _depth_levers(map_shape, block, precision, part, depth, decision),
     )
 
 
 def _depth_levers(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
 ) -> tuple[Lever, ...]:
     blocks = block_count(map_shape, block)
     levers = []
     last = largest_precision(blocks, depth)
     if last >= 1:
         levers.append(Lever("relax.schedule", f"end at {last} bits or less with {_counted(blocks)}"))
-    levers += _larger_block(map_shape, block, precision, part, depth)
+    levers += _larger_block(map_shape, block, precision, part, depth, decision)
     levers.append(
         Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
     )
     return tuple(levers)
 
 
-def _block_lever(map_shape: Shape, block: Shape, precision: int, part: Part, depth: int) -> Lever:
-    smaller = largest_block(block, precision, part)
+def _block_lever(
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
+) -> Lever:
+    smaller = largest_block(block, precision, part, decision)
     if smaller is None:
-        return Lever("relax.block", f"no block fits {part.name}: control and decision alone are too large")
+        return Lever("relax.block", f"no block fits {part.name}: what stands beside it is too large")
     blocks = block_count(map_shape, smaller)
     last = largest_precision(blocks, depth)
     allowed = f"precision up to {last}" if last >= 1 else "too many for any precision"
@@ -115,11 +123,11 @@ def _block_lever(map_shape: Shape, block: Shape, precision: int, part: Part, dep
 
 
 def _larger_block(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int
+    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
 ) -> tuple[Lever, ...]:
     """The smallest larger block whose words fit, or else the precision that the part's largest block has."""
     covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
-    largest = largest_block(_scaled(block, covering), precision, part)
+    largest = largest_block(_scaled(block, covering), precision, part, decision)
     if largest is None:
         return ()
     for rows in range(block[0] + 1, largest[0] + 1):

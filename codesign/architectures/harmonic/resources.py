@@ -102,8 +102,11 @@ def or_tree_lut4(nodes: int) -> int:
     return -(-(nodes - 1) // 3)
 
 
-def items(rows: int, columns: int, precision: int) -> tuple[Item, ...]:
-    """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``."""
+def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Item, ...]:
+    """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``.
+
+    ``decision``: whether it has its decision module.
+    """
     nodes = rows * columns
     logic = {
         "borders": border_slices(rows, columns),
@@ -145,13 +148,13 @@ def items(rows: int, columns: int, precision: int) -> tuple[Item, ...]:
     bound = "upper bound: two a slice; published in slices only"
     for kind in ("lut4", "flip_flops"):
         found += [Item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
-    return tuple(found)
+    return tuple(item for item in found if decision or item.name != "decision")
 
 
-def totals(rows: int, columns: int, precision: int) -> dict[str, int]:
-    """The demand by resource, without its items."""
+def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:
+    """The demand by resource, without its items; see ``items``."""
     sums: dict[str, int] = {}
-    for item in items(rows, columns, precision):
+    for item in items(rows, columns, precision, decision):
         sums[item.resource] = sums.get(item.resource, 0) + item.amount
     return sums
 

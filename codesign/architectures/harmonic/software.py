@@ -72,7 +72,14 @@ class Software:
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs(precision) if self._limbs else 1
 
-    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part | None = None) -> Demand:  # noqa: ARG002
+    def demand(
+        self,
+        problem: Problem,  # noqa: ARG002
+        parameters: RelaxParameters,  # noqa: ARG002
+        part: Part | None = None,  # noqa: ARG002
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Demand:
         """Software takes no resource of a part."""
         return Demand(items=())
 

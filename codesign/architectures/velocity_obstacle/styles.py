@@ -44,8 +44,15 @@ class Circuit:
         self.style = style.value
         self._style = style
 
-    def demand(self, problem: RobotsProblem, parameters: AvoidParameters, part: Part) -> CircuitDemand:
-        """Resources by unit, and the words of the array of velocities."""
+    def demand(
+        self,
+        problem: RobotsProblem,
+        parameters: AvoidParameters,
+        part: Part,
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> CircuitDemand:
+        """Resources by unit, and the words of the array of velocities. Nothing is placed apart from ``avoid``."""
         robots = problem.count
         units = resources.units_of(self._style, robots, parameters)
         return CircuitDemand(

@@ -70,8 +70,19 @@ class ArrayStyle(ABC):
             parameters.corner_cutting,
         )
 
-    def demand(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Demand:
-        """Nodes, counter and select lines; the register against the largest potential."""
+    def demand(
+        self,
+        problem: Problem,
+        parameters: PropagateParameters,
+        part: Part,
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Demand:
+        """Nodes, counter and select lines; the register against the largest potential.
+
+        ``inside`` changes nothing: the papers count no circuit that tracks, and the chains that read the potentials out
+        are needed to send them, too.
+        """
         layout = self.layout(problem, parameters)
         largest = self.largest_potential(problem, parameters)
         needed = register_bits(largest)

@@ -37,7 +37,14 @@ class Software:
     component_type = "processor"
     kernel = "wavefront_cell"
 
-    def demand(self, problem: Problem, parameters: PropagateParameters, part: Part | None = None) -> Demand:  # noqa: ARG002
+    def demand(
+        self,
+        problem: Problem,  # noqa: ARG002
+        parameters: PropagateParameters,  # noqa: ARG002
+        part: Part | None = None,  # noqa: ARG002
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Demand:
         """Software takes no resource of a part."""
         return Demand(items=())
 
