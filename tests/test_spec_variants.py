@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from spec_texts import PLATFORM, TASKS, WORKLOAD, Decide, Relax
+from test_spec_fuzz import faults_of, paths, quietly, replaced, trees
 
 from codesign.errors import SpecError
 from codesign.spec import (
@@ -16,11 +20,13 @@ from codesign.spec import (
     cross_check,
     fault,
     has_axis,
+    json_schema,
     load_platform,
     load_workload,
     override,
     pin,
 )
+from codesign.spec.marks import parse_document
 from codesign.spec.scenario import Drive, ReplanPolicy
 
 
@@ -402,3 +408,81 @@ def test_what_counts_as_an_axis(tmp_path: Path) -> None:
     absent = ["find.depth", "pci.between", "pci.baud", "workload.scenario.robots", "workload", "usb.clock"]
     assert [has_axis(*specs, axis) for axis in absent] == [False] * len(absent)
     assert not has_axis(*load(tmp_path, (VARIANTS, "")), "workload.variant")
+
+
+TREE = parse_document(
+    WITH.replace(
+        "  axes:\n",
+        "  axes:\n    workload.variant: [base, coarse]\n    relax.iterations: [1, 6]\n    pci.clock: [33 MHz]\n"
+        "    workload.scenario.control_period: [50 ms, 70 ms]\n",
+    ).encode(),
+    "w",
+    Path(),
+).tree
+
+
+def test_the_tree_of_the_fuzz_is_sound(tmp_path: Path) -> None:
+    cross_check(*load(tmp_path, text=json.dumps(TREE)))
+
+
+@settings(quietly, max_examples=60)
+@given(st.data())
+def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
+    path = data.draw(st.sampled_from([each for each in paths(TREE) if each]))
+    text = json.dumps(replaced(TREE, path, data.draw(trees)))
+    made: list[Workload] = []
+
+    def loaded() -> None:
+        platform, workload = load(tmp_path, text=text)
+        made.append(workload)
+        cross_check(platform, workload)
+
+    for each in faults_of(loaded):
+        assert len(str(each)) < 1000
+    for workload in made:
+        # What was accepted on loading is there to be chosen.
+        for name in workload.variants:
+            assert override(load_platform(tmp_path / "p.yaml"), workload, {"workload.variant": name})
+
+
+@settings(quietly, max_examples=60)
+@given(
+    st.sampled_from(
+        [
+            "workload.variant", "workload.variant.x", "workload.scenario", "workload.scenario.replan",
+            "workload.scenario.replan.policy", "workload.scenario.obstacles.random.count", "workload.scenario.type",
+            "workload.x", "workload", "pci", "pci.clock", "pci.errors", "pci.errors.late.share", "pci.between",
+        ]
+    ),
+    trees,
+)  # fmt: skip
+def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
+    specs = load(tmp_path)
+    faults_of(lambda: override(*specs, {axis: value}))
+    faults_of(lambda: override(*specs, {axis: value, "workload.variant": "patient"}))
+    text = json.dumps({**TREE, "explore": {"axes": {axis: [value], "relax.iterations": [1]}}})
+    faults_of(lambda: cross_check(*load(tmp_path, text=text)))
+
+
+def test_the_schema_knows_variants() -> None:
+    import jsonschema
+
+    schema = json_schema("workload", ALL_TASKS, PROBLEMS)
+    validator = jsonschema.Draft202012Validator(schema)
+    assert list(validator.iter_errors(TREE)) == []
+    for path, value in (
+        (("variants", "on-host", "planner"), "serch"),
+        (("variants", "on-host", "mapping", "find", "dept"), 3),
+        (("variants", "coarse", "mapping", "relax", "iterations"), "6"),
+        (("variants", "coarse", "mapping", "sense", "depth"), 1),
+        (("variants", "patient", "colour"), "red"),
+        (("variants", "patient", "scenario"), 3),
+    ):
+        inner = replaced(TREE, path[:-1], {**_at(TREE, path[:-1]), path[-1]: value})
+        assert not validator.is_valid(inner), path
+
+
+def _at(tree: Any, path: tuple[str, ...]) -> Any:
+    for step in path:
+        tree = tree[step]
+    return tree

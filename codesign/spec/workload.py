@@ -229,7 +229,7 @@ def _mapped(
     if not isinstance(value, dict) or not value:
         refusal = RefusalError("maps no task", "write TASK: {component: NAME, ...}")
         raise_all("Workload", [refusal_details(refusal)])
-    models = (context.get("tasks") or {}).get(planner)
+    models = (context.get("tasks") or {}).get(planner or "")
     if models is not None:
         models = {**others, **models}
     lines: list[InitErrorDetails] = []
@@ -260,7 +260,8 @@ def _variant(raw: Any, fields: Mapping[str, Any], context: Mapping[str, Any]) ->
         )
         raise_all("Variant", [refusal_details(refusal)])
     lines: list[InitErrorDetails] = []
-    planner = raw.get("planner", fields.get("planner"))
+    named = raw.get("planner", fields.get("planner"))
+    planner = named if isinstance(named, str) else None
     other = _planner_refusal(raw, fields, context)
     lines += [other] if other else []
     scenario = fields.get("scenario", PlanOnce())
