@@ -203,7 +203,34 @@ class Machine:
     def _on_processor(
         self, name: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger
     ) -> Generator[Any, Any, Any]:
-        """A step is one task, and its cycles are units of its kernel, or else of the style's."""
+        """A step is one task, and its cycles are units of its kernel, or else of the style's.
+
+        They count in ``cycles`` once all the steps are over: how far a run's end cuts into them is a matter of how
+        finely they are told, which listeners decide.
+        """
+        ended: dict[str, int] = {}
+        try:
+            made = yield from self._steps_on_processor(name, steps, kernel, priority, ledger, ended)
+        except Exception:
+            self._count(name, ended)
+            raise
+        self._count(name, ended)
+        return made
+
+    def _count(self, name: str, ended: dict[str, int]) -> None:
+        if self.by_name[name] is self.planner:
+            for phase, spent in ended.items():
+                self._spent[phase] = self._spent.get(phase, 0) + spent
+
+    def _steps_on_processor(
+        self,
+        name: str,
+        steps: Generator[Step, None, Any],
+        kernel: str,
+        priority: int,
+        ledger: Ledger,
+        ended: dict[str, int],
+    ) -> Generator[Any, Any, Any]:
         processor = self.by_name[name]
         while True:
             try:
@@ -219,8 +246,7 @@ class Machine:
                 yield from processor.execute(wanted, units, step.phase, priority=priority)
                 spent = processor.duration(wanted, units)
                 ledger.book(Spent.COMPUTE, name, spent)
-                if processor is self.planner:
-                    self._spent[step.phase] = self._spent.get(step.phase, 0) + spent
+                ended[step.phase] = ended.get(step.phase, 0) + spent
             if self.listening and step.record is not None:
                 self.tell(step.record(begin, self.now, processor.name))
 

@@ -40,6 +40,9 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     events = 0
     while log.ended is None:
         if environment.peek() > scenario.limit:
+            if machine.now < scenario.limit:
+                # The last event lies where the granularity put it; the mission ends at the limit itself.
+                environment.run(until=scenario.limit)
             log.end(
                 f"the limit of {scenario.limit / 1e12:g} s of simulated time was reached{_because(log, replanner)}"
             )
