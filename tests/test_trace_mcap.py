@@ -33,6 +33,7 @@ from codesign.records import (
 from codesign.trace import McapListener, MemoryListener
 from codesign.trace.encoding import RECORD_TYPES, encode, schema_of
 from codesign.trace.foxglove import Floor
+from codesign.trace.views import SCENE_SCHEMA
 
 FREE = np.array([[True, False, True], [True, True, True]])
 
@@ -182,6 +183,7 @@ def test_foxglove_can_read_the_schema(record_type: type[Record]) -> None:
             walk(schema["items"])
 
     schema = json.loads(schema_of(record_type))
+    walk(json.loads(SCENE_SCHEMA))
     assert schema["type"] == "object"
     walk(schema)
     names = {item.name for item in fields(record_type)}

@@ -26,7 +26,20 @@ from codesign.records import (
     TrajectoryRecord,
     VisitsRecord,
 )
-from codesign.trace import Trace, open_trace, timeline, trace_info, trace_thumbnail
+from codesign.trace import (
+    MOMENT_KINDS,
+    PERFETTO_KINDS,
+    POSE_KINDS,
+    Trace,
+    moment,
+    moment_lines,
+    open_trace,
+    perfetto,
+    poses_csv,
+    timeline,
+    trace_info,
+    trace_thumbnail,
+)
 from codesign.trace.encoding import RECORD_TYPES, decode, encode
 
 times = st.integers(0, 2**62)
@@ -200,6 +213,10 @@ def exercise(trace: Trace) -> None:
     lines = [*map(str, info.rows()), *map(str, info.channel_rows())]
     lines += [cell for row in timeline(trace, limit=50) for cell in row.cells()]
     lines += trace_thumbnail(trace)
+    if any(channel.record == "MapRecord" and channel.messages for channel in trace.channels):
+        lines += moment_lines(moment(trace.records(kinds=MOMENT_KINDS), where=str(trace.path)))
+    json.loads("".join(perfetto(trace.records(kinds=PERFETTO_KINDS))))
+    assert "".join(poses_csv(trace.records(kinds=POSE_KINDS)))
     assert trace.result is None or trace.result
     assert all(line.isprintable() for line in lines)
 

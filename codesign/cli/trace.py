@@ -128,7 +128,7 @@ def _show_records(
 def _show_moment(opened: Trace, at: int | None, picture: Path | None, as_json: bool) -> None:
     from codesign.trace import MOMENT_KINDS, moment, moment_lines
 
-    seen = moment(opened.records(kinds=MOMENT_KINDS), at)
+    seen = moment(opened.records(kinds=MOMENT_KINDS), at, str(opened.path))
     if picture is not None:
         _draw(seen, picture, opened.path)
     lines = moment_lines(seen, shutil.get_terminal_size().columns)

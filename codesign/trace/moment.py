@@ -69,8 +69,10 @@ class Moment:
     events: tuple[MissionRecord, ...]
 
 
-def moment(records: Iterable[Record], time: int | None = None) -> Moment:
+def moment(records: Iterable[Record], time: int | None = None, where: str | None = None) -> Moment:
     """What the records say of ``time`` (ps, that moment included), or of the end of the run where it is None.
+
+    ``where``: the file they are from, for the words of an error.
 
     Raises:
         TraceError: there is no map among them, or a change of it lies outside of it.
@@ -90,10 +92,10 @@ def moment(records: Iterable[Record], time: int | None = None) -> Moment:
             start = record
             free, belief = record.free.copy(), np.full(record.free.shape, UNKNOWN, np.uint8)
         elif isinstance(record, ObstacleRecord):
-            _put(free, record.cells, not record.appeared)
+            _put(free, record.cells, not record.appeared, where)
         elif isinstance(record, BeliefRecord):
             known = True
-            _put(belief, record.cells, np.where(record.blocked, BLOCKED, FREE))
+            _put(belief, record.cells, np.where(record.blocked, BLOCKED, FREE), where)
         elif isinstance(record, TrajectoryRecord):
             way = record.points
         elif isinstance(record, PoseRecord):
@@ -104,7 +106,7 @@ def moment(records: Iterable[Record], time: int | None = None) -> Moment:
         elif isinstance(record, MissionRecord):
             events.append(record)
     if start is None:
-        raise TraceError("no map by then", None, "ask for a later time, or for a trace of hwsw run --trace")
+        raise TraceError("no map by then", where, "ask for a later time, or for a trace of hwsw run --trace")
     return Moment(
         time=last if time is None else time,
         start=start.free,
@@ -120,9 +122,9 @@ def moment(records: Iterable[Record], time: int | None = None) -> Moment:
     )
 
 
-def _put(grid: NDArray[Any], cells: NDArray[np.int32], values: Any) -> None:
+def _put(grid: NDArray[Any], cells: NDArray[np.int32], values: Any, where: str | None) -> None:
     if len(cells) and not ((cells >= 0) & (cells < grid.shape)).all():
-        raise TraceError("a cell outside of the map", None, "the file was damaged, or not written by hwsw")
+        raise TraceError("a cell outside of the map", where, "the file was damaged, or not written by hwsw")
     grid[cells[:, 0], cells[:, 1]] = values
 
 

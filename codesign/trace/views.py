@@ -172,7 +172,7 @@ class _Snapshots:
 
 
 def _view(topic: str, schema: str, time: int, source: str, message: dict[str, Any]) -> View:
-    schema_json = schema_of(MapRecord) if schema == "foxglove.Grid" else _SCENE_SCHEMA
+    schema_json = schema_of(MapRecord) if schema == "foxglove.Grid" else SCENE_SCHEMA
     return View(
         topic, source, schema, schema_json, packed(schema, {"time": time, "source": source, **message})
     )
@@ -233,4 +233,5 @@ def _scene_schema() -> bytes:
     return json.dumps(schema).encode()
 
 
-_SCENE_SCHEMA = _scene_schema()
+SCENE_SCHEMA = _scene_schema()
+"""The JSON schema of the scene."""
