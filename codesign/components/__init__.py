@@ -23,6 +23,7 @@ from codesign.components.link import ABANDONED, LINK_DOWN, Delivery, Link, Outco
 from codesign.components.link_faults import LinkErrors
 from codesign.components.memory import ExternalMemory
 from codesign.components.processor import Processor
+from codesign.components.robot import Robot
 from codesign.components.scan import Scan
 from codesign.components.serial import Parity, Serial
 
@@ -47,6 +48,7 @@ __all__ = [
     "PhaseUse",
     "PreemptedError",
     "Processor",
+    "Robot",
     "Scan",
     "Serial",
     "WriteMode",
