@@ -82,7 +82,7 @@ def test_host_and_fpga_are_points_of_one_exploration(hwsw: Run, file: Path, tmp_
     # And the table says who wins.
     text = hwsw("explore", "virtex4-pci", file, "--store", store, "--workers", 1).stdout
     assert "Best variant by setting: least time" in text
-    assert "of 2 settings: base is best in 2" in text
+    assert "least time, of 2 settings: base in 2" in text
     assert "Best variant by setting: least time" in hwsw("report", store).stdout
 
 

@@ -9,8 +9,10 @@ import pytest
 from explore_fakes import mission, result
 
 from codesign.explore.study import Outcome, Study
-from codesign.report import render_text, winners_table
+from codesign.report import render_text, study_table, winners_table
+from codesign.report.chart import chart_data
 from codesign.report.page import study_html
+from codesign.report.study_tables import axis_levels
 from codesign.spec.exploration import ResultFigure
 from codesign.system.result import Result
 
@@ -63,7 +65,10 @@ def test_the_winner_of_each_setting_and_by_how_much() -> None:
         ["1000", "on-host", "2.5 s", "–", "–", "–", "base: infeasible"],
     ]
     assert table.rows[1][5].value == 2.5
-    assert table.notes == ("of 3 settings: on-host is best in 2, base is best in 1",)
+    assert table.notes == (
+        "least time, of 3 settings: on-host in 2, base in 1",
+        "least slices, of 3 settings: on-host in 3",
+    )
     assert "times better" in render_text(table)
 
 
@@ -75,7 +80,7 @@ def test_most_is_best_where_more_is_better() -> None:
     table = winners_table(study(cells), F.SHARE_REACHING_GOAL)
     assert table is not None
     assert table.title.endswith("most share reaching goal")
-    assert texts(table) == [["base", "90 %", "on-host", "45 %", "2", ""]]
+    assert texts(table) == [["base", "90 %", "on-host", "45 %", "2"]]
 
 
 def test_equals_win_together_and_nobody_is_said_too() -> None:
@@ -91,7 +96,7 @@ def test_equals_win_together_and_nobody_is_said_too() -> None:
         ["base = b = c", "1 s", "–", "–", "–", ""],
         ["–", "–", "–", "–", "–", "base: failed; b: infeasible; c: failed"],
     ]
-    assert table.notes == ("of 3 settings: base = b is best in 1, base = b = c is best in 1, none can do 1",)
+    assert table.notes[0] == "least time, of 3 settings: a tie in 2, none in 1"
 
 
 def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
@@ -115,7 +120,7 @@ def test_a_figure_of_zero_has_no_ratio() -> None:
     }
     table = winners_table(study(cells), F.SLICES)
     assert table is not None
-    assert texts(table) == [["base", "0", "b", "9", "–", ""]]
+    assert texts(table) == [["base", "0", "b", "9", "–"]]
 
 
 @pytest.mark.parametrize("axis", ["workload.variant", "fpga.clock", "no.such"])
@@ -127,6 +132,46 @@ def test_without_a_choice_there_is_no_contest(axis: str) -> None:
 def test_the_page_of_a_study_has_the_table() -> None:
     page = study_html(study(CROSSING))
     assert "Best variant by setting: least time" in page
-    assert "of 3 settings: on-host is best in 2" in page
+    assert "least time, of 3 settings: on-host in 2, base in 1" in page
     one = {key: value for key, value in CROSSING.items() if key[0] == "base"}
     assert "Best variant by setting" not in study_html(study(one))
+
+
+def test_of_whole_problems_only_what_differs_is_told() -> None:
+    problems = [
+        {"map": {"generate": "empty", "rows": rows, "columns": 12, "seed": 0}, "goals": [[rows - 1, 3]]}
+        for rows in (10, 20)
+    ]
+    axes: dict[str, tuple[Any, ...]] = {
+        "workload.problem": tuple(problems),
+        "workload.variant": ("base", "b"),
+    }
+    points = tuple(
+        Outcome(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
+        for index, values in enumerate(itertools.product(*axes.values()))
+    )
+    made = Study("bench", "maze", axes, (F.TIME,), (), points)
+    table = winners_table(made)
+    assert table is not None
+    assert [row[0] for row in texts(table)] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
+    assert [row[1].text for row in study_table(made).rows][::2] == [
+        "rows 10, goals 9, 3",
+        "rows 20, goals 19, 3",
+    ]
+    assert chart_data(made)["axes"][0]["levels"] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
+    # A program gets all of it.
+    assert "generate empty" in study_table(made, every_figure=True).rows[0][1].text
+
+
+def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
+    same = {f"parameter{number}": number for number in range(40)}
+    axes: dict[str, tuple[Any, ...]] = {"workload.scenario": ({**same, "last": 1}, {**same, "last": 2})}
+    made = Study(
+        "bench",
+        "maze",
+        axes,
+        (F.TIME,),
+        (),
+        (Outcome(0, {"workload.scenario": {**same, "last": 1}}, result()),),
+    )
+    assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]

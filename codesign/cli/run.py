@@ -14,7 +14,7 @@ from codesign.errors import EXIT_INFEASIBLE, InputError, printable
 @click.argument("platform")
 @click.argument("workload")
 @click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. relax.iterations=16"
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. workload.variant=NAME"
 )
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."

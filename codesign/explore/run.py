@@ -24,7 +24,7 @@ from codesign.explore.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.explore.study import Outcome, Study, judged
 from codesign.memo import Memo
 from codesign.spec import Platform, Workload, cross_check, override
-from codesign.spec.exploration import Constraint, Exploration, ResultFigure
+from codesign.spec.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
 from codesign.system.bind import grid_of
 from codesign.system.result import Result
 
@@ -168,6 +168,8 @@ def _section(workload: Workload) -> Exploration:
             "explore.axes",
             f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
         )
+    if workload.scenario.type == "drive" and "objectives" not in section.model_fields_set:
+        return section.model_copy(update={"objectives": MISSION_OBJECTIVES})
     return section
 
 

@@ -10,8 +10,8 @@ from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 from codesign.figures import label
-from codesign.report.study_tables import short_names, varying_axes, why_not
-from codesign.report.wording import axis_text, figure_cell, labelled, prefix, wants_logarithm
+from codesign.report.study_tables import level_teller, short_names, varying_axes, why_not
+from codesign.report.wording import figure_cell, labelled, prefix, wants_logarithm
 from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:
@@ -92,8 +92,9 @@ def _kept(study: Study) -> list[int]:
 
 
 def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
-    texts = [axis_text(name, study.points[position].axes.get(name)) for position in kept]
-    levels = list(dict.fromkeys([*(axis_text(name, value) for value in study.axes[name]), *texts]))
+    told = level_teller(study, name)
+    texts = [told(study.points[position].axes.get(name)) for position in kept]
+    levels = list(dict.fromkeys([*map(told, study.axes[name]), *texts]))
     numbers = {text: number for number, text in enumerate(levels)}
     return {"name": short, "levels": levels, "level": [numbers[text] for text in texts]}
 

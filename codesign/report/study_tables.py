@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from codesign.figures import label
 from codesign.report.render import write_csv
@@ -69,7 +69,46 @@ def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
 
 def axis_levels(study: Study, name: str) -> list[str]:
     """The values of an axis as texts, in the order of the workload."""
-    return list(dict.fromkeys(axis_text(name, value) for value in study.axes[name]))
+    return list(dict.fromkeys(map(level_teller(study, name), study.axes[name])))
+
+
+def level_teller(study: Study, name: str) -> Callable[[Any], str]:
+    """What says a value of an axis: of mappings (whole problems, whole scenarios) only what differs among them."""
+    values = study.axes.get(name, ())
+    told_apart = [_leaves(value) for value in values if isinstance(value, Mapping)]
+    ranges = all(set(value) == {"first", "step", "last"} for value in values if isinstance(value, Mapping))
+    if len(told_apart) < len(values) or len(values) < 2 or ranges:
+        return lambda value: axis_text(name, value)
+    paths = list(dict.fromkeys(path for leaves in told_apart for path in leaves))
+    differing = [path for path in paths if len({repr(leaves.get(path)) for leaves in told_apart}) > 1]
+
+    def told(value: Any) -> str:
+        leaves = _leaves(value) if isinstance(value, Mapping) else {}
+        parts = (f"{path[-1]} {axis_text(path[-1], leaves[path])}" for path in differing if path in leaves)
+        return ", ".join(parts) or axis_text(name, value)
+
+    return told
+
+
+def _leaves(value: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
+    """What stands inside nested mappings, by the way to it."""
+    found: dict[tuple[str, ...], Any] = {}
+    for key, inner in value.items():
+        if isinstance(inner, Mapping):
+            found |= _leaves(inner, (*path, str(key)))
+        else:
+            found[(*path, str(key))] = inner
+    return found
+
+
+def axis_cells(study: Study, axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
+    """What makes the cells of these axes for a point of the study."""
+    tellers = [(name, level_teller(study, name)) for name in axes]
+
+    def cells(point: Outcome) -> tuple[Cell, ...]:
+        return tuple(Cell(text := told(point.axes.get(name)), text) for name, told in tellers)
+
+    return cells
 
 
 def study_table(study: Study, *, every_figure: bool = False) -> Table:
@@ -80,12 +119,13 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
     axes = tuple(study.axes) if every_figure else varying_axes(study)
     figures = figures_with_values(study) if every_figure else tuple(study.objectives)
     front, feasible = set(study.front), set(study.feasible)
+    of_axes = _full_cells(axes) if every_figure else axis_cells(study, axes)
     rows = []
     for position, point in enumerate(study.points):
         rows.append(
             (
                 _number(point),
-                *_axis_cells(point, axes),
+                *of_axes(point),
                 *_figure_cells(point, figures),
                 _yes(position in feasible),
                 _yes(position in front),
@@ -120,6 +160,8 @@ def front_table(study: Study) -> Table:
     objectives = tuple(study.objectives)
     sign = -1 if objectives and objectives[0].maximise else 1
 
+    of_axes = axis_cells(study, axes)
+
     def rank(position: int) -> tuple[float, int]:
         value = study.points[position].figure(objectives[0])
         return (math.inf if value is None else sign * value, position)
@@ -127,7 +169,7 @@ def front_table(study: Study) -> Table:
     rows = tuple(
         (
             _number(point),
-            *_axis_cells(point, axes),
+            *of_axes(point),
             *_figure_cells(point, objectives),
         )
         for point in (study.points[position] for position in sorted(study.front, key=rank))
@@ -142,6 +184,7 @@ def best_table(study: Study) -> Table:
     """For each objective the point of the front that is best in it; of equals the first."""
     axes = varying_axes(study)
     objectives = tuple(study.objectives)
+    of_axes = axis_cells(study, axes)
     rows = []
     for objective in objectives:
         valued = [
@@ -157,7 +200,7 @@ def best_table(study: Study) -> Table:
             (
                 Cell(_aim(objective), objective.value),
                 _number(point),
-                *_axis_cells(point, axes),
+                *of_axes(point),
                 *_figure_cells(point, objectives),
             )
         )
@@ -178,8 +221,9 @@ def nearest_table(study: Study) -> Table:
 
 def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
     axes = varying_axes(study)
+    of_axes = axis_cells(study, axes)
     rows = tuple(
-        (_number(point), *_axis_cells(point, axes), Cell(why := why_not(point), why))
+        (_number(point), *of_axes(point), Cell(why := why_not(point), why))
         for point in (study.points[position] for position in positions)
     )
     return Table(title, (*right("point"), *left(*short_names(axes), "why")), rows)
@@ -257,8 +301,13 @@ def fixed_notes(study: Study) -> tuple[str, ...]:
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
 
 
-def _axis_cells(point: Outcome, axes: Sequence[str]) -> tuple[Cell, ...]:
-    return tuple(Cell(text := axis_text(name, point.axes.get(name)), text) for name in axes)
+def _full_cells(axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
+    """As ``axis_cells``, with all that a value says: for programs."""
+
+    def cells(point: Outcome) -> tuple[Cell, ...]:
+        return tuple(Cell(text := axis_text(name, point.axes.get(name)), text) for name in axes)
+
+    return cells
 
 
 def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from codesign.figures import label
-from codesign.report.study_tables import axis_levels, short_names, varying_axes
+from codesign.report.study_tables import axis_cells, axis_levels, short_names, varying_axes
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import ABSENT, axis_text, figure_cell, number_cell, plural
 from codesign.spec.exploration import ResultFigure
@@ -17,6 +17,8 @@ from codesign.spec.variants import VARIANT_AXIS
 if TYPE_CHECKING:
     from codesign.explore import Outcome, Study
 
+_EQUAL = " = "
+
 
 def winners_table(
     study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS
@@ -24,7 +26,8 @@ def winners_table(
     """For each setting of the other axes the best value of ``axis`` by an objective, the runner-up, and the ratio.
 
     Only feasible points count whose mission, if they have one, reached its goals. Values that are equal to the last
-    digit win together. None where ``axis`` has fewer than two values.
+    digit win together. A note for each of the study's objectives says who wins how often by it. None where ``axis`` has
+    fewer than two values.
 
     Args:
         study: with ``axis``.
@@ -39,12 +42,8 @@ def winners_table(
     for point in study.points:
         setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
         settings.setdefault(setting, []).append(point)
-    rows, wins = [], Counter[str]()
-    for points in settings.values():
-        best, cells = _contest(points, objective, axis)
-        wins[best] += 1
-        there = (Cell(text := axis_text(name, points[0].axes.get(name)), text) for name in others)
-        rows.append((*there, *cells))
+    of_axes = axis_cells(study, others)
+    rows = [(*of_axes(points[0]), *_contest(points, objective, axis)[1]) for points in settings.values()]
     figure = label(objective.value)
     columns = (
         *left(*short_names(others), "best"),
@@ -54,10 +53,14 @@ def winners_table(
         *right("times better"),
         *left("left out"),
     )
-    heading = "most" if objective.maximise else "least"
-    return Table(
-        f"Best {axis.rpartition('.')[2]} by setting: {heading} {figure}", columns, tuple(rows), (_told(wins),)
+    if not any(row[-1].text for row in rows):
+        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    notes = tuple(
+        _told(name, [_contest(points, name, axis)[0] for points in settings.values()])
+        for name in dict.fromkeys((objective, *study.objectives))
     )
+    title = f"Best {axis.rpartition('.')[2]} by setting: {_aim(objective)}"
+    return Table(title, columns, tuple(rows), notes)
 
 
 def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> tuple[str, tuple[Cell, ...]]:
@@ -76,12 +79,12 @@ def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> t
     if not valued:
         return "", (Cell(ABSENT), Cell(ABSENT), Cell(ABSENT), Cell(ABSENT), Cell(ABSENT), left_out)
     ranks = sorted({value for value, _ in valued})
-    best, best_names = sign * ranks[0], " = ".join(name for value, name in valued if value == ranks[0])
+    best, best_names = sign * ranks[0], _EQUAL.join(name for value, name in valued if value == ranks[0])
     winner = (Cell(best_names, best_names), figure_cell(objective, best))
     if len(ranks) == 1:
         return best_names, (*winner, Cell(ABSENT), Cell(ABSENT), Cell(ABSENT), left_out)
     second = sign * ranks[1]
-    names = " = ".join(name for value, name in valued if value == ranks[1])
+    names = _EQUAL.join(name for value, name in valued if value == ranks[1])
     over, under = (best, second) if objective.maximise else (second, best)
     ratio = over / under if under > 0 else None
     runner_up = (Cell(names, names), figure_cell(objective, second), number_cell(ratio))
@@ -97,9 +100,12 @@ def _fate(point: Outcome, objective: ResultFigure) -> str:
     return f"no {label(objective.value)}" if point.feasible else "infeasible"
 
 
-def _told(wins: Counter[str]) -> str:
-    """Who wins how often, in a sentence."""
-    total = sum(wins.values())
-    parts = [f"{name} is best in {count}" for name, count in wins.most_common() if name]
-    parts += [f"none can do {wins['']}"] if wins[""] else []
-    return f"of {plural(total, 'setting')}: {', '.join(parts)}"
+def _aim(objective: ResultFigure) -> str:
+    return f"{'most' if objective.maximise else 'least'} {label(objective.value)}"
+
+
+def _told(objective: ResultFigure, winners: Sequence[str]) -> str:
+    """Who wins how often by an objective, in a sentence."""
+    wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
+    parts = (f"{name} in {count}" for name, count in wins.most_common())
+    return f"{_aim(objective)}, of {plural(len(winners), 'setting')}: {', '.join(parts)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,7 +20,7 @@ from codesign.spec.design_point import (
     sound_scenario,
     substitute,
 )
-from codesign.spec.exploration import MAX_AXES, MAX_VALUES
+from codesign.spec.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.spec.links import LINKS
 from codesign.spec.marks import Document, KeyPath
 from codesign.spec.model import SpecModel
@@ -63,6 +64,9 @@ def axis_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
     axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
     faults = _variant_axis_faults(document, tree, axes)
     forms = list(_forms(tree, axes, context))
+    if math.prod(len(values) for values in axes.values()) > MAX_POINTS:
+        # Too many points, which is told elsewhere: then not each value in each variant too.
+        forms = forms[:1]
     for axis in axes:
         if axis == VARIANT_AXIS:
             continue

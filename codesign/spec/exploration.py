@@ -139,6 +139,13 @@ DEFAULT_OBJECTIVES = (
     ResultFigure.SHARE_REACHING_GOAL,
 )
 
+MISSION_OBJECTIVES = (
+    ResultFigure.MISSION_TIME,
+    ResultFigure.MISSION_ENERGY,
+    ResultFigure.SLICES,
+    ResultFigure.BLOCK_RAMS,
+)
+"""The objectives of an exploration of drives that names none: what replans cost is in the time."""
 
 Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
 
@@ -194,7 +201,9 @@ class Exploration(SpecModel):
     )
     objectives: Annotated[tuple[ResultFigure, ...], Field(min_length=1, max_length=len(ResultFigure))] = (
         Field(
-            default=DEFAULT_OBJECTIVES, description="Figures that span the front, each in its own direction."
+            default=DEFAULT_OBJECTIVES,
+            description="Figures that span the front, each in its own direction; of drives by default mission_time,"
+            " mission_energy, slices and block_rams.",
         )
     )
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=64)] = Field(
