@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from pathlib import Path
 
+import click.testing
 import pytest
 from explore_fakes import mission, result
 
@@ -148,3 +151,51 @@ def test_host_and_fpga_share_a_front() -> None:
     assert made.front == (0, 1)
     limited = judged(host, (Constraint(figure=F.SLICES, at_most=5),))
     assert limited.feasible
+
+
+DRIVE = """\
+kind: workload
+name: little-drive
+planner: harmonic
+problem: {map: {generate: empty, rows: 10, columns: 10}, goals: [[8, 8]], starts: [[1, 1]]}
+scenario: {type: drive, known: none, resolution: 0.2 m, control_period: 100 ms}
+mapping:
+  relax: {component: fpga, block: [10, 10], iterations: 6, schedule: [31]}
+  decide: {component: fpga}
+variants:
+  on-host:
+    planner: wavefront
+    mapping: {propagate: {component: arm, style: software, corner_cutting: false}, track: {component: arm}}
+explore:
+  axes:
+    workload.variant: [base, on-host]
+    workload.scenario.limit: [1 s, 5 min]
+"""
+
+
+def test_drives_are_points_and_one_that_ran_out_of_time_says_so(
+    hwsw: Callable[..., click.testing.Result], tmp_path: Path
+) -> None:
+    file, store = tmp_path / "drive.yaml", tmp_path / "drive.sqlite"
+    file.write_text(DRIVE, encoding="utf-8")
+    assert hwsw("check", "zynq", file).exit_code == 0
+    done = hwsw("explore", "zynq", file, "--store", store, "--workers", 1, "--json")
+    assert done.exit_code == 0, done.output
+    made = json.loads(done.stdout)
+    assert [each["figure"] for each in made["objectives"]] == [
+        "mission_time", "mission_energy", "slices", "block_rams",
+    ]  # fmt: skip
+    points = made["points"]
+    assert [point["feasible"] for point in points] == [True] * 4
+    assert [point["unreached"] is None for point in points] == [False, True, False, True]
+    for point in points:
+        ended = point["result"]["mission"]["ended"]
+        assert point["unreached"] in (None, ended)
+        assert (point["figures"]["mission_time"] is None) == (point["unreached"] is not None)
+        assert point["result"]["mission"]["contacts"] == 0
+    assert set(made["front"]) <= {1, 3}
+    assert made["front"]
+    text = hwsw("report", store).stdout
+    assert "unreached" in text
+    assert points[0]["unreached"][:20] in text
+    assert "base: goals not reached" in text
