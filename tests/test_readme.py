@@ -22,7 +22,7 @@ COMMANDS = [
 
 def test_the_readme_has_files_and_commands() -> None:
     assert [name for name, _ in FILES] == ["board.yaml", "rooms.yaml"]
-    assert len(COMMANDS) == 4
+    assert len(COMMANDS) == 5
     assert sum(text.count("\n") for _, text in FILES) <= 20
 
 
