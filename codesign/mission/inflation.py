@@ -17,9 +17,9 @@ class Inflation:
 
     A cell is blocked where it is an obstacle, or where a disc of ``radius`` cells around its middle would overlap one:
     where the middle lies nearer than ``radius`` to the square of an obstacle cell, or to the outside of the map. A
-    radius of up to half a cell therefore adds nothing. A robot off the middle of its cell may come nearer to an obstacle
-    than ``radius``, by half a cell at a wall and half a cell's diagonal at a corner: the price of planning in cells,
-    and what its clearance tells.
+    radius of up to half a cell therefore adds nothing. A robot off the middle of its cell may come nearer to an
+    obstacle than ``radius``, by half a cell at a wall and half a cell's diagonal at a corner: the price of planning in
+    cells, and what its clearance tells.
 
     Args:
         obstacles: bool, rows × columns.
