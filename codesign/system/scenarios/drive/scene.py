@@ -53,6 +53,9 @@ class Scene:
             moving=self._moving(),
             radius_cells=radius,
         )
+        row, column = problem.starts[0]
+        # What is there from the start is there before anybody looks.
+        self.world.advance(0, (float(row), float(column)))
         self.world_at_start = self.world.blocked_for_robot.copy()
         self.belief = Belief(
             problem.rows,
@@ -60,7 +63,6 @@ class Scene:
             known=problem.free if scenario.known == "all" else None,
             radius_cells=radius,
         )
-        row, column = problem.starts[0]
         self.robot = Robot(
             machine.environment,
             name,
