@@ -129,6 +129,21 @@ def test_the_example_is_explored(hwsw: Run, example: Path) -> None:
     assert all(point["result"] is not None for point in points)
 
 
+def test_the_example_drives(hwsw: Run, example: Path) -> None:
+    """A planner of one's own takes part in missions: its way is tracked on the computer, plan after plan."""
+    file = example / "rooms.yaml"
+    scenario = "scenario: {type: drive, known: none, resolution: 0.2 m}\nmapping:"
+    file.write_text(file.read_text().replace("mapping:", scenario))
+    told = run(hwsw, example)
+    mission = told["mission"]
+    assert told["places"]["flood"] == "fpga"
+    assert told["places"]["track"] == "computer"
+    assert mission["reached"], mission["ended"]
+    assert mission["replans"] > 0
+    assert mission["contacts"] == 0
+    assert told["links"]["line"]["delivered"] >= 2 * mission["plans"]  # the map there, the counts back
+
+
 def test_a_part_of_lut6_is_counted_in_lut4_from_below(example: Path) -> None:
     chip = load_platform(example / "field-robot.yaml").components["fpga"].chip
     assert chip.full_name == "XC7A100T-1"
