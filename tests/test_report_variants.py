@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from typing import Any
 
 import pytest
@@ -21,7 +22,7 @@ SIZES = (10, 100, 1000)
 
 
 def study(
-    cells: dict[tuple[str, int], Result | None], objectives: tuple[ResultFigure, ...] = (F.TIME, F.SLICES)
+    cells: Mapping[tuple[str, int], Result | None], objectives: tuple[ResultFigure, ...] = (F.TIME, F.SLICES)
 ) -> Study:
     """A point for each variant and size; where there is none, one whose computation failed."""
     variants = tuple(dict.fromkeys(name for name, _ in cells))
@@ -73,7 +74,7 @@ def test_the_winner_of_each_setting_and_by_how_much() -> None:
 
 
 def test_most_is_best_where_more_is_better() -> None:
-    cells: dict[tuple[str, int], Result | None] = {
+    cells = {
         ("base", 10): result(share=0.9),
         ("on-host", 10): result(share=0.45),
     }
@@ -100,7 +101,7 @@ def test_equals_win_together_and_nobody_is_said_too() -> None:
 
 
 def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
-    cells: dict[tuple[str, int], Result | None] = {
+    cells = {
         ("base", 10): result(slices=1).model_copy(update={"mission": mission(reached=False)}),
         ("b", 10): result(slices=9).model_copy(update={"mission": mission(seconds=80)}),
         ("c", 10): result(slices=5),
@@ -110,11 +111,11 @@ def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
         assert table is not None
         assert table.rows[0][0].text == best
         assert "base: goals not reached" in table.rows[0][-1].text
-    assert "c: no mission time" in table.rows[0][-1].text
+        assert ("c: no mission time" in table.rows[0][-1].text) == (best == "b")
 
 
 def test_a_figure_of_zero_has_no_ratio() -> None:
-    cells: dict[tuple[str, int], Result | None] = {
+    cells = {
         ("base", 10): result(slices=0),
         ("b", 10): result(slices=9),
     }
@@ -125,7 +126,7 @@ def test_a_figure_of_zero_has_no_ratio() -> None:
 
 @pytest.mark.parametrize("axis", ["workload.variant", "fpga.clock", "no.such"])
 def test_without_a_choice_there_is_no_contest(axis: str) -> None:
-    cells: dict[tuple[str, int], Result | None] = {("base", 10): result(), ("base", 20): result()}
+    cells = {("base", 10): result(), ("base", 20): result()}
     assert winners_table(study(cells), axis=axis) is None
 
 

@@ -28,6 +28,7 @@ from codesign.spec import (
 )
 from codesign.spec.marks import parse_document
 from codesign.spec.scenario import Drive, ReplanPolicy
+from codesign.spec.workload import TaskModels
 
 
 class Search(SpecModel):
@@ -38,7 +39,7 @@ class Elsewhere(SpecModel):
     robots: int
 
 
-ALL_TASKS = {**TASKS, "search": {"find": Search, "decide": Decide}, "crowd": {"steer": Search}}
+ALL_TASKS: TaskModels = {**TASKS, "search": {"find": Search, "decide": Decide}, "crowd": {"steer": Search}}
 PROBLEMS = {"crowd": Elsewhere}
 
 DRIVE = """\
