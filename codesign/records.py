@@ -85,7 +85,8 @@ class VisitsRecord(Record):
 class StageRecord(Record):
     """A stage that converged at ``time``, with its costs and the potential it left.
 
-    ``potential``: float64 array, rows × columns, the exact field rounded for the eye. It is not the result.
+    ``potential``: float64 array, rows × columns, the exact field rounded for the eye. It is not the result. The trace
+    of a mission leaves it out: 0 × 0.
     """
 
     begin: int
@@ -104,7 +105,8 @@ class FieldRecord(Record):
     """A field that a planner left: one value a cell, ``values``, float64 array, rows × columns.
 
     ``name`` says of what (``distance``, ``potential``, ``arrival``), ``unit`` in what (``cells``, ``steps``, ``1``).
-    A cell without a value, as one that no wave reached, holds NaN or infinity. The field is rounded for the eye.
+    A cell without a value, as one that no wave reached, holds NaN or infinity. The field is rounded for the eye. The
+    trace of a mission leaves it out: 0 × 0.
     """
 
     name: str

@@ -31,7 +31,7 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener, MemoryListener
-from codesign.trace.encoding import RECORD_TYPES, encode, schema_of
+from codesign.trace.encoding import RECORD_TYPES, bared, encode, schema_of
 from codesign.trace.foxglove import Floor
 from codesign.trace.views import SCENE_SCHEMA
 
@@ -84,6 +84,12 @@ def a_mission() -> list[Record]:
         MissionRecord(17 * 10**11, "robot", "contact", "an obstacle came"),
         MissionRecord(18 * 10**11, "robot", "ended", "the robot is walled in"),
     ]
+
+
+def as_told(records: list[Record]) -> list[Record]:
+    """The records as a trace keeps them: once a mission has begun, without the fields of its plans."""
+    began = next((place for place, one in enumerate(records) if isinstance(one, MissionRecord)), len(records))
+    return [*records[:began], *map(bared, records[began:])]
 
 
 def same(first: Record, second: Record) -> bool:

@@ -142,7 +142,8 @@ def test_lines_of_a_mission_read_naturally(tmp_path: Path) -> None:
     trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
     told = {(row.source, row.what): row.details for row in timeline(trace)}
     assert told["uart", "message map"] == "host to fpga, 3 B, waited 10 ps, 3 attempts, dropped: link down"
-    assert told["fpga", "field distance"] == "6 cells with a value, 0 to 5 cells"
+    assert told["fpga", "field distance"] == "its values are left out in a mission"
+    assert row_of(a_mission()[4]).details == "6 cells with a value, 0 to 5 cells"
     assert told["robot", "contact"] == "an obstacle came"
     assert told["robot", "belief"] == "2 cells learnt, 2 blocked"
     assert told["world", "obstacle"] == "1 cell free again"
@@ -159,8 +160,9 @@ def test_a_span_of_the_time_line_has_what_touches_it(tmp_path: Path) -> None:
 
 
 def test_a_field_is_shown_with_its_lowest_as_the_brightest(tmp_path: Path) -> None:
-    trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
-    picture = trace_thumbnail(trace)
+    assert trace_thumbnail(open_trace(write(tmp_path / "mission.mcap", a_mission()))) == []
+    plan = [record for record in a_mission() if not isinstance(record, MissionRecord)]
+    picture = trace_thumbnail(open_trace(write(tmp_path / "plan.mcap", plan)))
     assert picture[0][0] == SHADES[-1]
     assert picture[0][5] == SHADES[0]
     assert picture[2] == " " * 6

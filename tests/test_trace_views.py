@@ -19,10 +19,11 @@ from codesign.records import (
     PoseRecord,
     PositionsRecord,
     Record,
+    StageRecord,
     SummaryRecord,
     TrajectoryRecord,
 )
-from codesign.trace import McapListener
+from codesign.trace import McapListener, open_trace
 from codesign.trace.encoding import encode
 from codesign.trace.foxglove import Floor
 from codesign.trace.views import MOST_CUBES, Views
@@ -55,7 +56,8 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
         "/robot/grid": "foxglove.Grid",
         "/mission": "foxglove.Log",
         "/uart/message": "codesign.MessageRecord",
-        "/fpga/field": "foxglove.Grid",
+        "/fpga/field": "codesign.FieldRecord",
+        "/fpga/plan_grid": "foxglove.Grid",
         "/trajectory": "codesign.TrajectoryRecord",
         "/scene": "foxglove.SceneUpdate",
         "/robot/pose": "foxglove.PoseInFrame",
@@ -141,6 +143,41 @@ def test_large_maps_are_shown_seldom() -> None:
     last = SummaryRecord(600 * SECOND, "run", {})
     assert [view.topic for view in views.of(last)] == ["/robot/grid"]
     assert list(views.of(last)) == []
+
+
+def test_the_field_of_a_plan_is_shown_when_it_is_ready_and_seldom(tmp_path: Path) -> None:
+    """Two stages a plan, a plan a second: 16 × 16 cells of 8 bytes are shown each second, 64 × 64 each 2.1 s."""
+    for side, times in ((16, [0, 1, 2, 3, 4, 5]), (64, [0, 3, 5])):
+        free = np.ones((side, side), bool)
+        run: list[Record] = [MapRecord(0, "map", free, NO_GOALS, None)]
+        for second in range(6):
+            now = second * SECOND
+            run.append(MissionRecord(now, "robot", "plan_requested", ""))
+            for stage in (0, 1):
+                field = np.full(free.shape, second + stage / 2)
+                run.append(StageRecord(now, "fpga", now, stage, 7, 3, 50, 222, 1998, 4, field))
+            run.append(MissionRecord(now, "robot", "plan_ready", ""))
+        run.append(MissionRecord(5 * SECOND, "robot", "ended", "reached"))
+        messages = read(write(tmp_path / "run.mcap", run))
+        shown = [message for topic, _, _, message in messages if topic == "/fpga/plan_grid"]
+        assert [message["time"] // SECOND for message in shown] == times
+        values = [np.frombuffer(base64.b64decode(message["data"]), "<f8")[0] for message in shown]
+        assert values == [time + 0.5 for time in times]
+        stages = [(name, set(message)) for topic, name, _, message in messages if topic == "/fpga/stage"]
+        assert len(stages) == 12
+        assert all(name == "codesign.StageRecord" and "data" not in keys for name, keys in stages)
+
+
+def test_a_plan_without_a_mission_keeps_its_fields(tmp_path: Path) -> None:
+    field = np.full((2, 2), 0.5)
+    run: list[Record] = [
+        MapRecord(0, "map", np.ones((2, 2), bool), NO_GOALS, None),
+        StageRecord(1, "fpga", 0, 0, 7, 3, 50, 222, 1998, 4, field),
+    ]
+    assert [topic for topic, _, _, _ in read(write(tmp_path / "run.mcap", run))] == ["/map", "/fpga/stage"]
+    (stage,) = open_trace(tmp_path / "run.mcap").records(kinds=[StageRecord])
+    assert isinstance(stage, StageRecord)
+    assert np.array_equal(stage.potential, field)
 
 
 def test_cubes_come_and_go_with_the_obstacles() -> None:

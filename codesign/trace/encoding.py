@@ -119,17 +119,31 @@ def topic_of(record_type: type[Record], source: str) -> str:
     return f"/{kind}" if issubclass(record_type, RUN_LEVEL) else f"/{source}/{kind}"
 
 
-def schema_name(record_type: type[Record]) -> str:
-    """The name of a record's schema."""
-    if record_type in GRIDS:
+def is_bare(record: Record) -> bool:
+    """Whether the grid of this record is left out of its message: it is then read as an array of 0 × 0."""
+    if isinstance(record, StageRecord):
+        return record.potential.size == 0
+    return isinstance(record, FieldRecord) and record.values.size == 0
+
+
+def bared(record: Record) -> Record:
+    """The record with its grid left out, where that may be."""
+    if isinstance(record, StageRecord):
+        return replace(record, potential=np.zeros((0, 0)))
+    return replace(record, values=np.zeros((0, 0))) if isinstance(record, FieldRecord) else record
+
+
+def schema_name(record_type: type[Record], bare: bool = False) -> str:
+    """The name of a record's schema; ``bare``: of one whose grid is left out."""
+    if record_type in GRIDS and not bare:
         return "foxglove.Grid"
     standard = STANDARDS.get(record_type)
     return f"codesign.{record_type.__name__}" if standard is None else standard.schema
 
 
-def schema_of(record_type: type[Record]) -> bytes:
+def schema_of(record_type: type[Record], bare: bool = False) -> bytes:
     """The JSON schema of a record's messages, UTF-8. All that are shown as grids share one."""
-    if record_type in GRIDS:
+    if record_type in GRIDS and not bare:
         properties = dict(GRID_PROPERTIES)
         for each in GRIDS:
             properties.update(_properties(each))
@@ -139,10 +153,11 @@ def schema_of(record_type: type[Record]) -> bytes:
         standard = STANDARDS.get(record_type)
         shown = {} if standard is None else standard.properties
         properties = {**shown, **_properties(record_type)}
-        required = [*shown, *(plan.name for plan in plan_of(record_type) if plan.required)]
+        plans = [plan for plan in plan_of(record_type) if plan.required and plan.kind != "grid"]
+        required = [*shown, *(plan.name for plan in plans)]
         about = (record_type.__doc__ or record_type.__name__).split("\n\n")[0]
     schema = {
-        "title": schema_name(record_type),
+        "title": schema_name(record_type, bare),
         "description": about,
         "type": "object",
         "properties": properties,
@@ -165,7 +180,7 @@ def encode(record: Record, floor: Floor = _NO_FLOOR) -> bytes:
         _refuse(type(record), f"time {record.time}, before the run began")
     for plan in plan_of(type(record)):
         value = getattr(record, plan.name)
-        if value is None and plan.optional:
+        if (value is None and plan.optional) or (plan.kind == "grid" and is_bare(record)):
             continue
         if plan.kind == "grid":
             _bound(value.size, record, plan)
@@ -322,6 +337,8 @@ def _bound(size: int, record: Record, plan: FieldPlan) -> None:
 def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
     if plan.kind == "grid":
         assert plan.dtype is not None
+        if record_type is not MapRecord and "data" not in data:
+            return np.zeros((0, 0), plan.dtype)
         return decode_grid(data, plan.dtype, MAX_ELEMENTS)
     if plan.name not in data:
         if not plan.required:

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 from codesign.errors import TraceError
 from codesign.files import is_special, landing
 from codesign.records import MapRecord, Record, SummaryRecord
-from codesign.trace.encoding import GRIDS, encode, schema_name, schema_of, topic_of
+from codesign.trace.encoding import GRIDS, bared, encode, is_bare, schema_name, schema_of, topic_of
 from codesign.trace.foxglove import Floor, floor_of
 from codesign.trace.views import Views
 
@@ -86,9 +86,11 @@ class McapListener:
         """
         if isinstance(record, MapRecord):
             self._floor = floor_of(record)
-        message = encode(record, self._floor)
+        # A mission may plan a thousand times: its fields are shown now and then.
+        told = bared(record) if self._views.mission else record
+        message = encode(told, self._floor)
         self._count += 1
-        self._write(self._record_channel(record), record.time, message)
+        self._write(self._record_channel(told), record.time, message)
         for view in self._views.of(record):
             metadata = {"source": view.source, "shows": type(record).__name__}
             self._write(
@@ -158,15 +160,15 @@ class McapListener:
             )
 
     def _record_channel(self, record: Record) -> int:
-        kind = type(record)
-        topic, schema = topic_of(kind, record.source), schema_name(kind)
+        kind, bare = type(record), is_bare(record)
+        topic, schema = topic_of(kind, record.source), schema_name(kind, bare)
         found = self._channels.get((topic, schema))
         if found is not None:
             return found
         metadata = {"record": kind.__name__, "source": record.source}
-        if kind in GRIDS:
+        if kind in GRIDS and not bare:
             metadata["grid"] = GRIDS[kind]
-        return self._channel(topic, schema, schema_of(kind), metadata)
+        return self._channel(topic, schema, schema_of(kind, bare), metadata)
 
     def _channel(self, topic: str, schema: str, schema_json: bytes, metadata: dict[str, str]) -> int:
         """The channel of a topic and a schema; it, and the schema by that name, are made where they are new."""

@@ -29,6 +29,7 @@ from codesign.records import (
     UtilisationRecord,
     VisitsRecord,
 )
+from codesign.trace.encoding import is_bare
 from codesign.trace.reader import Trace
 from codesign.units import format_count, format_data, format_time
 
@@ -163,6 +164,8 @@ def _tell_trajectory(record: TrajectoryRecord) -> _Told:
 
 
 def _tell_field(record: FieldRecord) -> _Told:
+    if is_bare(record):
+        return record.time, record.time, f"field {record.name}", "its values are left out in a mission"
     values = record.values[np.isfinite(record.values)]
     unit = "" if record.unit in ("", "1") else f" {printable(record.unit, 40)}"
     span = f", {values.min():.4g} to {values.max():.4g}{unit}" if values.size else ""
@@ -247,6 +250,8 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
     for record in trace.records(kinds=(MapRecord, StageRecord, FieldRecord)):
         if isinstance(record, MapRecord):
             free = record.free
+        elif is_bare(record):
+            continue
         elif isinstance(record, StageRecord):
             field, scale = record.potential, f"{SHADES[0]} lowest to {SHADES[-1]} highest potential"
         elif isinstance(record, FieldRecord):

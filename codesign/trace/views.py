@@ -2,8 +2,9 @@
 
 Changes of the true map (``ObstacleRecord``) and of what a robot knows of it (``BeliefRecord``) are small, exact, and
 nothing that a viewer draws. So a whole grid of each is written beside them now and then: seldom on a large map, so that
-the bytes for each second of a mission stay within bounds whatever its size. The scene holds the way last planned, and
-what stands in the way as cubes, at once. Our reader leaves these messages out; they say nothing that records don't.
+the bytes for each second of a mission stay within bounds whatever its size. The fields that plans leave, which are left
+out of the records of a mission, are shown likewise, each when its plan is ready. The scene holds the way last planned,
+and what stands in the way as cubes, at once. Our reader leaves these messages out.
 """
 
 from __future__ import annotations
@@ -18,10 +19,12 @@ from numpy.typing import NDArray
 
 from codesign.records import (
     BeliefRecord,
+    FieldRecord,
     MapRecord,
     MissionRecord,
     ObstacleRecord,
     Record,
+    StageRecord,
     SummaryRecord,
     TrajectoryRecord,
 )
@@ -30,10 +33,10 @@ from codesign.trace.foxglove import POSE, TIMESTAMP, VECTOR, Floor, floor_of, po
 from codesign.trace.grid import encode_grid
 
 SHORTEST_INTERVAL = 10**12
-INTERVAL_A_CELL = 64 * 10**6
-"""Picoseconds between two whole grids: at least 1 s, and 64 us for each cell.
+INTERVAL_A_BYTE = 64 * 10**6
+"""Picoseconds between two whole grids: at least 1 s, and 64 us for each byte: 1 a cell of a map, 8 of a field.
 
-One byte a cell and base64: at most 21 kB of JSON for each second of a mission, before packing.
+In base64 at most 21 kB of JSON for each second of a mission and each grid, before packing.
 """
 
 MOST_CUBES = 256
@@ -67,6 +70,9 @@ class Views:
         self._floor = Floor()
         self._shape = (0, 0)
         self._grids: dict[str, _Snapshots] = {}
+        self._fields: dict[str, _Snapshots] = {}
+        self.mission = False
+        """Whether the run is a mission: anything happened in one."""
         self._walls: NDArray[np.uint8] = np.zeros(self._shape, np.uint8)
         self._way_time = -1
         self._ways = 0
@@ -87,11 +93,22 @@ class Views:
             yield from self._shown(grid, record.time)
         elif isinstance(record, TrajectoryRecord):
             yield self._scene(record, [self._line(record)], [])
-        elif isinstance(record, SummaryRecord) or (
-            isinstance(record, MissionRecord) and record.event == "ended"
-        ):
+        elif isinstance(record, StageRecord) and self.mission:
+            self._field(record.source, "potential", record.potential)
+        elif isinstance(record, FieldRecord) and self.mission:
+            self._field(record.source, record.name, record.values)
+        elif isinstance(record, MissionRecord | SummaryRecord):
+            yield from self._happened(record)
+
+    def _happened(self, record: MissionRecord | SummaryRecord) -> Iterator[View]:
+        last = isinstance(record, SummaryRecord) or record.event == "ended"
+        self.mission = self.mission or isinstance(record, MissionRecord)
+        if last or (isinstance(record, MissionRecord) and record.event == "plan_ready"):
+            for field in self._fields.values():
+                yield from self._shown(field, record.time, last)
+        if last:
             for grid in self._grids.values():
-                yield from self._shown(grid, record.time, last=True)
+                yield from self._shown(grid, record.time, last)
 
     def _begin(self, record: MapRecord) -> None:
         self._floor = floor_of(record)
@@ -101,6 +118,15 @@ class Views:
 
     def _inside(self, cells: NDArray[np.int32]) -> bool:
         return bool(self._shape[0] and ((cells >= 0) & (cells < self._shape)).all())
+
+    def _field(self, source: str, name: str, values: NDArray[np.float64]) -> None:
+        """Keep the field, to be shown once its plan is ready: a harmonic plan has one at each stage."""
+        if values.ndim != 2 or not values.size:
+            return
+        topic = f"/{source}/plan_grid"
+        if topic not in self._fields or self._fields[topic].cells.shape != values.shape:
+            self._fields[topic] = _Snapshots(topic, source, name, values)
+        self._fields[topic].replace(name, values)
 
     def _grid(self, source: str, name: str, begin: NDArray[np.uint8]) -> _Snapshots:
         topic = f"/{source}/grid"
@@ -149,18 +175,21 @@ class Views:
 
 
 class _Snapshots:
-    """A grid that changes: uint8, rows × columns, and when it was last written."""
+    """A grid that changes: uint8 or float64, rows × columns, and when it was last written."""
 
-    def __init__(self, topic: str, source: str, name: str, cells: NDArray[np.uint8]) -> None:
+    def __init__(self, topic: str, source: str, name: str, cells: NDArray[Any]) -> None:
         self.topic, self.source, self.name = topic, source, name
         self.cells = cells.copy()
-        self._interval = max(SHORTEST_INTERVAL, INTERVAL_A_CELL * cells.size)
+        self._interval = max(SHORTEST_INTERVAL, INTERVAL_A_BYTE * cells.nbytes)
         self._written: int | None = None
         self._changed = False
 
     def put(self, cells: NDArray[np.int32], values: Any) -> None:
         self.cells[cells[:, 0], cells[:, 1]] = values
         self._changed = True
+
+    def replace(self, name: str, cells: NDArray[Any]) -> None:
+        self.name, self.cells, self._changed = name, cells, True
 
     def due(self, time: int, last: bool) -> bool:
         """Whether it is to be written now; True is taken for done."""
