@@ -78,7 +78,7 @@ class Scene:
         machine.by_name[name] = self.robot
         if machine.listening:
             goals = np.array(problem.goals, np.int32).reshape(-1, 2)
-            machine.tell(MapRecord(0, "map", self.true_free, goals, self.resolution))
+            machine.tell(MapRecord(0, "map", self.world.free_now.copy(), goals, self.resolution))
 
     def advance(self) -> None:
         """Bring the robot up to now."""
