@@ -149,6 +149,23 @@ class Machine:
         kernel = placement.styles[task].kernel
         return (yield from self._run(placement.places[task], steps, kernel, priority, ledger))
 
+    def charge(
+        self, task: str, kernel: str, units: int, ledger: Ledger | None = None
+    ) -> Generator[Any, Any, None]:
+        """Process generator: ``units`` of a kernel on the component of ``task``, where that has a cost of it.
+
+        What a platform gives no cost of takes no time.
+        """
+        name = self.system.placement.places[task]
+        component = self.by_name[name]
+        if not units or kernel not in getattr(component, "costs", ()):
+            return
+        begin, spent = self.now, component.duration(kernel, units)
+        yield from component.execute(kernel, units, task, priority=CONTROL)
+        if ledger is not None:
+            ledger.book(Spent.COMPUTE, name, spent)
+            ledger.book(Spent.WAIT, name, self.now - begin - spent)
+
     def follow_up(self, task: str) -> None:
         """Start the tasks of the user's own that come after ``task``, which has ended; nothing waits for them."""
         for extra in self.system.workload.tasks:

@@ -10,7 +10,9 @@ before it would miss an answer; without a newer command it stands there. A turn 
 is over makes it brake at once. Where the true map still has something in its way that nobody could know of, it stands
 before it, and a contact is counted; it is never inside.
 
-Assumed: the robot knows its pose exactly, its own logic takes no time, and clocks on board agree.
+Keeping the map (kernel ``occupancy_cell``, a unit a cell seen) and making a command (``way_following``) take what the
+platform's processor costs them, and no time where it gives no cost. Assumed: the robot knows its pose exactly, looking
+around takes no time, and clocks on board agree.
 """
 
 from codesign.system.scenarios.drive.mission import Drive, drive

@@ -70,6 +70,8 @@ def _patience(machine: Machine, patience: int, log: Log, replanner: Replanner) -
 def _because(log: Log, replanner: Replanner) -> str:
     """What kept the robot from doing what it was to do, as far as that is known."""
     active = replanner.active
-    if not log.stall and active is not None and not active.arrives:
-        return f": the plan's way ends at {active.target}, short of the goal"
-    return f": {log.stall}" if log.stall else ""
+    ends = (
+        f"the plan's way ends at {active.target}, short of the goal" if active and not active.arrives else ""
+    )
+    why = replanner.refusal or log.stall or ends
+    return f": {why}" if why else ""

@@ -11,7 +11,7 @@ import numpy as np
 from codesign.architectures.interface import Step
 from codesign.components.way import Way, authority
 from codesign.mission.belief import Update
-from codesign.planners.interface import COMMAND, LOAD
+from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.system.build import LostMessageError
 from codesign.system.place import DISPLAY, MOVE, SENSE
 from codesign.system.scenarios.drive.goals import Goals
@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 SPARE_CELLS = 2.0
 """Cells of way beyond what the robot drives until an answer is overdue and it stands: assumed."""
 
+
+OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
+"""Kernels of the host's own work in a turn: a cell that was seen, put into the map; and one command made from a way."""
 
 STANDS = 1e-3
 """Cells: with less authority than this a robot is taken to stand."""
@@ -47,10 +50,10 @@ class Pilot:
         self.replanner, self.log = replanner, log
         graph, planner = machine.system.placement.graph, machine.system.planner
         self._flows = {(flow.sender, flow.receiver): flow for flow in graph.flows}
-        self._pose = next((flow for flow in graph.flows if flow.name == "pose"), None)
-        self._by_field = planner.steering == "field" and self._pose is not None
+        self._pose = next((flow for flow in graph.flows if flow.name == POSE), None)
         self._steps: tuple[ActivePlan, list[Step]] | None = None
-        self._lookahead = self._reach()
+        horizon = planner.horizon(machine.system.planning) if hasattr(planner, "horizon") else None
+        self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
         self._driven = 0.0
 
@@ -87,15 +90,17 @@ class Pilot:
         self._note_progress()
         self.machine.follow_up(SENSE)
         yield from self._carry(SENSE, LOAD)
+        yield from self.machine.charge(LOAD, OCCUPANCY, scan.cells, self.log.turns_spent)
         self._judge(self.scene.learn(scan), turn.begin)
         self.machine.follow_up(LOAD)
         if self.replanner.active is None or self.log.ended is not None:
             turn.answered = True
             return
-        if self._by_field:
-            yield from self._decide()
+        if self._pose is not None:
+            yield from self._decide(self._pose)
         if (LOAD, COMMAND) in self._flows:
             yield from self._carry(LOAD, COMMAND)
+        yield from self.machine.charge(COMMAND, FOLLOWING, 1, self.log.turns_spent)
         self.machine.follow_up(COMMAND)
         yield from self._carry(COMMAND, MOVE)
         self._command()
@@ -104,11 +109,9 @@ class Pilot:
         if (COMMAND, DISPLAY) in self._flows:
             self.machine.environment.process(self._show())
 
-    def _decide(self) -> Generator[Any, Any, None]:
+    def _decide(self, pose: Flow) -> Generator[Any, Any, None]:
         """Ask for the decision at the robot's pose, wherever it is made."""
         placement, active = self.machine.system.placement, self.replanner.active
-        pose = self._pose
-        assert pose is not None, "by_field says so"
         assert active is not None, "the caller looks"
         yield from self.machine.carry(pose, self.log.turns_spent)
         task = pose.receiver
@@ -124,8 +127,8 @@ class Pilot:
             system = self.machine.system
             style = system.placement.styles[task]
             position = self.scene.robot.position
-            answer = active.answer
-            steps = [*style.steps(answer.problem, system.planning, answer.plan, position)]
+            answer, ask = active.answer, getattr(style, "again", style.steps)
+            steps = [*ask(answer.problem, system.planning, answer.plan, position)]
             self._steps = active, steps
         yield from self._steps[1]
 

@@ -81,7 +81,8 @@ class ActivePlan:
 class Replanner:
     """Makes plans. ``active``: the one that the robot follows. ``busy``: whether one is under way.
 
-    ``no_way``: why the last request could not be answered; None where it was. It is asked again when more is known.
+    ``no_way``: the last request where it could not be answered, and ``refusal`` why; None where it was. It is asked
+    again when more is known.
     """
 
     def __init__(self, machine: Machine, scene: Scene, goals: Goals, log: Log, memo: Memo | None) -> None:
@@ -89,6 +90,7 @@ class Replanner:
         self.active: ActivePlan | None = None
         self.busy = False
         self.no_way: Request | None = None
+        self.refusal: str | None = None
         self._sent: Problem | None = None
         self._unseen: int | None = None
         self._pending: Request | None = None
@@ -107,17 +109,18 @@ class Replanner:
         elif not self._wake.triggered:
             self._wake.succeed()
 
-    def ask_again(self) -> None:
-        """Try again what could not be planned."""
+    def ask_again(self, since: int | None = None) -> None:
+        """Try again what could not be planned; ``since``: from a newer scan on, which shows another map."""
         if self.no_way is not None:
-            self.request(self.no_way.since, self.no_way.why, seen=self.no_way.seen)
+            begun = self.no_way.since if since is None else since
+            self.request(begun, self.no_way.why, seen=self.no_way.seen)
 
     def learnt(self, seen_at: int) -> None:
         """Something new was seen by the scan at ``seen_at`` (ps): ask for a plan where that calls for one.
 
         While one is under way that is to be finished, it is looked at once that stands.
         """
-        self.ask_again()
+        self.ask_again(seen_at)
         if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.FINISH:
             self._unseen = seen_at if self._unseen is None else self._unseen
         else:
@@ -223,8 +226,7 @@ class Replanner:
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 
     def _cannot(self, request: Request, why: str) -> None:
-        self.no_way = request
-        self.log.stall = why
+        self.no_way, self.refusal = request, why
         self.log.tell("no_way", why)
 
     def _rest(self, until: simpy.Event) -> Generator[Any, Any, None]:
@@ -234,7 +236,7 @@ class Replanner:
 
     def _install(self, request: Request, answer: Answer) -> None:
         machine, log = self.machine, self.log
-        self.no_way = None
+        self.no_way = self.refusal = None
         self.active = ActivePlan(answer, machine.system.planner, self.scene.robot.position)
         latency = answer.answered - request.since
         log.plans += 1
