@@ -23,7 +23,8 @@ from codesign.planners.interface import Problem
 from codesign.planners.relaxation import solve
 from codesign.planners.relaxation.parameters import RelaxParameters
 from codesign.planners.relaxation.planner import PLANNER
-from codesign.planners.wavefront.parameters import Course, PropagateParameters
+from codesign.planners.wavefront.parameters import Course, Paths, PropagateParameters
+from codesign.planners.wavefront.planner import PLANNER as WAVEFRONT_PLANNER
 from codesign.spec import load_platform
 from codesign.system import catalog
 
@@ -75,12 +76,41 @@ def test_tracking_costs_the_same_on_a_host(course: Course) -> None:
     parameters = PropagateParameters(course=course, steps=3)
     software = style_of(WAVEFRONT, "software")
     steps, plan = drain(software.work(PROBLEM, parameters))
-    apart, (points, arrived) = drain(WAVEFRONT_TASKS[0].steps(PROBLEM, parameters, plan, AT))
+    alone = style_of(WAVEFRONT_TASKS, "software")
+    apart, (points, arrived) = drain(alone.steps(PROBLEM, parameters, plan, AT))
     assert cycles(apart) == cycles(steps, "track")
     assert arrived
     assert cycles(apart) == (3 if course is Course.LOCAL else len(points) - 1)
-    nowhere, (left, there) = drain(WAVEFRONT_TASKS[0].steps(PROBLEM, parameters, plan, (-5.0, 0.0)))
+    nowhere, (left, there) = drain(alone.steps(PROBLEM, parameters, plan, (-5.0, 0.0)))
     assert (cycles(nowhere), left.tolist(), there) == (1, [[-5.0, 0.0]], False)
+
+
+@pytest.mark.parametrize("course", list(Course))
+@pytest.mark.parametrize("paths", list(Paths))
+def test_tracking_costs_the_same_in_the_fabric(course: Course, paths: Paths) -> None:
+    parameters = PropagateParameters(course=course, steps=3, paths=paths)
+    array, alone = (
+        style_of(WAVEFRONT, "delay_line", "fpga"),
+        style_of(WAVEFRONT_TASKS, "sequential", "fpga"),
+    )
+    steps, plan = drain(array.work(PROBLEM, parameters))
+    apart, (points, arrived) = drain(alone.steps(PROBLEM, parameters, plan, AT))
+    assert cycles(apart) == cycles(steps, "track")
+    assert arrived
+    assert cycles(apart) == (3 if course is Course.LOCAL else len(points) - 1) * (
+        9 if paths == "shortest" else 17
+    )
+    part = load_platform("virtex2pro").components["fpga"].chip  # type: ignore[union-attr]
+    demand = alone.demand(PROBLEM, parameters, part)
+    # Small beside any array, and as much memory as the potentials that are sent to it need.
+    assert 0 < demand.total("slices") < array.demand(PROBLEM, parameters, part).total("slices") / 50
+    (sent,) = [f.bits for f in WAVEFRONT_PLANNER.flows(PROBLEM, parameters) if f.name == "potentials"]
+    depth, width = max(part.block_ram_shapes)
+    assert demand.total("block_rams") >= sent / (depth * width)
+    assert 0 < alone.clock_limit(PROBLEM, parameters, part).value <= part.block_ram_clock.value
+    static, dynamic = alone.power(demand, 50_000_000, part)
+    assert static == part.static_power
+    assert 0 < dynamic.low < dynamic.value < dynamic.high
 
 
 def test_descent_costs_the_same_by_itself() -> None:
@@ -88,6 +118,10 @@ def test_descent_costs_the_same_by_itself() -> None:
     steps, plan = drain(RELAXATION[0].work(PROBLEM, parameters))
     apart, (points, _) = drain(RELAXATION_TASKS[0].steps(PROBLEM, parameters, plan, AT))
     assert cycles(apart) == cycles(steps, "search") == SEARCH_UNITS * (len(points) - 1)
+    # A drive asks for the next cell only, from wherever the robot is.
+    for position in (AT, (-5.0, 0.0)):
+        again, _ = drain(RELAXATION_TASKS[0].again(PROBLEM, parameters, plan, position))
+        assert [(step.phase, step.cycles.tolist()) for step in again] == [("search", [SEARCH_UNITS])]
 
 
 @pytest.mark.parametrize(
@@ -136,7 +170,7 @@ def test_every_kernel_of_a_task_is_measured_and_shipped_hosts_have_its_cost() ->
 
 
 def test_software_refuses_laws_of_chips() -> None:
-    task = WAVEFRONT_TASKS[0]
+    task = style_of(WAVEFRONT_TASKS, "software")
     for call in (
         lambda: task.clock_limit(PROBLEM, PropagateParameters()),
         lambda: task.power(task.demand(PROBLEM, PropagateParameters()), 1),

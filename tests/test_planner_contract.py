@@ -157,9 +157,21 @@ def test_flows_bring_what_one_plan_sends(case: tuple[Planner, Any], problem: Any
     assert (brought, told) == tuple([bits] for bits in SENT[planner.name])
 
 
+def test_a_pose_goes_to_the_task_that_answers(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    flows = planner.flows(problem, parameters)
+    asked = [(flow.sender, flow.receiver) for flow in flows if flow.name == "pose"]
+    assert asked in ([], [("load", answer) for answer in answers(planner, flows)])
+    # Asked again it costs something, wherever it is done.
+    for _, task in asked:
+        kinds = {style.component_type for style in catalog.styles_of(planner.name).values()}
+        assert kinds <= {
+            style.component_type for style in catalog.task_styles_of(planner.name, task).values()
+        }
+
+
 def test_policies_are_known_and_have_what_they_take(case: tuple[Planner, Any], problem: Any) -> None:
     planner, parameters = case
-    assert planner.steering in {"field", "way"}
     assert planner.policies[0] == "restart"
     assert set(planner.policies) <= {"restart", "lower_bound", "continue"}
     assert ("lower_bound" in planner.policies) == ("lower_bound" in planner.tasks)

@@ -196,6 +196,9 @@ class TaskStyle(Protocol):
 
     ``parameters`` are those of the planning task throughout. Found through the entry-point group
     ``codesign.task_styles`` (a sequence of styles an entry point).
+
+    It may have ``again``, with the arguments of ``steps``: the steps of one decision more of a plan that stands, as a
+    drive asks for at every control turn; what they return is not looked at. Without it that costs what ``steps`` say.
     """
 
     @property

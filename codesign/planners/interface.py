@@ -29,11 +29,11 @@ Policy = Literal["restart", "lower_bound", "continue"]
 - ``continue``: from the values that the last plan left (``Planner.start_of``).
 """
 
-Steering = Literal["field", "way"]
-"""``field``: a decision is asked for at every control turn. ``way``: the way is sent, once a plan."""
-
 LOAD, COMMAND = "load", "command"
 """Tasks that every planner's flows may name beside its own: who holds the map, and who wants the answer."""
+
+POSE = "pose"
+"""The flow that asks for a decision at a pose; see ``Planner.flows``."""
 
 LOWER_BOUND = "lower_bound"
 """The task that makes a start for policy ``lower_bound``; it is done where it is mapped."""
@@ -125,7 +125,18 @@ class RobotsQuality:
 
 
 class Planner(Protocol):
-    """A planner: its name, the parameters it takes, and what it does with them."""
+    """A planner: its name, the parameters it takes, and what it does with them.
+
+    It may have more, which is asked for where it is there:
+
+    - ``answers_no_way``: True where a start that leads to no goal is an answer, not a fault.
+    - ``check_drive(problem, parameters)``: what keeps it from a drive, as (key of the planning task, sentence, hint);
+      None: nothing does.
+    - ``horizon(parameters)``: cells of way that one answer holds, beyond which a robot is not led; None: all that it
+      needs.
+    - ``field_of(plan)``: the field that a plan left, as (name, unit, float64 rows × columns), for traces; see
+      ``records.FieldRecord``.
+    """
 
     @property
     def name(self) -> str:
@@ -160,16 +171,14 @@ class Planner(Protocol):
     def policies(self) -> tuple[Policy, ...]:
         """The replan policies it knows; the first is the default."""
 
-    @property
-    def steering(self) -> Steering:
-        """How a robot is led by its plans."""
-
     def flows(self, problem: Any, parameters: Any) -> tuple[Flow, ...]:
         """What flows between tasks, by name, for one plan and one answer; sizes are above 0.
 
         Senders and receivers are names of ``tasks``, or ``load`` and ``command``. ``parameters``: those of the planning
-        task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same. A flow
-        "pose" goes where a decision is asked for again; the first plan knows the start from the map.
+        task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same.
+
+        A flow "pose" goes where a drive asks for a decision at every control turn; the first plan knows the start from
+        the map. Without one, the answer is the whole way, sent once a plan.
         """
 
     def quality(self, problem: Problem, plan: Any) -> Quality | RobotsQuality:

@@ -11,6 +11,7 @@ from codesign.planners.interface import Problem
 from codesign.spec import Platform, Workload, fault
 from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive, Rectangle
+from codesign.system import catalog
 from codesign.system.place import resolution_of, robot_of
 
 _SCENARIO = ("scenario",)
@@ -21,7 +22,7 @@ def drive_faults(platform: Platform, workload: Workload, problem: Problem) -> li
     scenario = workload.scenario
     if not isinstance(scenario, Drive):
         return []
-    faults = _places(workload, scenario, problem)
+    faults = _places(workload, scenario, problem) + _planner(workload, problem)
     if scenario.resolution is None and problem.resolution is None:
         text = "the map does not say how large a cell is"
         faults.append(fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell"))
@@ -55,6 +56,17 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
             path = (*_SCENARIO, "obstacles", "moving", index, "route", number)
             faults += _outside(workload, path, (row + rows - 1, column + columns - 1), shape)
     return faults
+
+
+def _planner(workload: Workload, problem: Problem) -> list[Fault]:
+    """What keeps the planner, as it is mapped, from leading a robot."""
+    planner = catalog.planner(workload.planner)
+    check = getattr(planner, "check_drive", None)
+    wrong = None if check is None else check(problem, workload.mapping[planner.planning_task].parameters)
+    if wrong is None:
+        return []
+    key, what, hint = wrong
+    return [fault(workload, ("mapping", planner.planning_task, key), what, hint)]
 
 
 def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from codesign.architectures.interface import Architecture, TaskStyle
 from codesign.errors import Fault, InputError, choose_hint
-from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, Planner, Problem
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Problem
 from codesign.spec import Platform, Workload, fault
 from codesign.spec.components import ProcessorComponent, RobotComponent
 from codesign.spec.scenario import Drive
@@ -85,7 +85,7 @@ def place(
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
     faults += _way_faults(platform, graph, places)
     needed = [(planning, architecture.kernel, f"style {architecture.style}")]
-    again = isinstance(workload.scenario, Drive) and planner.steering == "field"
+    again = isinstance(workload.scenario, Drive) and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], style.kernel, f"task {task}")
         for task, style in styles.items()

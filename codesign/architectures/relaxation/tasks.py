@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.host_task import HostTask
+from codesign.architectures.host_task import HostTask, one_step
+from codesign.architectures.interface import Step
 from codesign.architectures.relaxation.costs import SEARCH_UNITS
 from codesign.architectures.relaxation.host import SEARCH
 from codesign.planners.interface import Problem
@@ -14,7 +17,7 @@ from codesign.planners.relaxation.planner import PLANNER, Plan
 
 
 class HostSearch(HostTask):
-    """Two units for each step of the way, as in the styles of the whole planner. Assumed."""
+    """Two units for each step of the way, as in the styles of the whole planner; again, for one step. Assumed."""
 
     planner = "relaxation"
     task = SEARCH
@@ -31,6 +34,16 @@ class HostSearch(HostTask):
         """The way from the position."""
         points, arrived = PLANNER.way(problem, plan, position)
         return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
+
+    def again(
+        self,
+        problem: Problem,  # noqa: ARG002
+        parameters: RelaxParameters,  # noqa: ARG002
+        plan: Plan,  # noqa: ARG002
+        position: tuple[float, float],  # noqa: ARG002
+    ) -> Generator[Step, None, None]:
+        """The next cell alone, which is what is sent."""
+        yield one_step(self.task, SEARCH_UNITS)
 
 
 TASK_STYLES = (HostSearch(),)

@@ -28,6 +28,9 @@ SHORTEST_STEP = 9
 SAFE_STEP = 17
 """Cycles of one step of equations 4 and 5: two passes over the neighbours, and one to choose. Assumed."""
 
+TRACK_CLOCK = 185_000_000
+"""Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
+
 ADDER_LEVELS = 5
 LEVEL_NS, CARRY_NS = 1.2, 0.05
 """An addition, three levels of minimum and one more comparison; ns each, and a bit of carry. Assumed."""

@@ -18,7 +18,7 @@ from codesign.errors import InputError
 from codesign.planners.breadth_first.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
-from codesign.planners.interface import Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality
 from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
 from codesign.task_graph import Flow
 
@@ -50,7 +50,6 @@ class BreadthFirst:
     answers_no_way = True
     problem_model = None
     policies: tuple[Policy, ...] = ("restart",)
-    steering: Steering = "way"
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property

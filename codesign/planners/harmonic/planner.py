@@ -21,7 +21,7 @@ from codesign.planners.harmonic.parameters import (
     Stop,
 )
 from codesign.planners.harmonic.relax import Relaxation, relax
-from codesign.planners.interface import Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality
 from codesign.planners.ways import cell_of
 from codesign.task_graph import Flow
 
@@ -50,7 +50,6 @@ class Harmonic:
     planning_task = "relax"
     problem_model = None
     policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
-    steering: Steering = "field"
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality
 from codesign.planners.relaxation.parameters import LoadParameters, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.search import Search
 from codesign.planners.relaxation.solve import Solution, refusal, solve
@@ -47,7 +47,6 @@ class Relaxation:
     planning_task = "relax"
     problem_model = None
     policies: tuple[Policy, ...] = ("restart", "continue")
-    steering: Steering = "field"
     description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
-from codesign.planners.interface import Policy, RobotsQuality, Steering
+from codesign.planners.interface import Policy, RobotsQuality
 from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, fault_of
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
@@ -27,7 +27,6 @@ class VelocityObstacle:
     planning_task = "avoid"
     problem_model = RobotsWorkload
     policies: tuple[Policy, ...] = ("restart",)
-    steering: Steering = "field"
     description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
 
     @property

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.errors import MapError
-from codesign.planners.interface import Policy, Problem, Quality, Steering
+from codesign.planners.interface import Policy, Problem, Quality
 from codesign.planners.wavefront.parameters import (
     MAX_TILES,
     Course,
@@ -27,7 +27,7 @@ from codesign.task_graph import Flow
 CELL_BITS = 2
 """F and Z of a cell."""
 
-NEXT_BITS = 64
+NEXT_BITS = POSE_BITS = 64
 """A cell of the way: row and column, 32 bits each."""
 
 
@@ -38,7 +38,6 @@ class Wavefront:
     planning_task = "propagate"
     problem_model = None
     policies: tuple[Policy, ...] = ("restart",)
-    steering: Steering = "way"
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
@@ -71,23 +70,36 @@ class Wavefront:
     def flows(self, problem: Problem, parameters: PropagateParameters) -> tuple[Flow, ...]:
         """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
 
-        A local course brings its ``steps`` next cells, a complete one all cells of the way.
+        A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
+        of the way.
 
         Raises:
             MapError: a start that the wave cannot reach (``check`` tells it before).
         """
         cells, plan = problem.free.size, known_plan(problem, parameters)
-        bits = parameters.register_bits or register_bits(plan.largest_potential)
-        if parameters.paths is Paths.SAFE:
-            bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
-        steps = parameters.steps
-        if parameters.course is Course.COMPLETE:
-            steps = self._steps(problem, plan)
+        local = parameters.course is Course.LOCAL
+        steps = parameters.steps if local else self._steps(problem, plan)
         return (
             Flow("load", "propagate", "map", CELL_BITS * cells),
-            Flow("propagate", "track", "potentials", bits * cells),
+            Flow("propagate", "track", "potentials", value_bits(problem, parameters) * cells),
+            *([Flow("load", "track", "pose", POSE_BITS)] if local else []),
             Flow("track", "command", "way", NEXT_BITS * steps),
         )
+
+    def check_drive(
+        self,
+        problem: Problem,  # noqa: ARG002
+        parameters: PropagateParameters,
+    ) -> tuple[str, str, str] | None:
+        """A way that passes between two obstacles that touch at a corner is none for a robot."""
+        if not parameters.corner_cutting:
+            return None
+        text = "a way that cuts corners may lead between two obstacles, where no robot can drive"
+        return "corner_cutting", text, "set corner_cutting: false"
+
+    def horizon(self, parameters: PropagateParameters) -> int | None:
+        """The steps of a local course."""
+        return parameters.steps if parameters.course is Course.LOCAL else None
 
     def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
         """Steps of the way of the first start; at least one, which tells that it is there."""
@@ -142,6 +154,20 @@ class Wavefront:
         if cell is None or plan.potentials[cell] < 0:
             return np.array([start], np.float64), False
         return from_position(start, plan.tracker.follow(cell), problem.free), True
+
+
+def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
+    """Bits of what a way is tracked by, of one cell: a register's; and for safe paths those of p^d beside them.
+
+    Raises:
+        MapError: a start that the wave cannot reach.
+    """
+    bits = parameters.register_bits
+    if bits is None:
+        bits = register_bits(known_plan(problem, parameters).largest_potential)
+    if parameters.paths is Paths.SAFE:
+        bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
+    return bits
 
 
 PLANNER = Wavefront()

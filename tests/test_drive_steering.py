@@ -1,0 +1,118 @@
+"""How a drive is led by its plans: by a whole way, by a few cells at a time, by one decision a turn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mission_specs import IDEAL, POINT, Ground
+
+from codesign.architectures.relaxation.costs import SEARCH_UNITS
+from codesign.errors import SpecError
+from codesign.records import MessageRecord, Record, TaskRecord
+from codesign.system import bind, simulate
+
+NODE_UPDATE = 10_000
+"""ps, of the platform's kernel ``relaxation_node_update``."""
+
+
+@pytest.fixture
+def ground(tmp_path: Path) -> Ground:
+    return Ground(tmp_path)
+
+
+def messages(records: list[Record], name: str) -> list[MessageRecord]:
+    return [record for record in records if isinstance(record, MessageRecord) and record.name == name]
+
+
+def tasks(records: list[Record], source: str, name: str) -> list[TaskRecord]:
+    return [
+        record
+        for record in records
+        if isinstance(record, TaskRecord) and (record.source, record.task) == (source, name)
+    ]
+
+
+def course(kind: str, steps: int = 1) -> dict[str, Any]:
+    return {"propagate": {"course": kind, "steps": steps}}
+
+
+def test_a_local_course_is_asked_for_at_every_turn(ground: Ground) -> None:
+    result, records = ground.watched("wavefront", mapping=course("local", 3))
+    assert result.mission is not None
+    assert result.mission.reached
+    asked, told = messages(records, "pose"), messages(records, "way")
+    # Turns before the first plan stands have nobody to ask, and the last one ends the mission.
+    assert result.mission.turns - 3 <= len(asked) <= result.mission.turns
+    assert len(told) == len(asked) + result.mission.plans
+    assert {record.bits for record in told} == {3 * 64}
+    tracked = [record.cycles for record in tasks(records, "fpga", "track")]
+    assert len(tracked) == len(told)
+    assert set(tracked) <= {9 * steps for steps in (1, 2, 3)}
+
+
+def test_a_complete_course_is_sent_once_a_plan(ground: Ground) -> None:
+    result, records = ground.watched("wavefront", mapping=course("complete"))
+    assert result.mission is not None
+    assert result.mission.reached
+    assert messages(records, "pose") == []
+    assert len(messages(records, "way")) == len(tasks(records, "fpga", "track")) == result.mission.plans
+
+
+@pytest.mark.parametrize("placement", ["wavefront", "wavefront-tiled-track-on-host", "wavefront-host"])
+def test_a_robot_that_knows_few_cells_drives_no_faster_than_it_can_brake(
+    ground: Ground, placement: str
+) -> None:
+    runs = {
+        steps: ground.run(placement, platform=[IDEAL], mapping=course("local", steps)).mission
+        for steps in (1, 2, 9)
+    }
+    whole = ground.run(placement, platform=[IDEAL], mapping=course("complete")).mission
+    assert whole is not None
+    times = []
+    for mission in (*runs.values(), whole):
+        assert mission is not None
+        assert (mission.reached, mission.contacts, mission.safety_stops) == (True, 0, 0)
+        times.append(mission.time_s)
+    # One cell is 0.1 m, in which 0.5 m/s² stops 0.32 m/s; to stop from 0.5 m/s takes 2.5 cells.
+    assert times[0] > times[1] > times[2] == times[3]
+
+
+def test_a_robot_that_stops_at_once_needs_the_next_cell_only(ground: Ground) -> None:
+    runs = [
+        ground.run("wavefront", platform=[IDEAL, POINT], mapping=course(kind)).mission
+        for kind in ("local", "complete")
+    ]
+    assert runs[0] is not None
+    assert runs[1] is not None
+    assert runs[0].distance_m == runs[1].distance_m
+    assert runs[0].time_s == runs[1].time_s
+
+
+def test_ways_that_cut_corners_are_refused_for_a_drive(ground: Ground) -> None:
+    point = ground.point("wavefront", mapping={"propagate": {"corner_cutting": True}})
+    with pytest.raises(SpecError, match=r"mapping\.propagate\.corner_cutting") as refused:
+        bind(*point)
+    assert "no robot can drive" in str(refused.value)
+    assert "hint: set corner_cutting: false" in str(refused.value)
+    once = ground.point(
+        "wavefront",
+        mapping={"propagate": {"corner_cutting": True}},
+        workload={"scenario": {"=": {"type": "plan_once"}}},
+    )
+    assert simulate(*once).feasible
+
+
+def test_one_step_of_a_descent_is_what_a_turn_takes(ground: Ground) -> None:
+    result, records = ground.watched("relaxation")
+    assert result.mission is not None
+    assert result.mission.reached
+    spent = [record.end - record.time for record in tasks(records, "host", "search")]
+    single = SEARCH_UNITS * NODE_UPDATE
+    whole = [time for time in spent if time > single]
+    # The search of a plan goes all the way; that of a turn tells the next cell.
+    assert len(whole) == result.mission.plans
+    assert all(time % single == 0 for time in whole)
+    assert len(spent) - len(whole) >= result.mission.turns - 3
+    assert set(spent) - set(whole) == {single}
