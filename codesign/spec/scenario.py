@@ -144,7 +144,7 @@ class _Mission(SpecModel):
         default=60 * _MINUTE, description="Simulated time after which the mission is given up."
     )
     events: Annotated[int, Field(ge=1, le=10**10)] = Field(
-        default=50_000_000, description="Events of the simulation after which the mission is given up."
+        default=2_000_000, description="Events of the simulation after which the mission is given up."
     )
 
 
