@@ -76,15 +76,16 @@ def test_beyond_the_range_nobody_is_on_a_course(
 
 
 @pytest.mark.parametrize(("count", "arrangement"), [(8, "circle"), (16, "random")])
-def test_the_compiled_run_with_a_range_is_the_plain_one(count: int, arrangement: str) -> None:
+@pytest.mark.parametrize("turn", [45.0, 135.0, 180.0])
+def test_the_compiled_run_with_a_range_is_the_plain_one(count: int, arrangement: str, turn: float) -> None:
     problem = generate(arrangement, count, seed=2)
-    parameters = AvoidParameters(range=20.0, updates=150)
+    parameters = AvoidParameters(range=20.0, turn=turn, updates=120)
     run = avoid(problem, parameters)
     plain = reference.run(fixed(problem, parameters), problem, parameters)
     assert np.array_equal(run.positions, np.array(plain.positions))
     choices = [[choice.candidate for choice in update] for update in plain.choices]
     assert np.array_equal(run.candidates, np.array(choices))
-    assert run.digest != avoid(problem, AvoidParameters(updates=150)).digest
+    assert run.digest != avoid(problem, AvoidParameters(updates=120)).digest
 
 
 def test_a_range_over_the_whole_map_is_none() -> None:
@@ -126,6 +127,26 @@ def test_two_robots_head_on_never_touch_at_the_least_range(seed: int) -> None:
     problem = RobotsProblem(ends, ends[::-1], 5.0, 6.0, 24.0)
     parameters = AvoidParameters(range=least_range(problem, AvoidParameters()))
     assert quality(problem, avoid(problem, parameters)).collisions == 0
+
+
+@pytest.mark.parametrize(("turn", "steps"), [(180.0, 64), (177.0, 63), (135.0, 49), (45.0, 17)])
+def test_no_direction_farther_from_the_target_than_the_turn_is_tried(turn: float, steps: int) -> None:
+    parameters = AvoidParameters(turn=turn)
+    numbers = fixed(generate("circle", 2), parameters)
+    tried = [candidate % 64 for candidate in reference.candidates(numbers, 10)]
+    assert len(tried) == steps * parameters.speeds
+    assert len(set(tried)) == parameters.turns == steps
+    assert all(min((one - 10) % 64, (10 - one) % 64) * 360.0 / 64.0 <= turn for one in tried)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_with_a_range_and_a_turn_nobody_flees_and_crowds_arrive(seed: int) -> None:
+    """Where targets are wide enough apart to drive between; published, one in three of these arrives."""
+    parameters = AvoidParameters(range=20.0, turn=135.0)
+    for arrangement, count in (("circle", 48), ("random", 64)):
+        problem = generate(arrangement, count, seed=seed)
+        told = quality(problem, avoid(problem, parameters))
+        assert (told.robots_arrived, told.collisions) == (count, 0)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 4])

@@ -18,6 +18,7 @@ from codesign.architectures.velocity_obstacle.pace import LineLaw
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.architectures.velocity_obstacle.timing import run_cycles
 from codesign.components import ClockDomain, Granularity
+from codesign.errors import RunError
 from codesign.planners.velocity_obstacle import Avoidance, AvoidParameters, avoid, generate, quality
 from codesign.records import MessageRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.spec import load_platform
@@ -395,3 +396,16 @@ def test_a_faster_line_or_clock_is_never_slower(ground: Ground, fifo: int) -> No
     assert lines == sorted(lines, reverse=True)
     assert clocks == sorted(clocks, reverse=True)
     assert bisect_right(lines[::-1], lines[0]) == len(lines)
+
+
+def test_a_robot_that_leaves_its_words_ends_the_fleet_there(ground: Ground) -> None:
+    """Where ``plan_once`` has no plan, the fleet's run up to that update stands."""
+    problem, parameters = generate("circle", 32, seed=1), AvoidParameters(range=30.0, width=16)
+    with pytest.raises(RunError) as left:
+        avoid(problem, parameters)
+    flight = ground.fly(count=32, seed=1, parameters="range: 30.0")
+    assert flight.figures.ended == left.value.what
+    assert not flight.figures.completed
+    assert 100 < flight.figures.updates < 1500
+    assert f"in update {flight.figures.updates + 1} " in left.value.what
+    assert np.abs(flight.plan.positions).max() < 2**15

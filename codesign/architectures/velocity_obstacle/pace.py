@@ -28,7 +28,7 @@ from codesign.planners.velocity_obstacle.problem import generate
 
 @dataclass(frozen=True)
 class LineLaw:
-    """A serial line: ``baud`` bits a second, frames of ``frame_bits``, ``data_bits`` in each; a FIFO of ``fifo_depth``."""
+    """A serial line: ``baud`` bits a second, frames of ``frame_bits``, ``data_bits`` in each; a FIFO of some depth."""
 
     baud: int
     data_bits: int = 8

@@ -12,9 +12,10 @@ from codesign.architectures.interface import Demand, Memory, Step
 from codesign.architectures.velocity_obstacle import levers, power, resources, timing
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.architectures.velocity_obstacle.updates import Updates
+from codesign.errors import RunError
 from codesign.figures import Figure
 from codesign.memo import Memo
-from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid
+from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, avoid_up_to_overflow
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.records import TaskRecord
@@ -86,7 +87,7 @@ class Circuit:
         Nothing of it is placed apart, and every run begins at the starts: ``start`` and ``inside`` change nothing.
         An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
         """
-        plan = avoid(problem, parameters) if detail or memo is None else _kept(problem, parameters, memo)
+        plan = avoid(problem, parameters) if detail or memo is None else _whole(problem, parameters, memo)
         cycles = timing.run_cycles(self._style, plan, parameters)
         if detail:
             for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
@@ -105,8 +106,9 @@ class Circuit:
         self, problem: RobotsProblem, parameters: AvoidParameters, memo: Memo | None = None
     ) -> Updates:
         """The run, with the cycles of every robot's own circuit in every update: for scenario ``fleet``."""
-        plan = avoid(problem, parameters) if memo is None else _kept(problem, parameters, memo)
-        return Updates(plan, timing.update_costs(self._style, problem.count, parameters))
+        plan, overflow = _kept(problem, parameters, Memo() if memo is None else memo)
+        left = None if overflow is None else overflow.what
+        return Updates(plan, timing.update_costs(self._style, problem.count, parameters), left)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
@@ -114,11 +116,21 @@ class Circuit:
         return power.power(demand.style, demand.robots, clock, part)
 
 
-def _kept(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
-    """The run, which units do not change, from the memory of an exploration."""
+def _whole(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
+    """The run from the memory of an exploration."""
+    plan, overflow = _kept(problem, parameters, memo)
+    if overflow is not None:
+        raise overflow.with_traceback(None)
+    return plan
+
+
+def _kept(
+    problem: RobotsProblem, parameters: AvoidParameters, memo: Memo
+) -> tuple[Avoidance, RunError | None]:
+    """The run, which units do not change, up to where a value left its word."""
     units = {"detector", "unit", "update_units", "detect_units"}
     key = ("velocity_obstacle", problem.digest, parameters.model_dump_json(exclude=units))
-    return memo.get(key, lambda: avoid(problem, parameters))
+    return memo.get(key, lambda: avoid_up_to_overflow(problem, parameters))
 
 
 def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Step, None, None]:

@@ -16,10 +16,14 @@ from codesign.planners.velocity_obstacle.avoid import Avoidance
 
 @dataclass(frozen=True, eq=False)
 class Updates:
-    """A run of n robots over u updates, and the cycles that each robot's circuit takes for each of them."""
+    """A run of n robots over u updates, and the cycles that each robot's circuit takes for each of them.
+
+    ``overflow``: what left its word in the update after the last one, and ended the run; None where nothing did.
+    """
 
     plan: Avoidance
     costs: timing.UpdateCosts
+    overflow: str | None = None
 
     @cached_property
     def cycles(self) -> NDArray[np.int64]:

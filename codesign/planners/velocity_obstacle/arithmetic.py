@@ -101,7 +101,8 @@ class Arithmetic:
     ``brake``, the change of one component while braking; ``acceleration`` and ``speed``, the most of one component;
     ``radius_squared`` of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``;
     ``gains`` of the PID, 1/s;
-    ``velocities[speed][direction]`` = (vx, vy), fastest first; ``bounds[k]`` = (cos, sin) between direction k
+    ``velocities[speed][direction]`` = (vx, vy), fastest first, of each of which ``turns`` directions are tried;
+    ``bounds[k]`` = (cos, sin) between direction k
     and k + 1 of the first octant.
     """
 
@@ -119,6 +120,7 @@ class Arithmetic:
     tolerance_squared: Number
     gains: tuple[Number, Number, Number]
     velocities: tuple[tuple[tuple[Number, Number], ...], ...]
+    turns: int
     bounds: tuple[tuple[Number, Number], ...]
 
     @property
@@ -179,6 +181,7 @@ def double(problem: RobotsProblem, parameters: AvoidParameters) -> Arithmetic:
             _ring(problem.speed * level / parameters.speeds, parameters.directions)
             for level in range(parameters.speeds, 0, -1)
         ),
+        turns=parameters.turns,
         bounds=_bounds(parameters.directions),
     )
 
@@ -219,6 +222,7 @@ def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None
             tuple((quantise(x, formats.velocity), quantise(y, formats.velocity)) for x, y in level)
             for level in exact.velocities
         ),
+        turns=parameters.turns,
         bounds=tuple(
             (quantise(x, formats.direction), quantise(y, formats.direction)) for x, y in exact.bounds
         ),

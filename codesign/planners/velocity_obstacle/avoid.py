@@ -73,6 +73,20 @@ def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         InputError: parameters that this problem cannot be computed with (``fault_of``).
         RunError: a value left its word.
     """
+    plan, overflow = avoid_up_to_overflow(problem, parameters)
+    if overflow is not None:
+        raise overflow
+    return plan
+
+
+def avoid_up_to_overflow(
+    problem: RobotsProblem, parameters: AvoidParameters
+) -> tuple[Avoidance, RunError | None]:
+    """As ``avoid``; where a value leaves its word, the run up to the update before, and what ``avoid`` would raise.
+
+    Raises:
+        InputError: parameters that this problem cannot be computed with (``fault_of``).
+    """
     fault = fault_of(problem, parameters)
     if fault is not None:
         raise InputError(fault[1], fault[0])
@@ -94,10 +108,12 @@ def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         parameters.detection is Detection.APPROACHING,
         parameters.responsibility is Responsibility.HALF,
     )
+    left = None
     if overflow:
         what = "position" if overflow == kernels.POSITION_OVERFLOW else "velocity"
-        raise _overflow(numbers.formats, what, int(robot), int(done), positions[done, robot])
-    return Avoidance(
+        left = _overflow(numbers.formats, what, int(robot), int(done), positions[done, robot])
+        done -= 1
+    plan = Avoidance(
         numbers.formats,
         positions[: done + 1],
         velocities[: done + 1],
@@ -106,6 +122,7 @@ def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         trials[:done],
         parameters.step,
     )
+    return plan, left
 
 
 def fault_of(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
@@ -181,6 +198,7 @@ def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64
         *numbers.gains,
         1 << (formats.width - 1),
         kernels.NO_RANGE if numbers.range_squared is None else numbers.range_squared,
+        numbers.turns,
     ]
     moves = [
         shifts.velocity_step,

@@ -28,8 +28,9 @@ from numpy.typing import NDArray
     DERIVATIVE,
     LIMIT,
     RANGE_SQUARED,
-) = range(14)
-"""Places in the array of constants; ``LIMIT``: 2^(width - 1)."""
+    TURNS,
+) = range(15)
+"""Places in the array of constants; ``LIMIT``: 2^(width - 1); ``TURNS``: directions tried at each speed."""
 
 NO_RANGE = 2**62
 """Farther than any two robots are apart."""
@@ -118,7 +119,7 @@ def _choose(
     straight_x = _rescale(vx * constants[STEP], shifts[VELOCITY_STEP])
     straight_y = _rescale(vy * constants[STEP], shifts[VELOCITY_STEP])
     for speed in range(speeds):
-        for turn in range(directions):
+        for turn in range(constants[TURNS]):
             rotation = (turn + 1) // 2 if turn % 2 else -(turn // 2)
             direction = (heading + rotation) % directions
             checks += 1

@@ -85,6 +85,10 @@ class AvoidParameters(SpecModel):
     speeds: Annotated[int, Field(ge=1, le=MOST_SPEEDS)] = Field(
         default=10, description="Speeds of each direction, evenly spaced up to the greatest."
     )
+    turn: Annotated[float, Field(ge=45.0, le=180.0)] = Field(
+        default=180.0,
+        description="Widest angle between a velocity and the target's direction, degrees; 180 is all, as published.",
+    )
     detection: Detection = Field(
         default=Detection.APPROACHING,
         description="published: equation 4 alone; approaching: and only where the robots come closer.",
@@ -127,6 +131,11 @@ class AvoidParameters(SpecModel):
         if not 10**6 <= picoseconds <= 100 * PICOSECONDS_PER_SECOND:
             raise RefusalError(f"a time step of {value}", "from 1 us to 100 s")
         return value
+
+    @property
+    def turns(self) -> int:
+        """Directions that are tried at each speed: the target's, and those on both sides up to ``turn``."""
+        return min(self.directions, 2 * int(self.turn * self.directions / 360.0) + 1)
 
     @property
     def step(self) -> float:

@@ -116,7 +116,7 @@ def candidates(numbers: Arithmetic, heading: int) -> Iterator[int]:
     """The velocity selector: the target's direction first, then rotating both ways; then the same, slower."""
     count = numbers.directions
     for speed in range(numbers.speeds):
-        for turn in range(count):
+        for turn in range(numbers.turns):
             rotation = (turn + 1) // 2 if turn % 2 else -(turn // 2)
             yield speed * count + (heading + rotation) % count
 

@@ -200,9 +200,13 @@ class _Run:
             trials=whole.trials[:updates],
         )
         there = sum(arrival is not None for arrival in arrival_updates(plan)) if updates else 0
+        overflow = self.work.overflow if updates == whole.updates else None
         completed = there == len(self.fpgas)
         ended = (
-            self._failure or stopped or (ARRIVED if completed else _waiting(updates, there, len(self.fpgas)))
+            self._failure
+            or stopped
+            or overflow
+            or (ARRIVED if completed else _waiting(updates, there, len(self.fpgas)))
         )
         self.trace.ended(ended, updates)
         return Flight(
