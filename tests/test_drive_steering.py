@@ -5,13 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from mission_specs import IDEAL, POINT, Ground
 
 from codesign.architectures.relaxation.costs import SEARCH_UNITS
 from codesign.errors import SpecError
-from codesign.records import MessageRecord, Record, TaskRecord
+from codesign.planners.interface import Problem
+from codesign.planners.wavefront.parameters import PropagateParameters
+from codesign.planners.wavefront.planner import PLANNER
+from codesign.records import FieldRecord, MessageRecord, MissionRecord, Record, TaskRecord
 from codesign.system import bind, simulate
+from codesign.system.chain import Answer
+from codesign.system.ledger import Ledger
+from codesign.system.scenarios.drive.replanner import ActivePlan
 
 NODE_UPDATE = 10_000
 """ps, of the platform's kernel ``relaxation_node_update``."""
@@ -116,3 +123,30 @@ def test_one_step_of_a_descent_is_what_a_turn_takes(ground: Ground) -> None:
     assert all(time % single == 0 for time in whole)
     assert len(spent) - len(whole) >= result.mission.turns - 3
     assert set(spent) - set(whole) == {single}
+
+
+def test_a_robot_beyond_the_wave_has_lost_its_way() -> None:
+    free = np.ones((5, 20), np.bool_)
+    problem = Problem(free, ((2, 2),), ((2, 10),))
+    parameters = PropagateParameters(corner_cutting=False)
+    answer = Answer(problem, PLANNER.plan(problem, parameters), 0, 0, 0, Ledger())
+    # The wave stopped when it came to the start: behind it no potential tells the way.
+    close, far = (ActivePlan(answer, PLANNER, (2.0, column)) for column in (10.9, 11.7))
+    assert (close.lost, close.target, close.arrives) == (False, (2, 2), True)
+    assert (far.lost, far.way.length, far.arrives) == (True, 0.0, False)
+
+
+@pytest.mark.parametrize("placement", ["breadth-first", "wavefront"])
+def test_each_plan_of_a_drive_tells_its_field(ground: Ground, placement: str) -> None:
+    result, records = ground.watched(placement, known="none", replan={"trigger": "change"})
+    assert result.mission is not None
+    fields = [record for record in records if isinstance(record, FieldRecord)]
+    assert len(fields) == result.mission.plans > 1
+    # Each before its plan is said to be ready, which is when a trace shows it.
+    story = [
+        record
+        for record in records
+        if isinstance(record, FieldRecord)
+        or (isinstance(record, MissionRecord) and record.event == "plan_ready")
+    ]
+    assert [isinstance(record, FieldRecord) for record in story] == [True, False] * len(fields)

@@ -122,6 +122,10 @@ class BreadthFirst:
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
 
+    def field_of(self, plan: Search) -> tuple[str, str, NDArray[np.float64]]:
+        """Steps from the start to each cell that the search came to; infinite elsewhere."""
+        return "distance", "steps", distances(plan)
+
     def start_of(self, plan: Search) -> None:
         """None: a search begins anew."""
 
@@ -138,6 +142,24 @@ class BreadthFirst:
         if back is None:
             return np.array([start], np.float64), False
         return from_position(start, back, problem.free), True
+
+
+def distances(plan: Search) -> NDArray[np.float64]:
+    """Float64, rows × columns: steps from the start back along the directions of discovery; infinite for others."""
+    steps = np.full(plan.directions.shape, np.inf)
+    columns = plan.directions.shape[1]
+    offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
+    found = plan.pushed.astype(np.int64)
+    rank = np.zeros(steps.size, np.int64)
+    rank[found] = np.arange(len(found))
+    # Every cell points at the one that found it, the start at itself; then at that one's target, and so on.
+    target = np.zeros(len(found), np.int64)
+    target[1:] = rank[found[1:] + offsets[plan.directions.ravel()[found[1:]]]]
+    count = (np.arange(len(found)) > 0).astype(np.int64)
+    while target.any():
+        count, target = count + count[target], target[target]
+    steps.ravel()[found] = count
+    return steps
 
 
 def _back_to_path(plan: Search, cell: Cell) -> NDArray[np.int32] | None:

@@ -143,6 +143,10 @@ class Wavefront:
             return np.array([start], np.float64), False
         return plan.tracker.follow(start).astype(np.float64), True
 
+    def field_of(self, plan: WavefrontPlan) -> tuple[str, str, NDArray[np.float64]]:
+        """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""
+        return "potential", "1", np.where(plan.potentials >= 0, plan.potentials, np.inf)
+
     def start_of(self, plan: WavefrontPlan) -> None:
         """None: a wave begins anew."""
 

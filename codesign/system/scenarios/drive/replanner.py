@@ -24,6 +24,7 @@ from codesign.system.chain import Answer, plan_chain
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Scene
+from codesign.system.scenarios.plan_once import tell_field
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
@@ -73,8 +74,9 @@ class ActivePlan:
         points, arrives = self._planner.way(problem, plan, position)
         if not arrives and len(points) == 1:
             row, column = problem.starts[0]
-            begun, arrives = self._planner.way(problem, plan, (float(row), float(column)))
-            points = begun if _distance_to(begun, position) <= OFF_WAY else points
+            begun = self._planner.way(problem, plan, (float(row), float(column)))
+            if _distance_to(begun[0], position) <= OFF_WAY:
+                points, arrives = begun
         return Way(around_corners(points, problem.free)), bool(arrives)
 
 
@@ -245,6 +247,9 @@ class Replanner:
         log.progress = machine.now
         if request.seen:
             log.latencies.append(latency)
+        if machine.listening:
+            # Told before the plan is said to be ready, which is when traces show it.
+            tell_field(machine, answer.plan)
         log.tell("plan_ready", f"{request.why}: answered after {latency / 1e12:.6g} s")
         if machine.listening:
             name = self.scene.robot.name
