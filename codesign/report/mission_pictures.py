@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -22,7 +23,7 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import plural, prefix, share_text
+from codesign.report.wording import plural, prefix, quantity_text, share_text
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 _LARGEST_SIDE = 1200
@@ -30,6 +31,13 @@ _BINS = 240
 _MOST_LINES = 64
 
 _CAME = "obstacle that came"
+
+_NUMBER = re.compile(r"_\d+$")
+_MOST_ALIKE = 8
+_ANY = "any of"
+_SPREAD_ROW = (
+    "; many that are alike, as the FPGAs of a fleet, stand in one row, which is busy where any of them is"
+)
 
 _MARKS: dict[str, tuple[str, str, str]] = {
     "plan_requested": ("new plan asked for", "o", "#7b3294"),
@@ -91,7 +99,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
             layers.marks.setdefault(event.event, []).append((row, column))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
-    told = [f"{plural(len(tracks), 'robot')}, {length:,.4g} cells driven"]
+    told = [f"{plural(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
     told += [f"{_MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
         layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format
@@ -147,7 +155,8 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
         if layers.way is not None and len(layers.way):
             axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="way")
         _draw_marks(axes, layers)
-        axes.set(xlabel="column", ylabel="row", xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
+        top, left, bottom, right = _extent(layers)
+        axes.set(xlabel="column", ylabel="row", xlim=(left, right), ylim=(bottom, top))
         _legend(picture)
         data = picture_bytes(picture, format)
     return Picture(
@@ -157,6 +166,18 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
         data=data,
         caption=f"{title}: {', '.join(told)}",
     )
+
+
+def _extent(layers: _Layers) -> tuple[float, float, float, float]:
+    """Top, left, bottom and right of the map and of what was driven, which in a fleet may lead out of it."""
+    rows, columns = layers.free.shape
+    corners = [
+        np.array([[0.0, 0.0], [rows - 1.0, columns - 1.0]]),
+        *(line for line in layers.lines if len(line)),
+    ]
+    points = np.concatenate(corners)
+    (top, left), (bottom, right) = points.min(axis=0) - 0.5, points.max(axis=0) + 0.5
+    return float(top), float(left), float(bottom), float(right)
 
 
 def _draw_cells(axes: Any, layers: _Layers) -> None:
@@ -227,8 +248,8 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
 
     size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
     scale = size * PICOSECONDS_PER_SECOND
-    sources = sorted(spans)
-    shares = np.array([busy_shares(spans[source], last, _BINS) for source in sources]).reshape(-1, _BINS)
+    rows = _busy_rows(spans, last)
+    sources, shares = list(rows), np.array(list(rows.values()))
     with style():
         picture, axes = canvas((9.0, 1.9 + 0.36 * len(sources)))
         shades = axes.imshow(
@@ -242,13 +263,37 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
         _legend(picture)
         data = picture_bytes(picture, format)
     busiest = max(sources, key=lambda source: float(shares[sources.index(source)].mean()), default="nothing")
+    title = "How busy each component and link was"
     return Picture(
-        title="How busy each component and link was",
+        title=title,
         alt=f"Time line of {', '.join(sources)} over {format_time(last)}, {plural(len(events), 'event')};"
         f" the busiest is {busiest}",
         format=format,
         data=data,
+        caption=f"{title}{_SPREAD_ROW if any(_ANY in source for source in sources) else ''}",
     )
+
+
+def _busy_rows(spans: Mapping[str, list[tuple[int, int]]], last: int) -> dict[str, NDArray[np.float64]]:
+    """The busy shares of each source, by name; many that differ by a number only share a row."""
+    alike: dict[str, list[str]] = {}
+    for source in sorted(spans):
+        alike.setdefault(_NUMBER.sub("", source), []).append(source)
+    rows: dict[str, NDArray[np.float64]] = {}
+    for stem, sources in alike.items():
+        if len(sources) <= _MOST_ALIKE:
+            for source in sorted(sources, key=_numbered):
+                rows[source] = busy_shares(spans[source], last, _BINS)
+        else:
+            together = [span for source in sources for span in spans[source]]
+            rows[f"{stem}, {_ANY} {len(sources)}"] = busy_shares(together, last, _BINS)
+    return rows
+
+
+def _numbered(source: str) -> int:
+    """The number at the end of a name."""
+    found = _NUMBER.search(source)
+    return int(found[0][1:]) if found else 0
 
 
 def _span(record: Record) -> tuple[int, int] | None:

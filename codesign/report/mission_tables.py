@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from codesign.report.table import Cell, Table, left, pairs, right, words
 from codesign.report.wording import (
     ABSENT,
+    ENDED,
+    PACE,
     count_cell,
     number_cell,
     plural,
@@ -64,13 +66,15 @@ def bottleneck_text(mission: Mission) -> str:
     found = mission.bottleneck
     if found is None:
         return ""
-    return f"{found.name} ({found.kind}, {share_text(found.share)}): {found.text}"
+    # The mission's own sentence begins with the name.
+    begins = found.text.startswith(found.name)
+    return found.text if begins else f"{found.name} ({found.kind}, {share_text(found.share)}): {found.text}"
 
 
 def mission_table(mission: Mission) -> Table:
     """The figures of the mission itself."""
     rows = [
-        ("ended", _word(mission.ended)),
+        (ENDED, _word(mission.ended)),
         ("did all that it was to do", Cell("yes" if mission.reached else "no", mission.reached)),
         ("simulated time", _seconds(mission.time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
@@ -93,7 +97,7 @@ def mission_table(mission: Mission) -> Table:
         ("cells known at the end", share_cell(mission.known_share)),
     ]
     if mission.bottleneck is not None:
-        rows.append(("what sets the pace", _word(bottleneck_text(mission))))
+        rows.append((PACE, _word(bottleneck_text(mission))))
     return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
 
 

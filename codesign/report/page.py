@@ -10,12 +10,14 @@ import base64
 import json
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
+from codesign.report.fleet_tables import pace_text
 from codesign.report.mission_pictures import account_picture
 from codesign.report.mission_tables import bottleneck_text
 from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
@@ -33,8 +35,9 @@ from codesign.report.study_tables import (
     reasons_table,
     study_counts,
 )
+from codesign.report.table import Table
 from codesign.report.variant_tables import winners_table
-from codesign.report.wording import ABSENT
+from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.system.result import Result
 
 if TYPE_CHECKING:
@@ -44,8 +47,8 @@ if TYPE_CHECKING:
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
 
-_NARROW = 4
-"""Tables of at most so many columns stand side by side."""
+_NARROW_COLUMNS, _NARROW_LETTERS = 4, 68
+"""Tables of at most so many columns, whose headings and numbers need at most so many letters, stand side by side."""
 
 
 def study_page(
@@ -99,18 +102,18 @@ def result_page(
 
 def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
     """The page of ``result_page`` as text."""
-    tables = figure_tables(result)
-    mission = result.mission
+    tables = [_without_head(table) for table in figure_tables(result)]
+    mission, fleet = result.mission, result.fleet
     account = None if mission is None else account_picture(mission.account)
     return _rendered(
         "result.html.j2",
         title=f"{result.workload} on {result.platform}",
         headline=headline(result),
-        ended="" if mission is None else mission.ended,
-        bottleneck="" if mission is None else bottleneck_text(mission),
+        ended=next((run.ended for run in (mission, fleet) if run is not None), ""),
+        bottleneck=bottleneck_text(mission) if mission else pace_text(fleet) if fleet else "",
         reasons=result_reasons_table(result) if result.reasons else None,
-        narrow=[table for table in tables if len(table.columns) <= _NARROW],
-        wide=[table for table in tables if len(table.columns) > _NARROW],
+        narrow=[table for table in tables if _is_narrow(table)],
+        wide=[table for table in tables if not _is_narrow(table)],
         sources=sources_table([result]),
         pictures=(*pictures, *([account] if account else [])),
         command=command or f"hwsw run {result.platform} {result.workload} --html report.html",
@@ -140,6 +143,27 @@ def reproduction_html(
         sources=reproduction_sources_table(reproduction),
         pictures=pictures,
         command=command or "hwsw reproduce harmonic --html report.html",
+    )
+
+
+def _without_head(table: Table) -> Table:
+    """The table less the rows that stand in the head of the page."""
+    if not any(row and row[0].text in (ENDED, PACE) for row in table.rows):
+        return table
+    return replace(table, rows=tuple(row for row in table.rows if row[0].text not in (ENDED, PACE)))
+
+
+def _is_narrow(table: Table) -> bool:
+    """Whether half of the page is wide enough. Of two columns the second is words, which may be wrapped."""
+    if len(table.columns) > _NARROW_COLUMNS:
+        return False
+    if len(table.columns) <= 2:
+        return True
+    texts = zip(*([cell.text for cell in row] for row in table.rows), strict=True)
+    widths = (max(map(len, column)) for column in texts)
+    return (
+        sum(max(len(one.name), width) for one, width in zip(table.columns, widths, strict=False))
+        <= _NARROW_LETTERS
     )
 
 

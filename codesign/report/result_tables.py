@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.report.fleet_tables import fleet_headline, fleet_tables, fleet_times_table
 from codesign.report.mission_tables import mission_headline, mission_tables
 from codesign.report.table import Cell, Table, left, pairs, right, words
 from codesign.report.wording import (
@@ -40,6 +41,7 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
     """The tables of ``result_tables`` but reasons and sources."""
     return (
         overview_table(result),
+        *fleet_tables(result),
         *mission_tables(result),
         *_run_tables(result),
         *((resource_table(result),) if result.resources else ()),
@@ -68,7 +70,8 @@ def overview_table(result: Result) -> Table:
     if result.precision is not None:
         rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
     if result.time is not None:
-        rows.append(("time to the first plan", time_cell(result.time.first_plan_ps)))
+        name = "time to the first plan" if result.fleet is None else "time of the run"
+        rows.append((name, time_cell(result.time.first_plan_ps)))
     rows.append(("feasible", feasible_cell(result)))
     arrivals = arrivals_of(result)
     if arrivals is not None and arrivals[1] < arrivals[2]:
@@ -97,6 +100,8 @@ def headline(result: Result) -> tuple[tuple[str, str], ...]:
     told = [("feasible" if result.feasible else "not feasible", "")]
     if result.mission is not None:
         return (*told, *mission_headline(result.mission))
+    if result.fleet is not None:
+        return (*told, *fleet_headline(result))
     for figure in (
         ResultFigure.TIME,
         ResultFigure.SLICES,
@@ -134,7 +139,9 @@ def reason_cells(reason: Reason) -> tuple[Cell, ...]:
 
 def _run_tables(result: Result) -> list[Table]:
     tables = []
-    if result.time is not None:
+    if result.time is not None and result.fleet is not None:
+        tables.append(fleet_times_table(result.time))
+    elif result.time is not None:
         tables.append(
             pairs(
                 "Time from the start of the run",
@@ -307,7 +314,7 @@ def physical_table(result: Result) -> Table:
             ("energy of processors", energy.processors_j),
             ("energy of links", energy.links_j),
             ("energy of memories", energy.memories_j),
-            ("energy up to the first plan", energy.total_j),
+            (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.total_j),
         ):
             if not joules and name in ("energy of links", "energy of memories"):
                 continue

@@ -21,6 +21,9 @@ from codesign.units import (
 ABSENT = "–"
 """Stands where there is no figure."""
 
+ENDED, PACE = "ended", "what sets the pace"
+"""Rows of tables that a page says in its head."""
+
 _LONGEST = 160
 _SHARES = {ResultFigure.SHARE_REACHING_GOAL}
 _SHAPES = {"block", "blocks"}
@@ -84,7 +87,9 @@ def quantity_text(value: float, unit: str) -> str:
         return format_power(value)
     if unit == "J" and value >= 0:
         return format_energy(value)
-    number = format_count(round(value)) if value == round(value) and abs(value) < 1e15 else f"{value:,.4g}"
+    # From 10,000 on a fraction is no news; %g would turn to exponents.
+    whole = (value == round(value) or abs(value) >= 1e4) and abs(value) < 1e15
+    number = format_count(round(value)) if whole else f"{value:,.4g}"
     return number if unit in {"", "1"} else f"{number} {unit}"
 
 

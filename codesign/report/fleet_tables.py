@@ -1,0 +1,251 @@
+"""What a fleet's run came to, as tables, and in a sentence what set its pace and what would move it.
+
+The sentence rests on the closed forms of ``codesign.architectures.velocity_obstacle.pace``, with the mean time in which
+the robots decide. A result tells what a message takes on the line only where that is longer than deciding; where it is
+not, what doubling would give is told as a bound.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from codesign.planners.interface import RobotsQuality
+from codesign.report.table import Cell, Table, left, pairs, right, words
+from codesign.report.wording import (
+    ABSENT,
+    ENDED,
+    PACE,
+    count_cell,
+    number_cell,
+    plural,
+    quantity_text,
+    share_cell,
+    share_text,
+    time_cell,
+)
+from codesign.units import PICOSECONDS_PER_SECOND, format_time
+
+if TYPE_CHECKING:
+    from codesign.system.result import Result, Times
+    from codesign.system.scenarios.fleet_figures import FleetFigures, Frames, Pacemaker, Spread
+
+_WENT_INTO: dict[Pacemaker, str] = {
+    "fpga": "robots decide",
+    "line": "waiting for the line",
+    "time_step": "waiting for the time step",
+}
+_SAME = 0.02
+"""Rates closer than this share are told as one."""
+
+
+def fleet_tables(result: Result) -> tuple[Table, ...]:
+    """The tables of a fleet, in reading order; () where the result is of none."""
+    fleet = result.fleet
+    if fleet is None:
+        return ()
+    tables = [_fleet_table(result, fleet), _shares_table(fleet)]
+    spans = _spans_table(fleet)
+    tables += [spans] if spans.rows else []
+    tables += [] if fleet.frames is None else [_frames_table(fleet.frames)]
+    return tuple(tables)
+
+
+def fleet_headline(result: Result) -> tuple[tuple[str, str], ...]:
+    """The few figures of a fleet that a reader looks for first, as (figure, what it is): collisions before all."""
+    fleet, quality = result.fleet, result.quality
+    told: list[tuple[str, str]] = []
+    if isinstance(quality, RobotsQuality):
+        number, _, noun = plural(quality.collisions, "pair").partition(" ")
+        told += [(number, f"{noun} of robots collided")]
+        told += [(f"{quality.robots_arrived} of {quality.robots}", "robots at their targets")]
+    if fleet is not None:
+        told += [
+            (format_time(fleet.span_ps), f"for {plural(fleet.updates, 'update')}"),
+            (quantity_text(fleet.updates_a_second, ""), "updates a second"),
+        ]
+    if result.energy is not None:
+        told.append((quantity_text(result.energy.total_j, "J"), "energy of the run"))
+    return tuple(told)
+
+
+def fleet_times_table(time: Times) -> Table:
+    """When starts and targets stood in the FPGAs, and when the last update was over."""
+    rows = [("starts and targets loaded", time.map_loaded_ps), ("last update over", time.first_plan_ps)]
+    return pairs("Time from the start of the run", [(name, time_cell(at)) for name, at in rows])
+
+
+def pace_text(fleet: FleetFigures) -> str:
+    """What sets the pace of a fleet and what would move it, as sentences; "" where no update was done."""
+    if fleet.pace is None or not fleet.updates:
+        return ""
+    decide, message = _decide_s(fleet), _message_s(fleet)
+    if fleet.shares["time_step"] > 0.0 or fleet.missed_updates:
+        return _in_real_time(fleet, decide, message)
+    if message is not None:
+        return _held_by_line(fleet, decide, message)
+    if fleet.pace == "line":
+        return (
+            f"the line: updates wait for it {share_text(fleet.shares['line'])} of the time, though a message takes it"
+            f" no longer than the {_seconds(decide)} in which the robots decide. A FIFO that is shorter than a message"
+            " holds them, or what has to be sent again"
+        )
+    return _held_by_robots(fleet, decide)
+
+
+def _held_by_line(fleet: FleetFigures, decide: float, message: float) -> str:
+    """Period = max(message, decide + what a short FIFO holds); of that a message's time at the most."""
+    period = 1.0 / fleet.updates_a_second
+    told = (
+        f"the line: a message of all coordinates takes it {_seconds(message)}, while the robots decide in"
+        f" {_seconds(decide)} on average; {share_text(fleet.shares['line'])} of the time is waiting for it."
+        f" Twice the baud gives {_between(1 / (decide + message / 2), 1 / max(decide, message / 2))} updates a second"
+        f" in place of {_rate(fleet.updates_a_second)}"
+    )
+    if decide > 0.0:
+        told += (
+            f"; from about {_times(message / decide)} times the baud on, the robots' decisions set the pace"
+        )
+    if period > (1 + _SAME) * message:
+        told += f". A FIFO that holds a whole message gives up to {_rate(fleet.reachable_a_second)}"
+    return told
+
+
+def _held_by_robots(fleet: FleetFigures, decide: float) -> str:
+    waiting = fleet.shares["line"] / fleet.updates_a_second
+    told = (
+        f"the robots' decisions: {_seconds(decide)} on average, {share_text(fleet.shares['fpga'])} of the time."
+        f" Twice the clock gives {'up to ' if waiting else ''}{_rate(1 / (decide / 2 + waiting))} updates a second in"
+        f" place of {_rate(fleet.updates_a_second)}"
+    )
+    if waiting / (decide + waiting) > _SAME:
+        told += f"; a faster line, or a FIFO that holds a whole message, up to {_rate(1 / decide)}"
+    return told
+
+
+def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> str:
+    step = fleet.time_step_ps / PICOSECONDS_PER_SECOND
+    if fleet.missed_updates and fleet.decide is not None:
+        told = (
+            f"the robots' decisions: {plural(fleet.missed_updates, 'update')} of {fleet.updates:,} took longer than the"
+            f" time step of {_seconds(step)}. With {_times(fleet.decide.worst_ps / fleet.time_step_ps)} times the clock"
+            " none would"
+        )
+    else:
+        told = (
+            f"the time step of {_seconds(step)}, as asked for: the robots decide in {_seconds(decide)} on average, and"
+            f" FPGAs and line would allow {_rate(fleet.reachable_a_second)} updates a second. A shorter time step, or"
+            " pace free_running, makes use of that"
+        )
+    frames = fleet.frames
+    if frames is not None and frames.skipped:
+        told += f". {plural(frames.skipped, 'frame')} of {frames.made:,} are skipped"
+        if message is not None and message > step:
+            told += (
+                f", as the line takes {_seconds(message)} for each: {_times(message / step)} times the baud"
+            )
+            told += " shows all"
+    return told
+
+
+def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
+    quality, (least, most) = result.quality, fleet.fpga_utilisation
+    rows: list[tuple[str, Cell]] = []
+    if isinstance(quality, RobotsQuality):
+        rows += [
+            ("pairs of robots that collided", count_cell(quality.collisions)),
+            ("closest approach in cells", number_cell(quality.closest_approach)),
+        ]
+    rows += [
+        (ENDED, Cell(fleet.ended, fleet.ended)),
+        ("all robots at their targets", Cell("yes" if fleet.completed else "no", fleet.completed)),
+        ("robots", count_cell(fleet.robots)),
+        ("FPGAs", count_cell(fleet.fpgas)),
+        ("updates", count_cell(fleet.updates)),
+        ("time of all updates", time_cell(fleet.span_ps)),
+        ("time step", time_cell(fleet.time_step_ps)),
+        ("updates a second", number_cell(fleet.updates_a_second)),
+        ("updates a second that FPGAs and line allow", number_cell(fleet.reachable_a_second)),
+        ("most of the time goes into", words(_WENT_INTO[fleet.pace])[0] if fleet.pace else Cell(ABSENT)),
+        ("updates longer than the time step", count_cell(fleet.missed_updates)),
+        ("busy share of the least busy FPGA", share_cell(least)),
+        ("busy share of the most busy FPGA", share_cell(most)),
+        ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_ps)),
+        ("events of the simulation", count_cell(fleet.events)),
+    ]
+    told = pace_text(fleet)
+    return pairs("Fleet", [*rows, *([(PACE, Cell(told, told))] if told else [])])
+
+
+def _shares_table(fleet: FleetFigures) -> Table:
+    lines = (
+        (*words(_WENT_INTO[name]), time_cell(round(share * fleet.span_ps)), share_cell(share))
+        for name, share in fleet.shares.items()
+    )
+    return Table(
+        "Where the time of the updates went",
+        (*left("what"), *right("time", unit="s"), *right("share", unit="1")),
+        tuple(lines),
+        ("robots decide: from the begin of an update until the last of them has decided",),
+    )
+
+
+def _spans_table(fleet: FleetFigures) -> Table:
+    spans = {
+        "robots decide": fleet.decide,
+        "from update to update": fleet.period,
+        "age of a frame when shown": None if fleet.frames is None else fleet.frames.age,
+    }
+    return Table(
+        "Times of an update",
+        (*left("what"), *right("median", "95th percentile", "worst", unit="s")),
+        tuple((*words(name), *_spread_cells(span)) for name, span in spans.items() if span is not None),
+    )
+
+
+def _spread_cells(span: Spread) -> tuple[Cell, ...]:
+    return tuple(map(time_cell, (span.median_ps, span.share_95_ps, span.worst_ps)))
+
+
+def _frames_table(frames: Frames) -> Table:
+    """All that were made, by what became of them."""
+    rows = [
+        ("made", count_cell(frames.made)),
+        ("shown", count_cell(frames.shown)),
+        ("of these later than a time step", count_cell(frames.late)),
+        ("skipped", count_cell(frames.skipped)),
+        *((f"dropped: {reason}", count_cell(count)) for reason, count in frames.dropped.items()),
+        ("under way at the end", count_cell(frames.under_way)),
+        ("bits of a frame", count_cell(frames.bits)),
+    ]
+    return pairs(f"Frames to {frames.receiver}", rows, ("made = shown + skipped + dropped + under way",))
+
+
+def _decide_s(fleet: FleetFigures) -> float:
+    """Mean time in which the robots decide, s."""
+    return fleet.shares["fpga"] * fleet.span_ps / fleet.updates / PICOSECONDS_PER_SECOND
+
+
+def _message_s(fleet: FleetFigures) -> float | None:
+    """What a message takes on the slowest link, s, where that is more than the robots need; else None: not told."""
+    if fleet.frames is None or not fleet.reachable_a_second:
+        return None
+    slowest = 1.0 / fleet.reachable_a_second
+    return slowest if slowest > (1 + 1e-9) * _decide_s(fleet) else None
+
+
+def _between(low: float, high: float) -> str:
+    if high <= (1 + _SAME) * low:
+        return f"about {_rate(low)}"
+    return f"{_rate(low)} to {_rate(high)}"
+
+
+def _rate(value: float) -> str:
+    return f"{value:.3g}" if value < 100 else f"{value:,.0f}"
+
+
+_times = _rate
+
+
+def _seconds(value: float) -> str:
+    """A mean: three significant digits are as many as it is worth."""
+    return quantity_text(float(f"{value:.3g}"), "s")
