@@ -39,7 +39,7 @@ def bound(name: str, robots: int) -> Any:
 def pattern_of(system: Any, loaded: int) -> Pattern:
     """The same robots, line and display as numbers."""
     updates = system.architecture.updates(system.problem, system.planning)
-    line, display = system.platform.links["serial"], system.platform.components["display"]
+    line, display = system.platform.links["serial"], system.platform.components["pc"]
     robots = system.problem.count
     return Pattern(
         cycles=updates.cycles.tolist(),
