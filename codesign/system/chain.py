@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, Problem
+from codesign.system.build import PLANNING
 from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
 from codesign.task_graph import Flow, TaskGraph
@@ -40,7 +41,6 @@ def plan_chain(
     warm: bool = True,
     changed: int | None = None,
     preemptible: bool = False,
-    priority: int = 0,
 ) -> Generator[Any, Any, Answer]:
     """Process generator: make one plan.
 
@@ -52,7 +52,6 @@ def plan_chain(
         warm: have task ``lower_bound`` make the start, where it is mapped.
         changed: cells that changed since the planner was last sent the map; None sends the whole map.
         preemptible: somebody may break it off, so that it must be computed in detail.
-        priority: of its messages.
 
     Raises:
         LostMessageError: a message of it was lost.
@@ -76,13 +75,13 @@ def plan_chain(
                 bits = flow.bits
                 if sender == LOAD and changed is not None:
                     bits = min(bits, max(1, changed) * CHANGE_BITS)
-                yield from machine.carry(flow, ledger, bits=bits, priority=priority)
+                yield from machine.carry(flow, ledger, bits=bits, priority=PLANNING)
 
     planning = planner.planning_task
     if warm and LOWER_BOUND in placement.styles:
         yield from carry(LOAD, LOWER_BOUND)
         steps = placement.styles[LOWER_BOUND].steps(problem, parameters, None, position)
-        start = yield from machine.perform(LOWER_BOUND, steps, ledger)
+        start = yield from machine.perform(LOWER_BOUND, steps, ledger, priority=PLANNING)
         machine.follow_up(LOWER_BOUND)
         yield from carry(LOWER_BOUND, planning)
     yield from carry(LOAD, planning)
@@ -112,7 +111,7 @@ def _answer(
             yield from carry(sender, task)
         if task not in placement.inside:
             steps = placement.styles[task].steps(problem, machine.system.planning, plan, _position(problem))
-            yield from machine.perform(task, steps, ledger)
+            yield from machine.perform(task, steps, ledger, priority=PLANNING)
         machine.follow_up(task)
         done.append(task)
     for sender in done:

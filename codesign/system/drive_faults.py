@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 
 from codesign.errors import Fault, outside_map
 from codesign.maps import nearest_free
-from codesign.planners.interface import Problem
+from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.spec import Platform, Workload, fault
 from codesign.spec.components import RobotComponent
-from codesign.spec.scenario import Drive, Rectangle
+from codesign.spec.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.system import catalog
 from codesign.system.place import resolution_of, robot_of
 
@@ -22,13 +22,29 @@ def drive_faults(platform: Platform, workload: Workload, problem: Problem) -> li
     scenario = workload.scenario
     if not isinstance(scenario, Drive):
         return []
-    faults = _places(workload, scenario, problem) + _planner(workload, problem)
+    faults = _places(workload, scenario, problem) + _planner(workload, problem) + _policy(workload, scenario)
     if scenario.resolution is None and problem.resolution is None:
         text = "the map does not say how large a cell is"
         faults.append(fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell"))
     if not faults:
         faults += _start(platform, workload, scenario, problem)
     return faults
+
+
+def _policy(workload: Workload, scenario: Drive) -> list[Fault]:
+    """A replan policy that the planner does not know, or whose task nobody does."""
+    policy, planner = scenario.replan.policy, catalog.planner(workload.planner)
+    if policy is None:
+        return []
+    path = (*_SCENARIO, "replan", "policy")
+    if policy.value not in planner.policies:
+        text = f"planner {planner.name} knows no policy {policy.value!r}"
+        return [fault(workload, path, text, f"accepted: {', '.join(planner.policies)}")]
+    if policy is ReplanPolicy.LOWER_BOUND and LOWER_BOUND not in workload.mapping:
+        text = "nobody makes the lower bound that plans are to start from"
+        hint = f"map task {LOWER_BOUND} to a processor: {LOWER_BOUND}: {{component: NAME}}"
+        return [fault(workload, path, text, hint)]
+    return []
 
 
 def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:

@@ -42,7 +42,7 @@ class Account(_Model):
 
 
 class LatencyShare(_Model):
-    """A share of all replanning: what it was spent on (compute, wait, transfer), and where."""
+    """A share of some time: what it was spent on (compute, wait, transfer), and where."""
 
     kind: Literal["compute", "wait", "transfer"]
     where: str
@@ -53,7 +53,7 @@ class LatencyShare(_Model):
 class Bottleneck(_Model):
     """What sets the pace, and what would move it.
 
-    ``share``: of the mission's time (the robot itself), or of the time from seeing an obstacle to a new way.
+    ``share``: of the mission's time (the robot itself), of the time of plans, or of that of the control loop's turns.
     """
 
     name: str
@@ -107,6 +107,9 @@ class Mission(_Model):
     account: dict[str, Account]
     latency: tuple[LatencyShare, ...] = Field(
         default=(), description="where the time of plans went, largest first"
+    )
+    control: tuple[LatencyShare, ...] = Field(
+        default=(), description="where the time of turns of the control loop went, largest first"
     )
     bottleneck: Bottleneck | None = None
 

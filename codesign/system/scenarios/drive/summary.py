@@ -8,10 +8,11 @@ import numpy as np
 
 from codesign import maps
 from codesign.spec.components import RobotComponent
-from codesign.system.ledger import Spent
+from codesign.system.ledger import Ledger, Spent
 from codesign.system.mission_result import Account, Bottleneck, LatencyShare, Mission, MissionEnergy
 from codesign.system.outcome import energy
 from codesign.system.result import Power
+from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
 from codesign.system.scenarios.drive.scene import Scene
 
@@ -23,6 +24,9 @@ SECOND = 10**12
 WAITING_MATTERS = 0.05
 """Share of a mission that a robot stands waiting, above which what it waits for is told as the bottleneck. Assumed."""
 
+LATE_MATTERS = 0.05
+"""Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
+
 
 def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
     """The figures of a drive that has ended."""
@@ -30,7 +34,8 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
     robot, span = scene.robot, machine.now
     shortest = _shortest(scene) if log.reached and scene.scenario.purpose == "reach" else None
     latencies = np.array(sorted(log.latencies), np.float64) / SECOND
-    latency = _latency(log.planning.spent, log.planning.total)
+    latency = _shares(log.planning)
+    control = _shares(log.turns_spent)
     driving, waiting = robot.moving / SECOND, log.waiting / SECOND
     return Mission(
         ended=log.ended or "",
@@ -57,7 +62,8 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         energy=_energy(machine, scene, power),
         account=_account(machine, done),
         latency=latency,
-        bottleneck=_bottleneck(scene, latency, driving, waiting, span / SECOND),
+        control=control,
+        bottleneck=_bottleneck(done, latency, control),
     )
 
 
@@ -114,35 +120,52 @@ def _account(machine: Machine, done: Drive) -> dict[str, Account]:
     return made
 
 
-def _latency(spent: dict[tuple[Spent, str], int], total: int) -> tuple[LatencyShare, ...]:
+def _shares(ledger: Ledger) -> tuple[LatencyShare, ...]:
     shares = [
-        LatencyShare(kind=what.value, where=where, seconds=time / SECOND, share=time / total)
-        for (what, where), time in spent.items()
+        LatencyShare(kind=what.value, where=where, seconds=time / SECOND, share=time / ledger.total)
+        for (what, where), time in ledger.spent.items()
         if time > 0
     ]
     return tuple(sorted(shares, key=lambda share: (-share.seconds, share.where, share.kind)))
 
 
 def _bottleneck(
-    scene: Scene, latency: tuple[LatencyShare, ...], driving: float, waiting: float, span: float
+    done: Drive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
 ) -> Bottleneck | None:
-    """What sets the pace. The robot itself, unless it stands waiting for plans; then what plans spend their time on."""
+    """What sets the pace: what late turns spend their time on, or plans that are waited for; else the robot itself."""
+    log, robot = done.log, done.scene.robot
+    span = done.scene.machine.now / SECOND
     if not span:
         return None
-    first = latency[0] if latency else None
+    driving, waiting = robot.moving / SECOND / span, log.waiting / SECOND / span
+    if control and log.missed > LATE_MATTERS * log.turns:
+        return _late(log, control[0])
     told = (
-        "" if first is None else f"; of the time of plans, {first.share:.0%} is {first.kind} at {first.where}"
+        f"; of the time of plans, {latency[0].share:.0%} is {latency[0].kind} at {latency[0].where}"
+        if latency
+        else ""
     )
-    if first is None or waiting / span < WAITING_MATTERS:
+    if not latency or waiting < WAITING_MATTERS:
         text = (
-            f"{scene.robot.name} itself: it drives {driving / span:.0%} of the time and stands waiting for plans"
-            f" {waiting / span:.1%} of it{told}. A faster robot or a shorter way ends the mission earlier, a faster"
-            " planner does not"
+            f"{robot.name} itself: it drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of"
+            f" it{told}. A faster robot or a shorter way ends the mission earlier, a faster planner does not"
         )
-        return Bottleneck(name=scene.robot.name, kind="drive", share=driving / span, text=text)
-    saved = waiting * first.share / 2
+        return Bottleneck(name=robot.name, kind="drive", share=driving, text=text)
+    first = latency[0]
+    saved = waiting * span * first.share / 2
     text = (
-        f"{first.where}: the robot stands waiting for plans {waiting / span:.0%} of the time, and {first.share:.0%} of"
+        f"{first.where}: the robot stands waiting for plans {waiting:.0%} of the time, and {first.share:.0%} of"
         f" the time of plans is {first.kind} there. Twice as fast, it would save about {saved:.3g} s of {span:.4g} s"
+    )
+    return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
+
+
+def _late(log: Log, first: LatencyShare) -> Bottleneck:
+    """Turns that are answered too late make the robot brake."""
+    mean = first.seconds / log.turns
+    text = (
+        f"{first.where}: {log.missed} of {log.turns} turns had no answer by their deadline, and the robot braked;"
+        f" {first.share:.0%} of the time of turns is {first.kind} there, {mean * 1e3:.3g} ms a turn. Twice as fast, it"
+        f" would save {mean * 500:.3g} ms of each"
     )
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
