@@ -33,6 +33,9 @@ PLATFORMS = {
     "robots-2": "nexys2",
     "robots-4": "nexys2",
     "robots-8": "nexys2",
+    "robots-4-fleet": "nexys2-serial",
+    "robots-8-fleet": "nexys2-serial",
+    "robots-64": "nexys2-serial",
 }
 
 
