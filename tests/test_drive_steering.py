@@ -11,6 +11,7 @@ from mission_specs import IDEAL, POINT, Ground
 
 from codesign.architectures.relaxation.costs import SEARCH_UNITS
 from codesign.errors import SpecError
+from codesign.planners.harmonic.precision import converged_field
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.parameters import PropagateParameters
 from codesign.planners.wavefront.planner import PLANNER
@@ -18,6 +19,8 @@ from codesign.records import FieldRecord, MessageRecord, MissionRecord, Record, 
 from codesign.system import bind, simulate
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
+from codesign.system.outcome import drive_fields
+from codesign.system.scenarios.drive import drive
 from codesign.system.scenarios.drive.replanner import ActivePlan
 
 NODE_UPDATE = 10_000
@@ -150,3 +153,36 @@ def test_each_plan_of_a_drive_tells_its_field(ground: Ground, placement: str) ->
         or (isinstance(record, MissionRecord) and record.event == "plan_ready")
     ]
     assert [isinstance(record, FieldRecord) for record in story] == [True, False] * len(fields)
+
+
+@pytest.mark.parametrize("policy", ["restart", "continue"])
+def test_a_drive_that_goes_on_from_old_values_tells_how_many_are_wrong(ground: Ground, policy: str) -> None:
+    listener: list[Record] = []
+    machine = ground.machine(
+        "harmonic",
+        listeners=(listener.append,),
+        known="none",
+        purpose="explore",
+        mapping={"relax": {"stop": "schedule_end"}},
+        replan={"policy": policy},
+    )
+    done = drive(machine)
+    assert done.log.plans > 1
+    assert done.log.last is not None
+    last = done.log.last
+    plan = last.plan
+    exact = converged_field(last.problem.free, last.problem.goals, plan.precision)
+    wrong = int((exact.limbs != plan.field.limbs).any(axis=2).sum())
+    fields = drive_fields(machine, done.log.first, last, None)
+    told = fields.get("details", {})
+    assert fields["quality"].wrong_cells == 0
+    if policy == "continue":
+        assert told["wrong_cells_of_the_last_plan"] == wrong > 0
+    else:
+        assert wrong == 0
+        assert "wrong_cells_of_the_last_plan" not in told
+
+
+def test_a_drive_without_a_plan_has_no_figures_of_one(ground: Ground) -> None:
+    machine = ground.machine("harmonic")
+    assert drive_fields(machine, None, None, None) == {}

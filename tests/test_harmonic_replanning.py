@@ -19,7 +19,7 @@ from codesign.errors import InputError, RunError
 from codesign.memo import Memo
 from codesign.planners.harmonic import relax
 from codesign.planners.harmonic.fixed_point import Field, LowerBound
-from codesign.planners.harmonic.parameters import RelaxParameters
+from codesign.planners.harmonic.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.planner import PLANNER
 from codesign.planners.harmonic.precision import converged_field
 from codesign.planners.harmonic.quality import wrong_cells
@@ -87,6 +87,23 @@ def test_a_start_begins_at_the_first_stage_that_holds_it() -> None:
         assert remaining_precisions((7, 15, 40), Field(np.zeros((1, 1, 1), np.uint64), precision)) == left
     with pytest.raises(InputError, match="41 bits"):
         remaining_precisions((7, 15, 40), Field(np.zeros((1, 1, 1), np.uint64), 41))
+
+
+def test_a_bound_has_the_bits_of_a_restart_that_runs_its_schedule_to_the_end() -> None:
+    _, problem = before_and_after()
+    parameters = PARAMETERS.model_copy(update={"schedule": (7, 50, 63)})
+    bound = warm_start(problem.free, problem.goals, 63)
+    for stop, same in (("schedule_end", True), ("first_without_local_maxima", False)):
+        asked = parameters.model_copy(update={"stop": Stop(stop)})
+        _, restart = drain(BIT_SERIAL.work(problem, asked))
+        _, warm = drain(BIT_SERIAL.work(problem, asked, start=bound))
+        assert (warm.field == restart.field) is same
+        assert (restart.precision, warm.precision) == (63 if same else 50, 63)
+        assert len(warm.stages) == 1
+        # Each is the least fixed point of its own precision, so neither has a wrong cell, or a cell without a way up.
+        for plan in (restart, warm):
+            told = PLANNER.quality(problem, plan)
+            assert (told.wrong_cells, told.local_maxima) == (0, 0)
 
 
 def test_what_each_start_costs_to_bring_in() -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
 from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
@@ -82,13 +83,38 @@ def _processor_figures(system: System) -> dict[str, Source]:
 
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
+    figures, quality = machine.system.planner.figures(answer.plan), _quality(machine, answer, memo)
+    times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
+    return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
+
+
+def drive_fields(
+    machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None
+) -> dict[str, Any]:
+    """Those of the first plan of a drive; none where there was none.
+
+    Where later plans went on from old values, whose mistakes the first cannot have: how many cells of the last one are
+    wrong, under ``details``.
+    """
+    if first is None or last is None:
+        return {}
+    fields, scenario = plan_fields(machine, first, memo), machine.system.workload.scenario
+    if (
+        last is first
+        or not isinstance(scenario, Drive)
+        or scenario.replan.policy is not ReplanPolicy.CONTINUE
+    ):
+        return fields
+    wrong = getattr(_quality(machine, last, memo), "wrong_cells", None)
+    if wrong is None:
+        return fields
+    return fields | {"details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": wrong}}
+
+
+def _quality(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
     planner = machine.system.planner
     key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
-    quality = (Memo() if memo is None else memo).get(
-        key, lambda: planner.quality(answer.problem, answer.plan)
-    )
-    times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
-    return {"time": times, "cycles": machine.cycles(), **planner.figures(answer.plan), "quality": quality}
+    return (Memo() if memo is None else memo).get(key, lambda: planner.quality(answer.problem, answer.plan))
 
 
 def use_fields(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
-from codesign.system.outcome import fitted_fields, head_fields, plan_fields, use_fields
+from codesign.system.outcome import drive_fields, fitted_fields, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
 
 if TYPE_CHECKING:
@@ -121,8 +121,7 @@ def _drive(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str
     from codesign.system.scenarios.drive.summary import mission_of
 
     done = drive(machine, memo)
-    first = done.log.first
-    fields = {} if first is None else plan_fields(machine, first, memo)
+    fields = drive_fields(machine, done.log.first, done.log.last, memo)
     return {**fields, **use_fields(machine, power), "mission": mission_of(machine, done, power)}
 
 

@@ -111,12 +111,17 @@ class SparseSolve(HostTask):
     """A unit for each free cell: factors, refinement and certificate, in all. The growth of factors is left out.
 
     The bound is made at the last precision of the schedule, where relaxing from it is the quickest: docs/replanning.md.
+    So one stage is run, and the bits are a restart's where that runs its schedule to the end too; with
+    ``stop: first_without_local_maxima`` a restart may end at fewer.
     """
 
     planner = "harmonic"
     task = "lower_bound"
     style = "sparse_solve"
-    description = "a start nowhere above the field, by sparse factors in doubles and exact certificates"
+    description = (
+        "a start nowhere above the field at the last precision, by sparse factors and exact certificates;"
+        " a restart's bits under stop: schedule_end"
+    )
     kernel = "sparse_solve_cell"
 
     def outcome(

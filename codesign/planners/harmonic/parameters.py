@@ -27,6 +27,12 @@ class Stop(StrEnum):
     SCHEDULE_END = "schedule_end"
 
 
+STOP_DESCRIPTION = (
+    "first_without_local_maxima: after the first stage with a way up from every cell; schedule_end: after the last."
+    " A plan from a lower bound runs the last stage only, so its bits are a restart's under schedule_end"
+)
+
+
 class PrecisionRange(SpecModel):
     """An arithmetic series of precisions: ``first``, ``first + step``, ... and ``last`` itself, always."""
 
@@ -78,7 +84,7 @@ class RelaxParameters(SpecModel):
         Termination,
         Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
     ] = Termination.SOUND
-    stop: Annotated[Stop, Field(description="when the run ends")] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+    stop: Annotated[Stop, Field(description=STOP_DESCRIPTION)] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
 
     @field_validator("schedule", mode="before")
     @classmethod
@@ -141,7 +147,11 @@ class LoadParameters(SpecModel):
 
 
 class LowerBoundParameters(SpecModel):
-    """The task that makes a start nowhere above the field has nothing to choose."""
+    """The task that makes a start nowhere above the field has nothing to choose.
+
+    The start is at the last precision. The plan that goes on from it has a restart's bits under ``stop: schedule_end``;
+    under ``first_without_local_maxima`` a restart may end at an earlier stage, with fewer bits.
+    """
 
 
 class DetectParameters(SpecModel):

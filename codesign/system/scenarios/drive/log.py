@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class Log:
     """The course of a drive.
 
-    - ``first``: its first answer. ``plans``: answers in all. ``latencies``: of replans, ps, from the scan to the
-      answer. ``planning``: where the time of all plans went. ``turns``: those of the control loop.
+    - ``first``, ``last``: its first answer and its latest. ``plans``: answers in all. ``latencies``: of replans, ps,
+      from the scan to the answer. ``planning``: where the time of all plans went. ``turns``: those of the control loop.
     - ``turns_spent``: where the time of control turns went. ``waiting``: ps in which the robot stood and a plan was
       under way.
     - ``stall``: what last kept the robot from driving on. ``progress``: when it last drove, or a plan was under way.
@@ -28,6 +28,7 @@ class Log:
     machine: Machine
     robot: str
     first: Answer | None = None
+    last: Answer | None = None
     plans: int = 0
     latencies: list[int] = field(default_factory=list)
     planning: Ledger = field(default_factory=Ledger)

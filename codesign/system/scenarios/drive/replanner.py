@@ -91,6 +91,7 @@ class Replanner:
         self.machine, self.scene, self.goals, self.log, self._memo = machine, scene, goals, log, memo
         self.active: ActivePlan | None = None
         self.busy = False
+        self._since: tuple[int, int] | None = None
         self.no_way: Request | None = None
         self.refusal: str | None = None
         self._sent: Problem | None = None
@@ -161,8 +162,7 @@ class Replanner:
             return
         scene, machine = self.scene, self.machine
         scene.advance()
-        begin, moved = machine.now, scene.robot.moving
-        self.busy = True
+        self.busy, self._since = True, (machine.now, scene.robot.moving)
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
@@ -182,15 +182,23 @@ class Replanner:
             self._cannot(request, failed.what)
             return
         finally:
-            self.busy = False
-            scene.advance()
-            self.log.waiting += machine.now - begin - (scene.robot.moving - moved)
+            self.settle()
+            self.busy, self._since = False, None
         if answer is None:
             # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
             yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
             self.ask_again()
         else:
             self._install(request, answer)
+
+    def settle(self) -> None:
+        """Book the waiting for a plan under way up to now: when it stands, or when the mission ends without it."""
+        if self._since is None:
+            return
+        self.scene.advance()
+        now, moving = self.machine.now, self.scene.robot.moving
+        self.log.waiting += now - self._since[0] - (moving - self._since[1])
+        self._since = now, moving
 
     def _chain(self, problem: Problem) -> Generator[Any, Any, Answer]:
         planner, policy = self.machine.system.planner, self._policy
@@ -242,7 +250,7 @@ class Replanner:
         self.active = ActivePlan(answer, machine.system.planner, self.scene.robot.position)
         latency = answer.answered - request.since
         log.plans += 1
-        log.first = log.first or answer
+        log.first, log.last = log.first or answer, answer
         log.planning.add(answer.ledger)
         log.progress = machine.now
         if request.seen:
