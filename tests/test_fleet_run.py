@@ -409,3 +409,54 @@ def test_a_robot_that_leaves_its_words_ends_the_fleet_there(ground: Ground) -> N
     assert 100 < flight.figures.updates < 1500
     assert f"in update {flight.figures.updates + 1} " in left.value.what
     assert np.abs(flight.plan.positions).max() < 2**15
+
+
+@pytest.mark.parametrize("pace", ["free_running", "real_time"])
+def test_a_line_that_goes_down_for_good_takes_the_picture_and_no_robot(ground: Ground, pace: str) -> None:
+    down = ", outages: [{begin: 300 ms}]"
+    flight = ground.fly(
+        link=serial(9600, more=down), scenario=f"pace: {pace}", parameters="updates: 1500", count=4
+    )
+    frames = flight.figures.frames
+    assert flight.figures.ended == ARRIVED
+    assert frames is not None
+    assert frames.shown > 0
+    assert frames.dropped["link down"] == frames.made - frames.shown - frames.skipped
+
+
+def test_free_running_robots_wait_out_an_outage(ground: Ground) -> None:
+    whole, cut = (
+        ground.fly(link=serial(115_200, more=more), count=8)
+        for more in ("", ", outages: [{begin: 40 ms, end: 240 ms}]")
+    )
+    longest = max(np.diff(cut.ends))
+    assert 190 * 10**9 < longest < 210 * 10**9
+    assert cut.figures.frames is not None
+    assert cut.ends[-1] - whole.ends[-1] == pytest.approx(200 * 10**9, rel=0.05)
+
+
+TWO_LINES = """\
+kind: platform
+name: relay
+components:
+  fpga: {type: fpga, part: XC3S500E-4, clock: 50 MHz}
+  relay: {type: processor, clock: 1 GHz, power: {busy: 2 W, idle: 1 W}}
+  pc: {type: processor, clock: 2 GHz, power: {busy: 60 W, idle: 20 W}}
+links:
+  radio: {type: serial, baud: 9600, fifo_depth: 16, between: [relay, pc]}
+  wire: {type: serial, baud: 115200, fifo_depth: 16, between: [fpga, relay]}
+"""
+
+
+def test_frames_go_over_every_link_of_the_way(ground: Ground) -> None:
+    board, robots = ground.folder / "relay.yaml", ground.folder / "robots.yaml"
+    ground.machine(scenario="pace: real_time", parameters="updates: 10", count=4)  # writes the robots
+    board.write_text(TWO_LINES, encoding="utf-8")
+    machine = build(bind(load_platform(board), catalog.load_workload(robots)), (), Granularity.RUN_AHEAD)
+    figures = fly(machine).figures
+    assert figures.frames is not None
+    assert figures.frames.age is not None
+    assert figures.frames.shown == machine.links["radio"].delivered == 10
+    both = 16 * 10 * 10**12 / 115_200 + 16 * 10 * 10**12 / 9600
+    assert figures.frames.age.median_ps == pytest.approx(both, abs=3)
+    assert figures.reachable_a_second == pytest.approx(9600 / 160)
