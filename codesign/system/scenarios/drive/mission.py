@@ -52,6 +52,7 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
             environment.step()
             events += 1
     scene.advance()
+    replanner.settle()
     return Drive(scene, log, events)
 
 

@@ -145,6 +145,13 @@ def _bottleneck(
         if latency
         else ""
     )
+    if not latency and waiting >= WAITING_MATTERS:
+        where = done.scene.machine.system.component
+        text = (
+            f"{where}: the robot stands waiting for a first plan {waiting:.0%} of the time, and the mission ends before"
+            " it is answered"
+        )
+        return Bottleneck(name=where, kind="wait", share=waiting, text=text)
     if not latency or waiting < WAITING_MATTERS:
         text = (
             f"{robot.name} itself: it drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of"
