@@ -211,12 +211,23 @@ def merged(base: Any, changes: Any) -> Any:
     return made
 
 
+class _Plain(yaml.SafeDumper):
+    """Writes what occurs twice out twice: aliases are not read."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _text(data: Any) -> str:
+    return yaml.dump(data, Dumper=_Plain, sort_keys=False)
+
+
 def platform_text(*changes: Changes) -> str:
     """The YAML text of the platform, with ``changes`` one after another."""
     made: Any = PLATFORM
     for change in changes:
         made = merged(made, change)
-    return yaml.safe_dump(made, sort_keys=False)
+    return _text(made)
 
 
 class Ground:
@@ -255,7 +266,7 @@ class Ground:
             "scenario": {"type": "drive", "resolution": "0.1 m", "limit": "3 min"} | scenario,
             "mapping": merged(tasks, mapping or {}),
         }
-        plan.write_text(yaml.safe_dump(merged(made, workload or {}), sort_keys=False), encoding="utf-8")
+        plan.write_text(_text(merged(made, workload or {})), encoding="utf-8")
         return board, plan
 
     def point(self, placement: str = "breadth-first", **settings: Any) -> tuple[Platform, Workload]:
