@@ -73,7 +73,7 @@ def run() -> list[dict[str, Any]]:
             machine = build(system, () if listener is None else (listener,), Granularity.RUN_AHEAD)
             flight = fly(machine)
             loads.append(flight.loaded)
-            return flight.figures.events, machine.now
+            return flight.events, machine.now
 
         def traced(own: Any = own) -> tuple[int, int]:
             with TemporaryDirectory() as folder, McapListener(Path(folder) / "fleet.mcap") as listener:

@@ -59,7 +59,6 @@ def a_fleet(
         "frames": FRAMES,
         "fpga_busy_ps": 12345,
         "fpga_utilisation": (0.011, 0.022),
-        "events": 4321,
     }
     return FleetFigures(**(fields | changes))
 

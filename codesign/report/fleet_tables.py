@@ -170,7 +170,6 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
         ("busy share of the least busy FPGA", share_cell(least)),
         ("busy share of the most busy FPGA", share_cell(most)),
         ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_ps)),
-        ("events of the simulation", count_cell(fleet.events)),
     ]
     told = pace_text(fleet)
     return pairs("Fleet", [*rows, *([(PACE, Cell(told, told))] if told else [])])

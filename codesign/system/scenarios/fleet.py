@@ -47,7 +47,8 @@ class Flight:
     """A fleet's run: the planner's run up to the last update that was done, its figures, and the FPGAs.
 
     ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
-    update began, ps; ``ends``: when each update was over.
+    update began, ps; ``ends``: when each update was over. ``events``: of the simulation, which are no figure of the
+    fleet: they hang on the granularity.
     """
 
     plan: Avoidance
@@ -55,6 +56,7 @@ class Flight:
     fpgas: tuple[Fpga, ...]
     loaded: int
     ends: tuple[int, ...]
+    events: int
 
 
 def fly(machine: Machine, *, memo: Memo | None = None) -> Flight:
@@ -210,10 +212,10 @@ class _Run:
         )
         self.trace.ended(ended, updates)
         return Flight(
-            plan, self._figures(ended, completed, events), self.fpgas, self.loaded, tuple(self.ends)
+            plan, self._figures(ended, completed), self.fpgas, self.loaded, tuple(self.ends), events
         )
 
-    def _figures(self, ended: str, completed: bool, events: int) -> FleetFigures:
+    def _figures(self, ended: str, completed: bool) -> FleetFigures:
         updates = len(self.ends)
         span = self.ends[-1] - self.loaded if updates else 0
         deciding = [done - begin for done, begin in zip(self.decided, self.begins, strict=False)][:updates]
@@ -244,7 +246,6 @@ class _Run:
             frames=None if self.frames is None else self.frames.figures(self.step_ps),
             fpga_busy_ps=sum(busy),
             fpga_utilisation=(min(busy) / whole, max(busy) / whole),
-            events=events,
         )
 
 

@@ -69,7 +69,6 @@ class FleetFigures(_Model):
     frames: Frames | None
     fpga_busy_ps: int = Field(description="the sum over all FPGAs")
     fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
-    events: int = Field(description="events of the simulation")
 
 
 def spread(spans: Sequence[int]) -> Spread | None:
