@@ -36,7 +36,9 @@ class FleetTrace:
         self._problem = problem
         self._touching: set[tuple[int, int]] = set()
         self._arrivals: dict[int, list[int]] = {}
+        self._contact = False
         if machine.listening:
+            self._contact = bool((pair_gaps(work.plan.cells) < 2.0 * problem.radius).any())
             for robot, update in enumerate(arrival_updates(work.plan)):
                 if update is not None:
                     self._arrivals.setdefault(update, []).append(robot)
@@ -70,7 +72,8 @@ class FleetTrace:
         if not self._machine.listening:
             return
         self._positions(update + 1)
-        self._contacts(update)
+        if self._contact:
+            self._contacts(update)
         # A robot is seen to have arrived at the begin of the update after.
         for robot in self._arrivals.get(update + 1, ()):
             self._tell("goal_reached", f"robot {robot} has arrived")
