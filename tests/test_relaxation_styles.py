@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 import codesign
 from codesign import maps
-from codesign.architectures.host_costs import PROBES, measure_host
+from codesign.architectures.host_costs import FOLLOWING, OCCUPANCY, PROBES, measure_host
 from codesign.architectures.interface import Step
 from codesign.architectures.relaxation import ARCHITECTURES, Host, published
 from codesign.architectures.relaxation.costs import (
@@ -149,7 +149,7 @@ def test_platforms_carry_the_costs() -> None:
     assert cost.status == Status.CALIBRATED
     styles = (*catalog.architectures().values(), *catalog.task_styles().values())
     kernels = {style.kernel for style in styles if style.kernel}
-    assert set(PROBES) <= kernels | {DIRECT_KERNEL}
+    assert set(PROBES) <= kernels | {DIRECT_KERNEL, OCCUPANCY, FOLLOWING}
     assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
     assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]
     for name in ("pc-3400mhz", "pc-epyc"):

@@ -3,6 +3,8 @@
 The kernels are those of the planners, as they are compiled here: a platform with these costs predicts this package on
 this machine. Costs of other hosts stand in ``platforms/`` with their sources. ``relaxation_node_update`` is that of the
 vectorised sweeps; a direct solution is counted in another (``codesign.architectures.relaxation.costs``).
+``occupancy_cell`` and ``way_following``, a drive's own work, are those of compiled twins (``host_kernels``): the
+simulation does that work in Python over numpy, which no robot's host would run.
 """
 
 from __future__ import annotations
@@ -14,12 +16,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median, quantiles
+from typing import Any
 
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 
 LEAST_REPEATS = 5
 MOST_SECONDS = 600.0
+
+OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
+"""The kernels of a drive: a cell that was seen, put into the map; and one command made from a way."""
 
 _SHORT, _LONG = 10, 300
 """Iterations of the two relaxations whose difference is timed."""
@@ -84,9 +90,10 @@ def _measured(probe: Probe, seconds: float, machine: str) -> Figure:
 
 
 def _timed(run: Callable[[], object]) -> float:
-    begin = time.perf_counter()
+    """Seconds of this thread on a core: what it takes on an idle one, however many others want the core now."""
+    begin = time.thread_time()
     run()
-    return time.perf_counter() - begin
+    return time.thread_time() - begin
 
 
 def _harmonic() -> Probe:
@@ -173,6 +180,59 @@ def _wavefront() -> Probe:
     return Probe(free.size, lambda: propagate(free, [(0, 0)]))
 
 
+def _occupancy() -> Probe:
+    """Scans of 180 rays of 20 cells on the way through rooms that are not known, ranges traced into the map.
+
+    The robot covers 5 cells. A unit is a cell seen, however many rays pass it.
+    """
+    import numpy as np
+
+    from codesign.architectures import host_kernels
+
+    free, points, directions = _mission_map()
+    limit, covers = 20.0, np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)], np.int64)
+    scans = [host_kernels.measure_ranges(free, y, x, limit, directions) for y, x in points]
+
+    def run() -> int:
+        believed, seen = np.zeros(free.shape, np.int8), np.full(free.shape, -1, np.int32)
+        obstacles, risks = np.zeros(free.shape, np.int32), np.full(free.shape, len(covers), np.int32)
+        return sum(
+            int(
+                host_kernels.enter_scan(
+                    believed, obstacles, risks, seen, turn, y, x, limit, scans[turn], directions, covers
+                )
+            )
+            for turn, (y, x) in enumerate(points)
+        )
+
+    return Probe(run(), run)
+
+
+def _following() -> Probe:
+    """Commands along a way through rooms, cell by cell: found on all of the way, and 10 cells ahead looked at."""
+    import numpy as np
+
+    from codesign.architectures import host_kernels
+
+    free, points, _ = _mission_map()
+    risks = (~free).astype(np.int32)
+    return Probe(len(points), lambda: host_kernels.follow(points, risks, 10.0))
+
+
+def _mission_map() -> tuple[Any, Any, Any]:
+    """Rooms of 64 × 96 cells, a way through them as float64 n × 2, and the unit vectors of 180 rays."""
+    import numpy as np
+
+    from codesign import maps
+    from codesign.planners.breadth_first import search
+
+    free = maps.rooms(64, 96, room=(15, 15), door=4, wall=1, seed=1).free
+    (top, left), *_, (bottom, right) = np.argwhere(free).tolist()
+    path = search(free, (top, left), (bottom, right)).path.astype(np.float64)
+    angles = np.arange(180) * (np.pi / 90.0) + 0.001
+    return free, path, np.column_stack((np.sin(angles), np.cos(angles)))
+
+
 PROBES: Mapping[str, Callable[[], Probe]] = {
     "harmonic_node_update": _harmonic,
     "harmonic_decision": _harmonic_decision,
@@ -181,5 +241,7 @@ PROBES: Mapping[str, Callable[[], Probe]] = {
     "relaxation_direct_cell": _relaxation_direct,
     "breadth_first_cell": _breadth_first,
     "wavefront_cell": _wavefront,
+    OCCUPANCY: _occupancy,
+    FOLLOWING: _following,
 }
 """How each kernel is timed, by the name that platforms give its cost."""

@@ -1,0 +1,201 @@
+"""What a host does beside planning, as compiled code does it (imported on first use): to time, not to simulate with.
+
+The simulation keeps its map and makes its commands in Python over numpy; a robot's host would run compiled code. So two
+of its kernels have a compiled twin here, over plain arrays, that comes to the same: ``enter_scan`` to what
+``mission.Belief.update`` makes of a ``RaySensor``'s scan, and ``authority_ahead`` to ``components.way.authority`` of a
+robot on its way. Tests hold them to it. Points and cells are as in ``components.way``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+UNKNOWN, FREE, BLOCKED = 0, 1, 2
+CORNER = 1e-9
+"""Cells: what comes so near to where four cells meet goes through the corner itself."""
+ROOM = 1e-3
+"""Cells: an authority ends this far before the border of the first cell that is not known free."""
+
+
+@njit(cache=True, nogil=True)
+def measure_ranges(
+    free: NDArray[np.bool_], y: float, x: float, limit: float, directions: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """How far each ray from (y, x) goes until it enters a cell that is not free: float64 k, cells; inf: past ``limit``.
+
+    Args:
+        free: bool, rows × columns. directions: float64 k × 2, unit vectors (row, column).
+    """
+    ranges = np.full(directions.shape[0], np.inf)
+    for ray in range(directions.shape[0]):
+        down, along = directions[ray]
+        row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+        row_step, column_step = (1 if down > 0.0 else -1), (1 if along > 0.0 else -1)
+        a_row, a_column = 1.0 / (down if down != 0.0 else 1.0), 1.0 / (along if along != 0.0 else 1.0)
+        while True:
+            to_row = (row + 0.5 * row_step - y) * a_row if down != 0.0 else np.inf
+            to_column = (column + 0.5 * column_step - x) * a_column if along != 0.0 else np.inf
+            gone = min(to_row, to_column)
+            if gone > limit:
+                break
+            if to_row < to_column:
+                row += row_step
+            else:
+                column += column_step
+            if row < 0 or row >= free.shape[0] or column < 0 or column >= free.shape[1]:
+                break
+            if not free[row, column]:
+                ranges[ray] = gone
+                break
+    return ranges
+
+
+@njit(cache=True, nogil=True)
+def enter_scan(
+    believed: NDArray[np.int8],
+    obstacles: NDArray[np.int32],
+    risks: NDArray[np.int32],
+    seen: NDArray[np.int32],
+    turn: int,
+    y: float,
+    x: float,
+    limit: float,
+    ranges: NDArray[np.float64],
+    directions: NDArray[np.float64],
+    footprint: NDArray[np.int64],
+) -> int:
+    """Enter a scan into the map, and into the maps of where the robot's middle may be; how many cells it saw.
+
+    A cell is free up to where the ray ended, and blocked there where it did so within ``limit``.
+
+    Args:
+        believed: int8, rows × columns: ``UNKNOWN``, ``FREE`` or ``BLOCKED``; changed.
+        obstacles, risks: int32, rows × columns: how many cells believed blocked, and how many not believed free, the
+            robot would cover with its middle there; changed.
+        seen: int32, rows × columns: the last turn that saw each cell; changed. turn: this one, above all in it.
+        y, x, limit, ranges, directions: as for ``measure_ranges``.
+        footprint: int64 n × 2, offsets of the cells that the robot covers.
+    """
+    rows, columns = believed.shape
+    cells = 0
+    for ray in range(directions.shape[0]):
+        down, along = directions[ray]
+        row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+        row_step, column_step = (1 if down > 0.0 else -1), (1 if along > 0.0 else -1)
+        a_row, a_column = 1.0 / (down if down != 0.0 else 1.0), 1.0 / (along if along != 0.0 else 1.0)
+        end, gone = min(ranges[ray], limit), 0.0
+        while gone <= end and 0 <= row < rows and 0 <= column < columns:
+            if seen[row, column] != turn:
+                seen[row, column] = turn
+                cells += 1
+                now = BLOCKED if gone == ranges[ray] else FREE
+                before = believed[row, column]
+                if before != now:
+                    believed[row, column] = now
+                    _stamp(obstacles, row, column, footprint, (now == BLOCKED) - (before == BLOCKED))
+                    _stamp(risks, row, column, footprint, (now != FREE) - (before != FREE))
+            to_row = (row + 0.5 * row_step - y) * a_row if down != 0.0 else np.inf
+            to_column = (column + 0.5 * column_step - x) * a_column if along != 0.0 else np.inf
+            gone = min(to_row, to_column)
+            if to_row < to_column:
+                row += row_step
+            else:
+                column += column_step
+    return cells
+
+
+@njit(cache=True, nogil=True)
+def _stamp(
+    covers: NDArray[np.int32], row: int, column: int, footprint: NDArray[np.int64], change: int
+) -> None:
+    if change == 0:
+        return
+    for index in range(footprint.shape[0]):
+        there, across = row + footprint[index, 0], column + footprint[index, 1]
+        if 0 <= there < covers.shape[0] and 0 <= across < covers.shape[1]:
+            covers[there, across] += change
+
+
+@njit(cache=True, nogil=True)
+def authority_ahead(
+    points: NDArray[np.float64], risks: NDArray[np.int32], y: float, x: float, lookahead: float
+) -> float:
+    """How far a robot at (y, x), on a way, may drive along it: cells, at most ``lookahead``.
+
+    The nearest point of the way is looked for on all of its segments; from there on, ``ROOM`` is left before the first
+    cell that is not known free, its own left out. Through a corner both cells beside it must be free too.
+
+    Args:
+        points: float64 n × 2, n ≥ 2, (row, column), the way; no point is the one before.
+        risks: int32, rows × columns: 0 where the robot may be.
+    """
+    nearest, segment, share = np.inf, 0, 0.0
+    for index in range(points.shape[0] - 1):
+        down, along = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
+        part = ((y - points[index, 0]) * down + (x - points[index, 1]) * along) / (
+            down * down + along * along
+        )
+        part = min(max(part, 0.0), 1.0)
+        off = (points[index, 0] + part * down - y) ** 2 + (points[index, 1] + part * along - x) ** 2
+        if off <= nearest:
+            nearest, segment, share = off, index, part
+    gone = 0.0
+    for index in range(segment, points.shape[0] - 1):
+        begin = share if index == segment else 0.0
+        down, along = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
+        length = np.sqrt(down * down + along * along)
+        free = _free_along(points[index], down, along, length, begin, risks)
+        if free < 1.0:
+            return float(min(max(gone + (free - begin) * length - ROOM, 0.0), lookahead))
+        gone += (1.0 - begin) * length
+        if gone >= lookahead:
+            return lookahead
+    return gone
+
+
+@njit(cache=True, nogil=True)
+def follow(points: NDArray[np.float64], risks: NDArray[np.int32], lookahead: float) -> float:
+    """A command from each point of a way in turn, without a call from Python in between; the sum, cells."""
+    total = 0.0
+    for index in range(points.shape[0]):
+        total += authority_ahead(points, risks, points[index, 0], points[index, 1], lookahead)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def _free_along(
+    point: NDArray[np.float64],
+    down: float,
+    along: float,
+    length: float,
+    begin: float,
+    risks: NDArray[np.int32],
+) -> float:
+    """The share of a segment at which it enters the first cell that is not free, from share ``begin`` on; 2: none."""
+    y, x = point[0] + begin * down, point[1] + begin * along
+    row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    last_row, last_column = int(np.floor(point[0] + down + 0.5)), int(np.floor(point[1] + along + 0.5))
+    row_step, column_step = (1 if last_row > row else -1), (1 if last_column > column else -1)
+    while row != last_row or column != last_column:
+        to_row = (row + 0.5 * row_step - point[0]) / down if row != last_row else np.inf
+        to_column = (column + 0.5 * column_step - point[1]) / along if column != last_column else np.inf
+        entry = min(to_row, to_column)
+        if abs(to_row - to_column) * length <= CORNER:
+            if _risky(risks, row + row_step, column) or _risky(risks, row, column + column_step):
+                return entry
+            row += row_step
+            column += column_step
+        elif to_row < to_column:
+            row += row_step
+        else:
+            column += column_step
+        if _risky(risks, row, column):
+            return entry
+    return 2.0
+
+
+@njit(cache=True, nogil=True)
+def _risky(risks: NDArray[np.int32], row: int, column: int) -> bool:
+    return not (0 <= row < risks.shape[0] and 0 <= column < risks.shape[1]) or risks[row, column] != 0
