@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
 
 from codesign.components.way import NEAR, Way
-from codesign.records import MissionRecord, PoseRecord, Record
+from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
 from codesign.system import bind, simulate
 from codesign.system.mission_result import Mission
 from codesign.system.scenarios.drive import drive
@@ -280,3 +280,62 @@ def test_a_faster_link_can_lose_where_the_map_is_not_known(tmp_path: Path) -> No
     assert second.time_s > first.time_s
     lost = (second.distance_m - first.distance_m) / 0.5
     assert second.time_s - first.time_s == pytest.approx(lost, abs=0.11)
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_control_goes_before_planning_on_a_host(tmp_path: Path, cores: int) -> None:
+    """A plan of seconds on the host delays no turn: decisions preempt it, and take nothing from a second core."""
+    listener = MemoryListener()
+    host = {"cores": cores, "costs": {"harmonic_node_update": "100 us"}}
+    machine = Ground(tmp_path).machine(
+        "harmonic-host",
+        listeners=[listener],
+        platform=[IDEAL, POINT, {"components": {"host": host}}],
+        hidden=[rectangle(7, 3, 2, 8)],
+        text="\n".join(["." * 16] * 16) + "\n",
+        start=(2, 2),
+        goals=[(13, 12)],
+        limit="10 min",
+        patience="5 min",
+    )
+    done = drive(machine)
+    assert done.log.reached
+    assert done.log.plans >= 2
+    assert (done.log.missed, done.scene.robot.safety_stops) == (0, 0)
+    times = of_turns(listener.records)
+    assert times == [PERIOD * index for index in range(len(times))], "no turn falls out"
+    asked, ready = of(listener.records, "plan_requested"), of(listener.records, "plan_ready")
+    assert min(end - begin for begin, end in zip(asked, ready, strict=True)) > 3 * PERIOD
+    # The first decision of a plan is a part of it; those of the turns begin with them.
+    decisions = [
+        record.end - record.time
+        for record in listener.records
+        if isinstance(record, TaskRecord) and record.task == "decide" and record.time % PERIOD == 0
+    ]
+    assert set(decisions) == {1_000_000}
+    assert len(decisions) >= len(times) // 2
+
+
+def test_a_second_core_takes_decisions_off_a_plan(tmp_path: Path) -> None:
+    """On one core each decision that preempts the plan puts it off by as long as it takes itself: 20 ms a turn."""
+    latencies = []
+    for cores in (1, 2):
+        host = {"cores": cores, "costs": {"harmonic_node_update": "100 us", "harmonic_decision": "20 ms"}}
+        mission = mission_of(
+            Ground(tmp_path).run(
+                "harmonic-host",
+                platform=[IDEAL, POINT, {"components": {"host": host}}],
+                hidden=[rectangle(7, 3, 2, 8)],
+                text="\n".join(["." * 16] * 16) + "\n",
+                start=(2, 2),
+                goals=[(13, 12)],
+                limit="10 min",
+                patience="5 min",
+            )
+        )
+        assert mission.missed_deadlines == 0
+        assert mission.replan_latency_worst_s is not None
+        latencies.append(mission.replan_latency_worst_s)
+    one, two = latencies
+    # Turn by turn: what is left of the plan runs 80 ms of every 100.
+    assert one == pytest.approx(two / 0.8, abs=0.1)
