@@ -68,7 +68,8 @@ class PropagateParameters(SpecModel):
     course: Annotated[
         Course,
         Field(
-            description="local: only the next steps are tracked; complete: the whole way of the first start"
+            description="local: only the next steps are tracked, in a drive anew at every control turn;"
+            " complete: the whole way of the first start"
         ),
     ] = Course.LOCAL
     steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
@@ -79,7 +80,10 @@ class PropagateParameters(SpecModel):
         ),
     ] = None
     corner_cutting: Annotated[
-        bool, Field(description="whether a diagonal step may pass between obstacles, as in the paper")
+        bool,
+        Field(
+            description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false"
+        ),
     ] = True
     delays: Annotated[
         tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")
