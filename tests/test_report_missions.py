@@ -31,7 +31,6 @@ from codesign.report import (
     result_tables,
     run_pictures,
 )
-from codesign.report.mission_pictures import busy_shares
 from codesign.report.mission_tables import (
     account_table,
     energy_table,
@@ -39,6 +38,7 @@ from codesign.report.mission_tables import (
     mission_headline,
     mission_table,
 )
+from codesign.report.mission_timeline import busy_shares
 from codesign.report.page import result_html
 from codesign.report.table import Table
 

@@ -15,9 +15,9 @@ from codesign.report.comparison_tables import comparison_table
 from codesign.report.mission_pictures import (
     account_picture,
     drive_picture,
-    mission_timeline_picture,
     moment_picture,
 )
+from codesign.report.mission_timeline import mission_timeline_picture
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures, timeline_picture
 from codesign.report.plots import Picture, front_picture, map_picture

@@ -16,7 +16,8 @@ from codesign.records import (
     TaskRecord,
     TrajectoryRecord,
 )
-from codesign.report.mission_pictures import drive_picture, mission_timeline_picture
+from codesign.report.mission_pictures import drive_picture
+from codesign.report.mission_timeline import mission_timeline_picture
 from codesign.report.plots import Format, Picture, canvas, map_picture, picture_bytes, style
 from codesign.report.wording import plural, prefix
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
