@@ -142,6 +142,7 @@ def a_mission(**changes: Any) -> Mission:
             LatencyShare(kind="transfer", where="uart", seconds=0.5, share=0.8),
             LatencyShare(kind="compute", where="fpga", seconds=0.125, share=0.2),
         ),
+        "control": (LatencyShare(kind="wait", where="host", seconds=0.25, share=1.0),),
         "bottleneck": Bottleneck(name="uart", kind="transfer", share=0.8, text="a faster line would help"),
     }
     return Mission(**(fields | changes))

@@ -93,7 +93,8 @@ def test_every_number_of_a_mission_is_told() -> None:
     numbers = {
         name: float(value)
         for name, value in told.items()
-        if name not in {"ended", "reached", "energy", "account", "latency", "bottleneck", "known_share"}
+        if name
+        not in {"ended", "reached", "energy", "account", "latency", "control", "bottleneck", "known_share"}
     }
     shown = {cell.value for row in mission_table(a_mission(**numbers)).rows for cell in row}
     assert set(numbers.values()) <= shown
@@ -133,6 +134,7 @@ def test_a_result_shows_its_mission_and_a_plan_alone_none() -> None:
     mine = [
         "Mission",
         "Where the time of plans went",
+        "Where the time of control turns went",
         "Energy of the mission",
         "Where each task runs",
         "Where the time of each component and link went",

@@ -34,6 +34,8 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
         tables.append(mission_table(mission))
         if mission.latency:
             tables.append(latency_table(mission.latency))
+        if mission.control:
+            tables.append(control_table(mission.control))
         tables.append(energy_table(mission.energy))
     if len(set(result.places.values())) > 1:
         tables.append(places_table(result.places))
@@ -145,8 +147,17 @@ def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
 
 def latency_table(shares: tuple[LatencyShare, ...]) -> Table:
     """Where the time from asking for a plan to its answer went, over all plans."""
+    return _shares_table("Where the time of plans went", shares)
+
+
+def control_table(shares: tuple[LatencyShare, ...]) -> Table:
+    """Where the time from a scan to the command that follows from it went, over all turns of the control loop."""
+    return _shares_table("Where the time of control turns went", shares)
+
+
+def _shares_table(title: str, shares: tuple[LatencyShare, ...]) -> Table:
     return Table(
-        "Where the time of plans went",
+        title,
         (*left("what", "where"), *right("time", unit="s"), *right("share", unit="1")),
         tuple((*words(one.kind, one.where), _seconds(one.seconds), share_cell(one.share)) for one in shares),
     )
