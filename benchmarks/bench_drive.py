@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -32,7 +32,7 @@ components:
   host:
     type: processor
     clock: 1 GHz
-    costs: {relaxation_node_update: 10 ns}
+    costs: {harmonic_node_update: 1 ns, harmonic_decision: 1 us}
     power: {busy: 3 W, idle: 1 W}
   robot:
     type: robot
@@ -62,7 +62,11 @@ mapping:
   {mapping}
 """
 
+# No part here has block RAMs deep enough for 18 blocks of this map at more than 55 bits, and the way is too long for
+# those; so the field is relaxed by the host, which takes the same work of the simulator.
 PLANNERS = {
+    "harmonic": "relax: {component: host, style: software, block: [64, 64], iterations: 16,"
+    " schedule: {first: 31, step: 32, last: 255}}\n  decide: {component: host}",
     "breadth_first": "search: {component: fpga, style: state_machine}",
     "wavefront": "propagate: {component: fpga, style: tiled, tile: [30, 30], course: complete, corner_cutting: false}",
 }
@@ -159,11 +163,6 @@ def plain_simpy(records: list[Record]) -> tuple[float, int]:
     return perf_counter() - begin, events
 
 
-def best(times: int, run: Callable[[], Timed]) -> Timed:
-    """The fastest of some runs; the first compiles what is compiled."""
-    return min((run() for _ in range(times)), key=lambda one: one.seconds)
-
-
 def run() -> list[dict[str, Any]]:
     """Each planner, without and with a trace; and plain SimPy doing the same events."""
     rows = []
@@ -172,7 +171,7 @@ def run() -> list[dict[str, Any]]:
         for planner in PLANNERS:
             told = timed(planner, folder, listen=True)
             plain, plain_events = plain_simpy(told.records)
-            quiet = best(2, lambda planner=planner: timed(planner, folder))  # type: ignore[misc]
+            quiet = timed(planner, folder)
             traced = timed(planner, folder, trace=True)
             replans = len(quiet.done.log.latencies)
             rows.append(

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
-from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, Problem
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.system.build import PLANNING
 from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
-from codesign.task_graph import Flow, TaskGraph
+from codesign.task_graph import TaskGraph
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
@@ -71,7 +71,7 @@ def plan_chain(
 
     def carry(sender: str, receiver: str) -> Generator[Any, Any, None]:
         for flow in flows.flows:
-            if (flow.sender, flow.receiver) == (sender, receiver) and flow.name != "pose":
+            if (flow.sender, flow.receiver) == (sender, receiver) and flow.name != POSE:
                 bits = flow.bits
                 if sender == LOAD and changed is not None:
                     bits = min(bits, max(1, changed) * CHANGE_BITS)
@@ -125,8 +125,3 @@ def _position(problem: Any) -> tuple[float, float]:
         return 0.0, 0.0
     row, column = problem.starts[0]
     return float(row), float(column)
-
-
-def pose_flow(flows: tuple[Flow, ...]) -> Flow | None:
-    """The flow that asks for a decision at a pose; None where the way is sent once."""
-    return next((flow for flow in flows if flow.name == "pose"), None)
