@@ -418,6 +418,7 @@ def test_a_task_in_a_place_that_cannot_be(
         ({"control_period": "0 s"}, "control period below 1 us"),
         ({"deadline": "-1 s"}, "deadline"),
         ({"robot": "other"}, "no robot 'other'"),
+        ({"replan": {"policy": "continue"}}, "breadth_first knows no policy 'continue'"),
     ],
 )
 def test_a_scenario_that_cannot_be(hwsw: Hwsw, tmp_path: Path, scenario: dict[str, Any], said: str) -> None:
