@@ -226,3 +226,14 @@ def test_where_robots_leave_the_map_the_picture_follows_them() -> None:
     assert _extent(layers) == (-0.5, -0.5, 19.5, 29.5)
     layers.lines = [np.array([[3.0, -7.0], [25.0, 4.0]])]
     assert _extent(layers) == (-0.5, -7.5, 25.5, 29.5)
+
+
+def test_on_the_page_a_table_that_needs_more_than_half_of_it_has_all() -> None:
+    from codesign.report.page import _is_narrow
+    from codesign.report.table import left, words
+
+    assert _is_narrow(Table("", left("a", "b", "c"), (words("x" * 20, "y" * 20, "z" * 20),)))
+    assert not _is_narrow(Table("", left("a", "b", "c"), (words("x" * 30, "y" * 30, "z" * 30),)))
+    assert _is_narrow(Table("", left("a", "b"), (words("x" * 20, "y" * 200),)))
+    assert not _is_narrow(Table("", left("a", "b", "c", "d", "e"), ()))
+    assert _is_narrow(Table("", left("a", "b", "c"), ()))

@@ -367,6 +367,9 @@ def test_only_one_is_all_and_only_zero_is_nothing(share: float) -> None:
         (1.7, "cells", "1.7 cells"),
         (float("inf"), "s", "inf"),
         (float("nan"), "", "nan"),
+        (11013.7, "", "11,014"),
+        (-10400.5, "cells", "-10,400 cells"),
+        (9876.54, "", "9,877"),
     ],
 )
 def test_quantities_read_naturally(value: float, unit: str, text: str) -> None:

@@ -222,6 +222,7 @@ def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> P
             axes.text(left[row], row, f"  {share_text(_busy(accounts[name]))} busy", va="center", fontsize=8)
         axes.set_yticks(range(len(names)), names)
         axes.margins(x=0.14)
+        axes.set_xlim(left=0.0)
         axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
         legend(picture)
         data = picture_bytes(picture, format)
