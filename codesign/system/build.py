@@ -18,11 +18,11 @@ from codesign.spec.components import (
 from codesign.system.assemble import display_of, link_of, memory_law, processor_of
 from codesign.system.bind import System
 from codesign.system.ledger import Ledger, Spent
-from codesign.system.routes import Routes
+from codesign.system.routes import Hop, Routes
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity
+    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity, Link
 
 PLANNING, CONTROL, SIDE = 10, 0, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
@@ -113,21 +113,25 @@ class Machine:
         origin, target = places[flow.sender], places[flow.receiver]
         if origin == target:
             return
+        size = flow.bits if bits is None else bits
         for hop in self.routes.between(origin, target):
-            if hop.link is None:
+            if not hop.links:
                 continue
-            size = flow.bits if bits is None else bits
-            delivery = yield from self.links[hop.link].send(
-                hop.sender, hop.receiver, flow.name, size, priority
-            )
+            link = self.fastest(hop, size)
+            delivery = yield from link.send(hop.sender, hop.receiver, flow.name, size, priority)
             if ledger is not None:
-                ledger.book(Spent.WAIT, hop.link, delivery.queued)
-                ledger.book(Spent.TRANSFER, hop.link, delivery.transferred)
+                ledger.book(Spent.WAIT, link.name, delivery.queued)
+                ledger.book(Spent.TRANSFER, link.name, delivery.transferred)
             if delivery.reason is not None:
                 raise LostMessageError(
                     f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
-                    hop.link,
+                    link.name,
                 )
+
+    def fastest(self, hop: Hop, bits: int) -> Link:
+        """Of links side by side the one that takes a message of ``bits`` bits the quickest; of equals the first."""
+        name = min(hop.links, key=lambda each: (self.links[each].duration(bits), each))
+        return self.links[name]
 
     def plan(
         self, steps: Generator[Step, None, Any], ledger: Ledger | None = None

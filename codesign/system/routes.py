@@ -10,15 +10,18 @@ from codesign.spec import Platform
 
 
 class Hop(NamedTuple):
-    """One link of a way: its name (None where a component hangs on another's pins), and its two ends."""
+    """One step of a way: the links that join its two ends, by name; none where one hangs on the other's pins."""
 
-    link: str | None
+    links: tuple[str, ...]
     sender: str
     receiver: str
 
 
 class Routes:
-    """The ways between the components of a platform, over as few links as possible; of equals the first by name."""
+    """The ways between the components of a platform, over as few links as possible.
+
+    Of equally short ways over other components the first is taken; of links side by side, who sends chooses.
+    """
 
     def __init__(self, platform: Platform) -> None:
         import networkx
@@ -45,7 +48,8 @@ class Routes:
         import networkx
 
         hops = pairwise(networkx.shortest_path(self._graph, origin, target))
-        return tuple(
-            Hop(min((edge["link"] for edge in self._graph[a][b].values()), key=lambda name: name or ""), a, b)
-            for a, b in hops
-        )
+        return tuple(Hop(self._links(a, b), a, b) for a, b in hops)
+
+    def _links(self, one: str, other: str) -> tuple[str, ...]:
+        names = [edge["link"] for edge in self._graph[one][other].values()]
+        return () if None in names else tuple(sorted(names))

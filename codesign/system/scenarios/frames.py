@@ -33,15 +33,15 @@ class FrameSender:
         self._machine = machine
         self._receiver = receiver
         self._robots = robots
-        # Where a display hangs on the pins of another component, no link is between them.
-        self._hops = [
-            (machine.links[hop.link], hop.sender, hop.receiver)
-            for hop in machine.routes.between(system.component, receiver)
-            if hop.link is not None
-        ]
         flows = system.planner.flows(system.problem, system.planning)
         ends = system.planner.planning_task, COMMAND
         self.bits = sum(flow.bits for flow in flows if (flow.sender, flow.receiver) == ends)
+        # Where a display hangs on the pins of another component, no link is between them.
+        self._hops = [
+            (machine.fastest(hop, self.bits), hop.sender, hop.receiver)
+            for hop in machine.routes.between(system.component, receiver)
+            if hop.links
+        ]
         self.line_ps = max((link.duration(self.bits) for link, _, _ in self._hops), default=0)
         spec = system.platform.components[receiver]
         self._renders = isinstance(spec, ProcessorComponent) and RENDER_KERNEL in spec.costs
