@@ -35,10 +35,10 @@ from codesign.spec import (
     parse_value,
     starting_files,
 )
-from codesign.spec.locate import data_folder
-from codesign.spec.part import load_part_file
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.links import BusLink
+from codesign.spec.locate import data_folder
+from codesign.spec.part import load_part_file
 from codesign.spec.problem import MAPS, SampledStarts
 from codesign.spec.workload import PLACE_KEYS
 from codesign.system import catalog

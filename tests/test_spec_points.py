@@ -212,7 +212,8 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         (
             ("    fpga.clock: [", "    fgpa.clock: ["),
             "w.yaml:17:5: explore.axes.fgpa.clock: there is no task, component or link 'fgpa'\n"
-            "  hint: did you mean fpga? accepted: fpga, host, pci, relax, workload.problem, workload.scenario, workload.variant",
+            "  hint: did you mean fpga? accepted: fpga, host, pci, relax, workload.problem, workload.scenario,"
+            " workload.variant",
         ),
         (
             ("    fpga.clock: [", "    fpga.clok: ["),
