@@ -25,6 +25,7 @@ from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.system.scenarios.plan_once import tell_field
+from codesign.units import format_time
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
@@ -258,7 +259,7 @@ class Replanner:
         if machine.listening:
             # Told before the plan is said to be ready, which is when traces show it.
             tell_field(machine, answer.plan)
-        log.tell("plan_ready", f"{request.why}: answered after {latency / 1e12:.6g} s")
+        log.tell("plan_ready", f"{request.why}: answered after {format_time(latency)}")
         if machine.listening:
             name = self.scene.robot.name
             machine.tell(TrajectoryRecord(machine.now, name, self.active.way.points, self.active.arrives))
