@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
 from itertools import pairwise
 from typing import Any
@@ -155,6 +155,17 @@ def test_flows_bring_what_one_plan_sends(case: tuple[Planner, Any], problem: Any
     brought = [flow.bits for flow in flows if (flow.sender, flow.receiver) == ("load", planner.planning_task)]
     told = [flow.bits for flow in flows if flow.receiver == "command"]
     assert (brought, told) == tuple([bits] for bits in SENT[planner.name])
+
+
+def test_a_plan_that_stands_changes_no_flow_but_its_size(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    sizes = getattr(planner, "flows_after", None)
+    if sizes is None:
+        pytest.skip("the planner knows the sizes before")
+    before = planner.flows(problem, parameters)
+    after = sizes(problem, parameters, planner.plan(problem, parameters))
+    assert [replace(flow, bits=1) for flow in after] == [replace(flow, bits=1) for flow in before]
+    assert all(0 < one.bits <= other.bits for one, other in zip(after, before, strict=True))
 
 
 def test_a_pose_goes_to_the_task_that_answers(case: tuple[Planner, Any], problem: Any) -> None:

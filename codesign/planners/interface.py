@@ -132,6 +132,8 @@ class Planner(Protocol):
     - ``answers_no_way``: True where a start that leads to no goal is an answer, not a fault.
     - ``check_drive(problem, parameters)``: what keeps it from a drive, as (key of the planning task, sentence, hint);
       None: nothing does.
+    - ``flows_after(problem, parameters, plan)``: ``flows`` with the sizes that are known once the plan stands; messages
+      after it have these.
     - ``horizon(parameters)``: cells of way that one answer holds, beyond which a robot is not led; None: all that it
       needs.
     - ``field_of(plan)``: the field that a plan left, as (name, unit, float64 rows × columns), for traces; see

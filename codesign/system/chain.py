@@ -11,7 +11,7 @@ from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Proble
 from codesign.system.build import PLANNING
 from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
-from codesign.task_graph import TaskGraph
+from codesign.task_graph import Flow, TaskGraph
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
@@ -56,67 +56,96 @@ def plan_chain(
     Raises:
         LostMessageError: a message of it was lost.
     """
-    system, placement = machine.system, machine.system.placement
-    planner, parameters = system.planner, system.planning
-    ledger = Ledger()
-    flows = TaskGraph(
-        placement.graph.tasks,
-        tuple(
-            flow
-            for flow in planner.flows(problem, parameters)
-            if {flow.sender, flow.receiver} <= set(placement.places)
-        ),
-    )
-    position = _position(problem)
-
-    def carry(sender: str, receiver: str) -> Generator[Any, Any, None]:
-        for flow in flows.flows:
-            if (flow.sender, flow.receiver) == (sender, receiver) and flow.name != POSE:
-                bits = flow.bits
-                if sender == LOAD and changed is not None:
-                    bits = min(bits, max(1, changed) * CHANGE_BITS)
-                yield from machine.carry(flow, ledger, bits=bits, priority=PLANNING)
-
-    planning = planner.planning_task
-    if warm and LOWER_BOUND in placement.styles:
-        yield from carry(LOAD, LOWER_BOUND)
-        steps = placement.styles[LOWER_BOUND].steps(problem, parameters, None, position)
-        start = yield from machine.perform(LOWER_BOUND, steps, ledger, priority=PLANNING)
-        machine.follow_up(LOWER_BOUND)
-        yield from carry(LOWER_BOUND, planning)
-    yield from carry(LOAD, planning)
+    chain = _Chain(machine, problem, changed)
+    planning = machine.system.planner.planning_task
+    if warm and LOWER_BOUND in machine.system.placement.styles:
+        start = yield from chain.make_start()
+    yield from chain.carry(LOAD, planning)
     loaded = machine.now
-    detail = machine.listening or preemptible or DETECT in (set(placement.places) - placement.inside)
-    external = {} if system.external is None else {"external": system.external}
-    steps = system.architecture.work(
-        problem, parameters, memo=memo, detail=detail, start=start, inside=placement.inside, **external
-    )
-    plan = yield from machine.plan(steps, ledger)
+    plan = yield from chain.make_plan(start, memo, detail=machine.listening or preemptible)
     planned = machine.now
     machine.follow_up(planning)
-    yield from _answer(machine, problem, plan, carry, flows, ledger)
-    return Answer(problem, plan, loaded, planned, machine.now, ledger)
+    yield from chain.tell(plan)
+    return Answer(problem, plan, loaded, planned, machine.now, chain.ledger)
 
 
-def _answer(
-    machine: Machine, problem: Problem, plan: Any, carry: Any, flows: TaskGraph, ledger: Ledger
-) -> Generator[Any, Any, None]:
-    """Every task between the planning task and ``command``, with the messages between them."""
-    placement, planner = machine.system.placement, machine.system.planner
-    done = [planner.planning_task]
-    for task in flows.order:
-        if task in {*done, LOAD, LOWER_BOUND, DETECT} or task not in planner.tasks:
-            continue
+class _Chain:
+    """One plan under way: its messages, and what they and the tasks took, in ``ledger``."""
+
+    def __init__(self, machine: Machine, problem: Problem, changed: int | None) -> None:
+        self.machine, self.problem, self.ledger = machine, problem, Ledger()
+        self._changed = changed
+        system = machine.system
+        self._flows = self._done_here(system.planner.flows(problem, system.planning))
+
+    def _done_here(self, flows: tuple[Flow, ...]) -> TaskGraph:
+        """The flows between tasks that are done."""
+        placement = self.machine.system.placement
+        done = set(placement.places)
+        return TaskGraph(
+            placement.graph.tasks, tuple(flow for flow in flows if {flow.sender, flow.receiver} <= done)
+        )
+
+    def carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
+        """Process generator: every message of one plan between two tasks; of the map, what is not known there yet."""
+        for flow in self._flows.flows:
+            if (flow.sender, flow.receiver) == (sender, receiver) and flow.name != POSE:
+                bits = flow.bits
+                if sender == LOAD and self._changed is not None:
+                    bits = min(bits, max(1, self._changed) * CHANGE_BITS)
+                yield from self.machine.carry(flow, self.ledger, bits=bits, priority=PLANNING)
+
+    def _perform(self, task: str, plan: Any) -> Generator[Any, Any, Any]:
+        """Process generator: a task that is done by itself; returns what it makes."""
+        system = self.machine.system
+        style = system.placement.styles[task]
+        steps = style.steps(self.problem, system.planning, plan, _position(self.problem))
+        return (yield from self.machine.perform(task, steps, self.ledger, priority=PLANNING))
+
+    def make_start(self) -> Generator[Any, Any, Any]:
+        """Process generator: the start that task ``lower_bound`` makes, brought to the planning task."""
+        yield from self.carry(LOAD, LOWER_BOUND)
+        start = yield from self._perform(LOWER_BOUND, None)
+        self.machine.follow_up(LOWER_BOUND)
+        yield from self.carry(LOWER_BOUND, self.machine.system.planner.planning_task)
+        return start
+
+    def make_plan(self, start: Any, memo: Memo | None, *, detail: bool) -> Generator[Any, Any, Any]:
+        """Process generator: the plan."""
+        system, placement = self.machine.system, self.machine.system.placement
+        apart = set(placement.places) - placement.inside
+        external = {} if system.external is None else {"external": system.external}
+        steps = system.architecture.work(
+            self.problem,
+            system.planning,
+            memo=memo,
+            detail=detail or DETECT in apart,
+            start=start,
+            inside=placement.inside,
+            **external,
+        )
+        return (yield from self.machine.plan(steps, self.ledger))
+
+    def tell(self, plan: Any) -> Generator[Any, Any, None]:
+        """Process generator: every task between the planning task and ``command``, with the messages between them."""
+        machine, system = self.machine, self.machine.system
+        planner, placement = system.planner, system.placement
+        sizes = getattr(planner, "flows_after", None)
+        if sizes is not None:
+            self._flows = self._done_here(sizes(self.problem, system.planning, plan))
+        done = [planner.planning_task]
+        for task in self._flows.order:
+            if task in {*done, LOAD, LOWER_BOUND, DETECT} or task not in planner.tasks:
+                continue
+            for sender in done:
+                yield from self.carry(sender, task)
+            if task not in placement.inside:
+                yield from self._perform(task, plan)
+            machine.follow_up(task)
+            done.append(task)
         for sender in done:
-            yield from carry(sender, task)
-        if task not in placement.inside:
-            steps = placement.styles[task].steps(problem, machine.system.planning, plan, _position(problem))
-            yield from machine.perform(task, steps, ledger, priority=PLANNING)
-        machine.follow_up(task)
-        done.append(task)
-    for sender in done:
-        yield from carry(sender, COMMAND)
-    machine.follow_up(COMMAND)
+            yield from self.carry(sender, COMMAND)
+        machine.follow_up(COMMAND)
 
 
 def _position(problem: Any) -> tuple[float, float]:

@@ -100,13 +100,21 @@ class Harmonic:
 
         The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
         """
+        return self._flows(problem, parameters, parameters.precisions[-1])
+
+    def flows_after(
+        self, problem: Problem, parameters: RelaxParameters, plan: Relaxation
+    ) -> tuple[Flow, ...]:
+        """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
+        return self._flows(problem, parameters, plan.precision)
+
+    def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
         cells = problem.free.size
-        field = cells * (parameters.precisions[-1] + 1)
         return (
             Flow("load", "relax", "map", CELL_BITS * cells),
             Flow("load", "lower_bound", "map", CELL_BITS * cells),
-            Flow("lower_bound", "relax", "start", field),
-            Flow("relax", "decide", "field", field),
+            Flow("lower_bound", "relax", "start", cells * (parameters.precisions[-1] + 1)),
+            Flow("relax", "decide", "field", cells * (reached + 1)),
             Flow("load", "decide", "pose", POSE_BITS),
             Flow("decide", "command", "direction", DIRECTION_BITS),
         )
