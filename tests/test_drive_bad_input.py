@@ -390,9 +390,10 @@ def test_a_planner_without_a_cost(hwsw: Hwsw, tmp_path: Path) -> None:
     ("mapping", "said"),
     [
         ({"sense": {"component": "host"}}, "task sense is on host, which is a processor"),
-        ({"move": {"component": "fpga"}}, "task move is on fpga, which is a fpga"),
+        ({"move": {"component": "fpga"}}, "task move is on fpga, which is an fpga"),
         ({"load": {"component": "robot"}}, "task load is on robot, which is a robot"),
-        ({"search": {"component": "robot"}}, "component of type robot"),
+        ({"search": {"component": "robot"}}, "task search is on robot, which is a robot\n"),
+        ({"search": {"component": "robot", "style": "software"}}, "place it on a component of type fpga or"),
         ({"search": {"component": "nowhere"}}, "nowhere"),
         ({"search": {"external_memory": "host"}}, "host"),
         ({"search": {"external_memory": "nowhere"}}, "nowhere"),

@@ -27,7 +27,7 @@ from codesign.spec.scenario import Drive
 from codesign.system import catalog
 from codesign.system.drive_faults import drive_faults
 from codesign.system.external import external_of, memory_faults
-from codesign.system.place import Placement, place
+from codesign.system.place import Placement, a_type, place
 
 _grids = Memo(max_bytes=256 * 2**20)
 
@@ -118,11 +118,15 @@ def _architecture(
     task_name = planner.planning_task
     task = workload.mapping[task_name]
     component = platform.components[task.component]
-    styles = {
-        name: style
-        for name, style in catalog.styles_of(planner.name).items()
-        if style.component_type == component.type
-    }
+    known = catalog.styles_of(planner.name)
+    styles = {name: style for name, style in known.items() if style.component_type == component.type}
+    if not styles:
+        text = f"task {task_name} is on {task.component}, which is {a_type(component.type)}"
+        if component.type in {"fpga", "processor"}:
+            text += f": {planner.name} has no style for it"
+        types = " or ".join(sorted({style.component_type for style in known.values()}))
+        hint = f"place it on a component of type {types}"
+        return None, [fault(workload, ("mapping", task_name, "component"), text, hint)]
     wanted = task.style or next(iter(styles), "")
     if wanted in styles:
         return styles[wanted], []

@@ -186,9 +186,18 @@ def _type_faults(platform: Platform, workload: Workload, places: Mapping[str, st
             continue
         wanted = " or ".join(types or ("fpga", "processor"))
         path: tuple[str, ...] = ("mapping", task, "component") if task in workload.mapping else ("mapping",)
-        text = f"task {task} is on {component}, which is a {kind}"
+        text = f"task {task} is on {component}, which is {a_type(kind)}"
         faults.append(fault(workload, path, text, f"place it on a component of type {wanted}"))
     return faults
+
+
+def a_type(kind: str) -> str:
+    """A type of component with its article.
+
+    >>> a_type("fpga"), a_type("robot")
+    ('an fpga', 'a robot')
+    """
+    return f"an {kind}" if kind == "fpga" else f"a {kind}"
 
 
 def _styles(
