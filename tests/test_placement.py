@@ -94,6 +94,21 @@ def test_fabric_plans_and_the_processor_answers(hwsw: Run, tmp_path: Path, chip:
     assert used[0]["slices"] - used[1]["slices"] == spared
 
 
+@pytest.mark.parametrize("planning", ["fpga", "processor"])
+def test_the_field_is_sent_at_the_precision_that_the_plan_came_to(
+    hwsw: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, planning: str
+) -> None:
+    longer = tuple(text.replace("[15, 31]", "[15, 31, 47, 63]") for text in SPLITS["harmonic"][:2])
+    monkeypatch.setitem(SPLITS, "harmonic", (*longer, "decide"))
+    answering = "processor" if planning == "fpga" else "fpga"
+    found = told(hwsw, tmp_path, "zynq", "harmonic", planning=planning, answering=answering)
+    reached = found["stages"][-1]["precision"]
+    assert reached < 63
+    # A map to the fabric and a field from it, or a field to it and a direction back.
+    beside = 2 * 24 * 32 if planning == "fpga" else 64
+    assert found["links"]["axi"]["bits"] == beside + 24 * 32 * (reached + 1)
+
+
 @pytest.mark.parametrize("chip", CHIPS)
 @pytest.mark.parametrize("planner", SPLITS)
 def test_the_processor_plans_and_fabric_answers(hwsw: Run, tmp_path: Path, chip: str, planner: str) -> None:
