@@ -410,11 +410,17 @@ def test_a_task_in_a_place_that_cannot_be(
     [
         ({"tour": [[50, 2]]}, "(50, 2)"),
         ({"hidden": [rectangle(15, 15, 2, 2)]}, "(16, 16)"),
-        ({"hidden": [rectangle(1, 1)]}, "the robot would start on an obstacle at (1, 1)"),
+        (
+            {"hidden": [rectangle(9, 9), rectangle(0, 0, 3, 2)]},
+            "drive.yaml:22:5: scenario.hidden[1]: it covers (1, 1), where the robot starts",
+        ),
         ({"obstacles": {"moving": [{"route": [[0, 0], [16, 0]], "speed": "1 m/s"}]}}, "(16, 0)"),
         ({"obstacles": {"moving": [{"route": [[0, 0], [1, 0]], "speed": "0 m/s"}]}}, "speed of 0"),
         ({"obstacles": {"appearing": [rectangle(3, 3, at="2 s", until="1 s")]}}, "gone before it appears"),
-        ({"obstacles": {"random": {"count": 3, "size": 17, "end": "1 s"}}}, "no place for an obstacle"),
+        (
+            {"obstacles": {"random": {"count": 3, "size": 17, "end": "1 s"}}},
+            "drive.yaml:20:13: scenario.obstacles.random.size: there is no place for an obstacle of 17 × 17 cells",
+        ),
         ({"resolution": "0 m"}, "resolution of 0"),
         ({"control_period": "0 s"}, "control period below 1 us"),
         ({"deadline": "-1 s"}, "deadline"),
@@ -424,6 +430,19 @@ def test_a_task_in_a_place_that_cannot_be(
 )
 def test_a_scenario_that_cannot_be(hwsw: Hwsw, tmp_path: Path, scenario: dict[str, Any], said: str) -> None:
     assert said in refused(hwsw, tmp_path, text=OPEN, **ENDS, **scenario)
+
+
+def test_faults_of_what_was_set_are_told_at_the_setting(hwsw: Hwsw, tmp_path: Path) -> None:
+    random = {"random": {"count": 3, "size": 2, "end": "1 s"}}
+    files = Ground(tmp_path).files(text=OPEN, **ENDS, obstacles=random)
+    axes = "workload.scenario.obstacles.random.size=11", "workload.scenario.hidden=[{row: 1, column: 1}]"
+    done = hwsw("check", *files, "--set", axes[0], "--set", axes[1])
+    assert done.exit_code == 2
+    assert "--set workload.scenario.hidden[0]: it covers (1, 1), where the robot starts" in done.output
+    assert "--set workload.scenario.obstacles.random.size: there is no place for" in done.output
+    # 10 × 10 cells have a place that covers neither start nor goal.
+    assert "hint: 10 or less" in done.output
+    assert hwsw("run", *files, "--set", axes[0].replace("11", "10")).exit_code == 0
 
 
 def test_a_robot_larger_than_its_map(hwsw: Hwsw, tmp_path: Path) -> None:

@@ -168,13 +168,7 @@ def random_appearing(
             "random",
             "count ≥ 0, size ≥ 1, from ≤ to",
         )
-    usable = free.copy()
-    if isinstance(keep_clear, np.ndarray):
-        usable &= ~keep_clear
-    else:
-        for row, column in keep_clear:
-            usable[row, column] = False
-    places = _places(usable, size)
+    places = places_of(free, size, keep_clear)
     if count and not len(places):
         raise InputError(
             f"no place for an obstacle of {size} × {size} cells on this map", "random.size", "make it smaller"
@@ -194,8 +188,19 @@ def _below(random: np.random.PCG64, bound: int) -> int:
     return int(random.random_raw()) * bound >> 64
 
 
-def _places(usable: NDArray[np.bool_], size: int) -> NDArray[np.int64]:
-    """Top left cells of the squares that are usable throughout, int64 n × 2, in raster order."""
+def places_of(
+    free: NDArray[np.bool_], size: int, keep_clear: NDArray[np.bool_] | Sequence[Cell] = ()
+) -> NDArray[np.int64]:
+    """Top left cells, int64 n × 2 in raster order, of the squares of ``size`` × ``size`` cells of ``free`` (bool).
+
+    ``keep_clear``: cells that none of them covers: (row, column) pairs, or a mask.
+    """
+    usable = free.copy()
+    if isinstance(keep_clear, np.ndarray):
+        usable &= ~keep_clear
+    else:
+        for row, column in keep_clear:
+            usable[row, column] = False
     rows, columns = usable.shape
     if size > min(rows, columns):
         return np.zeros((0, 2), np.int64)

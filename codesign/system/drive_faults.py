@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,7 +29,7 @@ def drive_faults(platform: Platform, workload: Workload, problem: Problem) -> li
         text = "the map does not say how large a cell is"
         faults.append(fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell"))
     if not faults:
-        faults += _start(platform, workload, scenario, problem)
+        faults += _random(workload, scenario, problem) + _start(platform, workload, scenario, problem)
     return faults
 
 
@@ -74,6 +76,24 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     return faults
 
 
+def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """Random obstacles so large that the map has no place for one."""
+    random = scenario.obstacles.random
+    if random is None:
+        return []
+    from codesign.mission.obstacles import places_of
+
+    free = problem.free & ~covered(problem.free.shape, scenario.hidden)
+    keep = kept_clear(problem, scenario)
+    # What has a place has one in every smaller size.
+    most = bisect_left(range(1, random.size + 1), True, key=lambda size: not len(places_of(free, size, keep)))
+    if most == random.size:
+        return []
+    text = f"there is no place for an obstacle of {random.size} × {random.size} cells on this map"
+    hint = f"{most} or less; goals and start stay free" if most else "leave random obstacles out"
+    return [fault(workload, (*_SCENARIO, "obstacles", "random", "size"), text, hint)]
+
+
 def _planner(workload: Workload, problem: Problem) -> list[Fault]:
     """What keeps the planner, as it is mapped, from leading a robot."""
     planner = catalog.planner(workload.planner)
@@ -95,11 +115,19 @@ def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Pro
     assert isinstance(spec, RobotComponent), "robot_of names robots"
     start, resolution = problem.starts[0], resolution_of(workload, problem)
     obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
+    over = [
+        fault(
+            workload,
+            (*_SCENARIO, "hidden", index),
+            f"it covers {start}, where the robot starts",
+            "leave the start free, or start elsewhere",
+        )
+        for index, hidden in enumerate(scenario.hidden)
+        if covered(problem.free.shape, (hidden,))[start]
+    ]
+    if over:
+        return over
     path = ("problem", "starts", 0)
-    if obstacles[start]:
-        return [
-            fault(workload, path, f"the robot would start on an obstacle at {start}", "start on a free cell")
-        ]
     radius = float(spec.radius.value) / resolution
     if radius > max(problem.free.shape):
         text = f"a robot with a radius of {radius:.3g} cells is larger than the map"
@@ -119,6 +147,11 @@ def covered(shape: tuple[int, ...], rectangles: tuple[Rectangle, ...]) -> NDArra
     for one in rectangles:
         mask[one.row : one.row + one.rows, one.column : one.column + one.columns] = True
     return mask
+
+
+def kept_clear(problem: Problem, scenario: Drive) -> tuple[tuple[int, int], ...]:
+    """The cells that no random obstacle covers: goals and start."""
+    return (*problem.goals, *scenario.tour, problem.starts[0])
 
 
 def _inside(cell: tuple[int, ...], shape: tuple[int, ...]) -> bool:

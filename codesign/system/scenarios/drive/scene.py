@@ -16,7 +16,7 @@ from codesign.records import BeliefRecord, MapRecord, ObstacleRecord, PoseRecord
 from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
-from codesign.system.drive_faults import covered
+from codesign.system.drive_faults import covered, kept_clear
 from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
@@ -87,13 +87,17 @@ class Scene:
     def look(self) -> Any:
         """What the robot sees from where it is now."""
         self.advance()
+        self.tell_pose()
         position = self.robot.position
         self.clearances.append(clearance(self.world.free_now, position))
-        if self.machine.listening:
-            speed = self.robot.speed * self.resolution
-            here = PoseRecord(self.machine.now, self.robot.name, *position, self.robot.heading, speed)
-            self.machine.tell(here)
         return self.sensor.scan(self.world.free_now, position)
+
+    def tell_pose(self) -> None:
+        """Tell listeners where the robot is now."""
+        if self.machine.listening:
+            robot = self.robot
+            speed = robot.speed * self.resolution
+            self.machine.tell(PoseRecord(self.machine.now, robot.name, *robot.position, robot.heading, speed))
 
     def learn(self, scan: Any) -> Update:
         """Believe what was seen; what that changed."""
@@ -126,8 +130,6 @@ class Scene:
         ]
         random = obstacles.random
         if random is not None:
-            problem = self.machine.system.problem
-            keep = (*problem.goals, *self.scenario.tour, problem.starts[0])
             made += random_appearing(
                 self.true_free,
                 random.count,
@@ -135,7 +137,7 @@ class Scene:
                 random.begin,
                 random.end,
                 random.seed,
-                keep,
+                kept_clear(self.machine.system.problem, self.scenario),
                 lasting=random.stay,
             )
         return made
