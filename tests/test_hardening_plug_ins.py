@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 import pytest
+from click.testing import Result
+from mission_specs import Ground
 
 from codesign.errors import InputError, SpecError
 from codesign.spec import list_workloads
 from codesign.system import at_hand, catalog, check_files
+from codesign.system.flows import sound_flows
+from codesign.task_graph import Flow
 
 
 @pytest.fixture
@@ -64,6 +68,54 @@ def test_a_broken_planner_is_refused_with_the_reason_where_it_is_asked_for(tmp_p
 @pytest.mark.usefixtures("with_broken")
 def test_the_list_shows_what_is_broken() -> None:
     assert "absent (codesign.planners)" in at_hand()["broken plug-ins"]
+
+
+LIES: list[tuple[Any, str]] = [
+    (
+        [Flow("load", "serch", "map", 8)],
+        "names 'serch', which is no task: accepted are load, search, track, command",
+    ),
+    ([Flow("load", "sense", "map", 8)], "names 'sense', which is no task"),
+    ([Flow("load", "search", "map", 0)], "has 0 bits: give an integer above 0"),
+    ([Flow("load", "search", "map", -3)], "has -3 bits"),
+    ([Flow("load", "search", "map", 1.5)], "has 1.5 bits"),  # type: ignore[arg-type]
+    ([Flow("load", "search", "map", True)], "has True bits"),
+    ([Flow("load", "search", "map", None)], "has None bits"),  # type: ignore[arg-type]
+    ([Flow("load", "search", "map", 8), Flow("load", "search", "map", 9)], "is listed twice"),
+    ([Flow("search", "track", "one", 8), Flow("track", "search", "other", 8)], "in a circle"),
+    (None, "flows gives NoneType, not a tuple of Flow"),
+    ([("load", "search", "map", 8)], "flows gives list, not a tuple of Flow"),
+]
+
+
+@pytest.mark.parametrize(("told", "said"), LIES)
+@pytest.mark.parametrize("scenario", ["plan_once", "drive"])
+def test_flows_that_cannot_be_are_the_fault_of_the_plug_in(
+    hwsw: Callable[..., Result],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    told: Any,
+    said: str,
+    scenario: str,
+) -> None:
+    """Told when the workload is bound, before a trace is begun."""
+    once = {"scenario": {"=": {"type": "plan_once"}}}
+    files = Ground(tmp_path).files(workload=once if scenario == "plan_once" else {})
+    monkeypatch.setattr(type(catalog.planner("breadth_first")), "flows", lambda *_: told)
+    done = hwsw("run", *files, "--trace", tmp_path / "none.mcap")
+    assert done.exit_code == 2
+    assert "planner plug-in breadth_first: " in done.output
+    assert "BreadthFirst.flows" in done.output
+    assert said in done.output
+    assert not (tmp_path / "none.mcap").exists()
+
+
+def test_flows_of_several_names_between_two_tasks_are_sound(monkeypatch: pytest.MonkeyPatch) -> None:
+    both = Flow("load", "search", "map", 8), Flow("load", "search", "more", 8)
+
+    planner = catalog.planner("breadth_first")
+    monkeypatch.setattr(type(planner), "flows", lambda *_: both)
+    assert sound_flows(planner, None, None) == both
 
 
 def test_without_broken_plug_ins_the_list_has_no_such_kind() -> None:

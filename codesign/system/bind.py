@@ -66,6 +66,7 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
 
     Raises:
         SpecError: every fault that stands between them, each with its place in the file that holds it.
+        InputError: the planner plug-in lists flows that cannot be.
     """
     cross_check(platform, workload)
     planner = catalog.planner(workload.planner)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from codesign.architectures.interface import Architecture, TaskStyle
 from codesign.errors import Fault, InputError, choose_hint
@@ -13,6 +14,7 @@ from codesign.spec.components import ProcessorComponent, RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.spec.tasks import SCENARIO_TASKS
 from codesign.system import catalog
+from codesign.system.flows import sound_flows
 from codesign.task_graph import Flow, TaskGraph
 
 SENSE, MOVE, DISPLAY, DETECT = "sense", "move", "display", "detect"
@@ -69,7 +71,11 @@ def robot_of(platform: Platform, workload: Workload) -> str | None:
 def place(
     platform: Platform, workload: Workload, planner: Planner, architecture: Architecture, problem: Problem
 ) -> tuple[Placement | None, list[Fault]]:
-    """The placement that workload and defaults come to, or every fault of it."""
+    """The placement that workload and defaults come to, or every fault of it.
+
+    Raises:
+        InputError: the planner lists flows that cannot be.
+    """
     faults = _scenario_faults(platform, workload, planner)
     if faults:
         return None, faults
@@ -79,17 +85,22 @@ def place(
     inside = frozenset(task for task in planner.tasks if places.get(task) == planning)
     styles, style_faults = _styles(platform, workload, planner, places, inside)
     faults += style_faults
+    flows = _flows(platform, workload, planner, problem, places)
     try:
-        graph = TaskGraph(tuple(places), _flows(platform, workload, planner, problem, places))
+        graph = TaskGraph(tuple(places), flows)
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
     faults += _way_faults(platform, graph, places)
-    needed = [(planning, architecture.kernel, f"style {architecture.style}")]
+    parameters = workload.mapping[planner.planning_task].parameters
+    needed = [
+        (planning, kernel, f"style {architecture.style}") for kernel in _kernels(architecture, parameters)
+    ]
     again = isinstance(workload.scenario, Drive) and any(flow.name == POSE for flow in graph.flows)
     needed += [
-        (places[task], style.kernel, f"task {task}")
+        (places[task], kernel, f"task {task}")
         for task, style in styles.items()
         if task not in inside or (again and task != DETECT)
+        for kernel in _kernels(style, parameters)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
     faults += _cost_faults(platform, needed)
@@ -144,9 +155,8 @@ def _flows(
     platform: Platform, workload: Workload, planner: Planner, problem: Problem, places: Mapping[str, str]
 ) -> tuple[Flow, ...]:
     parameters = workload.mapping[planner.planning_task].parameters
-    flows = [
-        flow for flow in planner.flows(problem, parameters) if {flow.sender, flow.receiver} <= set(places)
-    ]
+    told = sound_flows(planner, problem, parameters)
+    flows = [flow for flow in told if {flow.sender, flow.receiver} <= set(places)]
     if SENSE in places:
         flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
         flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
@@ -253,6 +263,12 @@ def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str])
             fault(platform, ("links",), text, f"add a link with between: [{ends[0]}, {ends[1]}] under links:")
         )
     return faults
+
+
+def _kernels(style: Architecture | TaskStyle, parameters: Any) -> tuple[str, ...]:
+    """Every kernel that the steps of a style are counted in."""
+    tell = getattr(style, "kernels", None)
+    return (style.kernel,) if tell is None else tuple(tell(parameters))
 
 
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:
