@@ -20,9 +20,9 @@ import numpy as np
 
 from codesign.architectures.breadth_first import published
 from codesign.architectures.breadth_first.steps import SEARCH, searched, step, steps
+from codesign.architectures.host_task import HostStyle
 from codesign.architectures.interface import Bound, Demand, Lever, Step
-from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import Status
 from codesign.memo import Memo
 from codesign.planners.breadth_first.parameters import SearchParameters
 from codesign.planners.breadth_first.search import Search
@@ -57,11 +57,10 @@ def heap_bound(cells: int) -> Bound:
     )
 
 
-class Software:
+class Software(HostStyle):
     """One popped cell after the other."""
 
     planner = "breadth_first"
-    component_type = "processor"
     description = "one popped cell after the other"
 
     def __init__(self, style: str, kernel: str, *, java: bool = False) -> None:
@@ -79,17 +78,6 @@ class Software:
     ) -> Demand:
         """No resource of a part; of the Java program, its heap."""
         return Demand(items=(), bounds=(heap_bound(problem.free.size),) if self._java else ())
-
-    def clock_limit(self, problem: Problem, parameters: SearchParameters, part: Part | None = None) -> Figure:  # noqa: ARG002
-        """A processor's clock is its own: there is no law to hold it against.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
-
-    def memory(self, problem: Problem, parameters: SearchParameters) -> None:
-        """Software keeps everything in the processor's own memory."""
 
     def work(
         self,
@@ -112,11 +100,3 @@ class Software:
         else:
             yield step(SEARCH, plan.popped_cells)
         return plan
-
-    def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
-        """A processor's power stands in the platform, not in a law.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's power has no law", self.style, "give it in the platform")

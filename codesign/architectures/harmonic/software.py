@@ -18,15 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic.steps import DECIDE, Costs, relax_steps
-from codesign.architectures.interface import Demand, Step, is_done
-from codesign.errors import InputError
-from codesign.figures import Figure
+from codesign.architectures.host_task import HostStyle
+from codesign.architectures.interface import Step, is_done
 from codesign.memo import Memo
 from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.parameters import RelaxParameters
 from codesign.planners.harmonic.relax import Relaxation
 from codesign.planners.interface import Problem
-from codesign.spec.part import Part
 
 LIMB_BITS = 64
 DECISION_UPDATES = 4
@@ -51,11 +49,10 @@ def block_cells(map_shape: tuple[int, int], block: tuple[int, int]) -> NDArray[n
     return np.outer(*sides).astype(np.int64).ravel()
 
 
-class Software:
+class Software(HostStyle):
     """Every cell of a block is updated at each of its iterations, one after the other."""
 
     planner = "harmonic"
-    component_type = "processor"
     kernel = "harmonic_node_update"
 
     def __init__(self, style: str, *, limbs: bool = False) -> None:
@@ -71,28 +68,6 @@ class Software:
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs(precision) if self._limbs else 1
-
-    def demand(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: RelaxParameters,  # noqa: ARG002
-        part: Part | None = None,  # noqa: ARG002
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Demand:
-        """Software takes no resource of a part."""
-        return Demand(items=())
-
-    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part | None = None) -> Figure:  # noqa: ARG002
-        """A processor's clock is its own: there is no law to hold it against.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
-
-    def memory(self, problem: Problem, parameters: RelaxParameters) -> None:
-        """Software keeps its field in the processor's own memory."""
 
     def work(
         self,
@@ -121,11 +96,3 @@ class Software:
     def decision(self, plan: Relaxation) -> Step:
         """One decision, in units of ``kernel``."""
         return Step(DECIDE, np.array([DECISION_UPDATES * self.units(plan.precision)], np.int64))
-
-    def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
-        """A processor's power stands in the platform, not in a law.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's power has no law", self.style, "give it in the platform")

@@ -18,7 +18,8 @@ from collections.abc import Callable, Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.interface import Demand, Step, is_done
+from codesign.architectures.host_task import HostStyle
+from codesign.architectures.interface import Step, is_done
 from codesign.architectures.relaxation.costs import (
     BARRIER_UNITS,
     DIRECT_KERNEL,
@@ -28,15 +29,12 @@ from codesign.architectures.relaxation.costs import (
     level_3_units,
     sweep_units,
 )
-from codesign.errors import InputError
-from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.relaxation import Method, Solution
 from codesign.planners.relaxation.parameters import RelaxParameters
 from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
 from codesign.records import StageRecord
-from codesign.spec.part import Part
 
 SEARCH = "search"
 
@@ -47,11 +45,10 @@ DOUBLE_BITS = 52
 """Fractional bits of a double."""
 
 
-class Host:
+class Host(HostStyle):
     """Every cell of the map is passed by every sweep, at one unit of the kernel."""
 
     planner = "relaxation"
-    component_type = "processor"
     description = "sweeps in raster order, in doubles; levels 1 and 2 side by side where there are two cores"
     kernel = "relaxation_node_update"
 
@@ -72,27 +69,9 @@ class Host:
             return {"sweep": -(-sweep // self.cores), "barriers": meetings * BARRIER_UNITS}
         return {} if method is Method.DIRECT else {"sweep": sweep}
 
-    def demand(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: RelaxParameters,  # noqa: ARG002
-        part: Part | None = None,  # noqa: ARG002
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Demand:
-        """Software takes no resource of a part."""
-        return Demand(items=())
-
-    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part | None = None) -> Figure:  # noqa: ARG002
-        """A processor's clock is its own: there is no law to hold it against.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
-
-    def memory(self, problem: Problem, parameters: RelaxParameters) -> None:
-        """Software keeps its potentials in the processor's own memory."""
+    def kernels(self, parameters: RelaxParameters) -> tuple[str, ...]:
+        """That of the sweeps and the search; of the direct solution its own beside it."""
+        return (DIRECT_KERNEL, self.kernel) if parameters.method is Method.DIRECT else (self.kernel,)
 
     def work(
         self,
@@ -141,14 +120,6 @@ class Host:
         if solution.method is Method.HALF_SWEEP_AM:
             found.append(("fill", -(-cells // 2)))
         return found
-
-    def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
-        """A processor's power stands in the platform, not in a law.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's power has no law", self.style, "give it in the platform")
 
 
 def _batches(iterations: int, most: int) -> list[int]:

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from codesign.architectures.interface import Demand, Step, is_done
+from codesign.architectures.host_task import HostStyle
+from codesign.architectures.interface import Step, is_done
 from codesign.architectures.wavefront.steps import (
     OBSTACLES,
     PROPAGATE,
@@ -19,50 +20,18 @@ from codesign.architectures.wavefront.steps import (
     task_step,
     tracked_steps,
 )
-from codesign.errors import InputError
-from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.parameters import PropagateParameters
 from codesign.planners.wavefront.plan import WavefrontPlan
-from codesign.spec.part import Part
 
 
-class Software:
+class Software(HostStyle):
     """Every node that the wave reaches costs one unit, and so does every step of the way. The latter is assumed."""
 
     planner = "wavefront"
-    style = "software"
     description = "one node after the other as the wave reaches it"
-    component_type = "processor"
     kernel = "wavefront_cell"
-
-    def demand(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: PropagateParameters,  # noqa: ARG002
-        part: Part | None = None,  # noqa: ARG002
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Demand:
-        """Software takes no resource of a part."""
-        return Demand(items=())
-
-    def clock_limit(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: PropagateParameters,  # noqa: ARG002
-        part: Part | None = None,  # noqa: ARG002
-    ) -> Figure:
-        """A processor's clock is its own: there is no law to hold it against.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
-
-    def memory(self, problem: Problem, parameters: PropagateParameters) -> None:
-        """Software keeps its potentials in the processor's own memory."""
 
     def work(
         self,
@@ -85,11 +54,3 @@ class Software:
         if is_done(TRACK, inside):
             yield task_step(TRACK, tracked_steps(problem, parameters, plan))
         return plan
-
-    def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
-        """A processor's power stands in the platform, not in a law.
-
-        Raises:
-            InputError: always.
-        """
-        raise InputError("a processor's power has no law", self.style, "give it in the platform")
