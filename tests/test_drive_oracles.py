@@ -17,7 +17,7 @@ from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
 from codesign.system import bind, simulate
 from codesign.system.mission_result import Mission
 from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.replanner import around_corners
+from codesign.system.scenarios.drive.active import around_corners
 from codesign.trace import MemoryListener
 
 PERIOD = SECOND // 10

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mission_specs import COSTS, KINEMATICS, Ground, rectangle
@@ -17,6 +18,7 @@ from codesign.maps import OccupancyGrid, to_text
 from codesign.mission.inflation import Inflation
 from codesign.records import MapRecord, MissionRecord, ObstacleRecord, PoseRecord, Record
 from codesign.system.scenarios.drive import Drive, drive
+from codesign.system.scenarios.drive.scene import Scene, clearance
 from codesign.trace import MemoryListener
 
 SIDE = 16
@@ -73,6 +75,23 @@ def check(done: Drive, records: list[Record], radius: float) -> None:
     assert told[-1].text == mission.ended
 
 
+class Measured:
+    """Keeps a scene's least clearance over all that its robot drives, between its looks too."""
+
+    def __init__(self, patch: pytest.MonkeyPatch) -> None:
+        self.least = math.inf
+        self._advance = Scene.advance
+        patch.setattr(Scene, "advance", lambda scene: self._drive(scene))
+
+    def _drive(self, scene: Scene) -> None:
+        way, begin = scene.robot.way, scene.robot.arc
+        # The map changes after the robot was advanced: until now it has been as it is.
+        self._advance(scene)
+        arcs = way.arcs[(way.arcs > begin) & (way.arcs < scene.robot.arc)]
+        for arc in (begin, *arcs, *np.linspace(begin, scene.robot.arc, 9)):
+            self.least = min(self.least, clearance(scene.world.free_now, way.point_at(float(arc))))
+
+
 def on_border(position: tuple[float, float]) -> bool:
     return any(abs(abs(math.remainder(part, 1.0)) - 0.5) <= 4 * NEAR for part in position)
 
@@ -84,8 +103,8 @@ def drives(draw: st.DrawFn) -> dict[str, Any]:
     random = np.random.Generator(np.random.PCG64([seed]))
     free = random.random((SIDE, SIDE)) > draw(st.sampled_from([0.0, 0.1, 0.2]))
     start, goal = (2, 2), (13, 12)
-    radius = draw(st.sampled_from([0.0, 0.0, 0.04, 0.13]))
-    clear = math.ceil(radius / 0.1 + 0.5)
+    radius = draw(st.sampled_from([0.0, 0.04, 0.1, 0.13]))
+    clear = math.ceil(radius / 0.1)
     for row, column in (start, goal):
         free[row - clear : row + clear + 1, column - clear : column + clear + 1] = True
 
@@ -155,5 +174,9 @@ def drives(draw: st.DrawFn) -> dict[str, Any]:
 def test_the_robot_never_enters_an_obstacle(tmp_path: Path, case: dict[str, Any]) -> None:
     listener = MemoryListener()
     machine = Ground(tmp_path).machine(listeners=[listener], **case)
-    done = drive(machine)
+    with pytest.MonkeyPatch.context() as patch:
+        measured = Measured(patch)
+        done = drive(machine)
     check(done, listener.records, done.scene.robot.radius_cells)
+    assert measured.least >= done.scene.robot.radius_cells - 1e-6
+    assert measured.least <= min(done.scene.clearances)

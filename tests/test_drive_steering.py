@@ -21,7 +21,7 @@ from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
 from codesign.system.outcome import drive_fields
 from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.replanner import ActivePlan
+from codesign.system.scenarios.drive.active import ActivePlan
 
 NODE_UPDATE = 10_000
 """ps, of the platform's kernel ``relaxation_node_update``."""

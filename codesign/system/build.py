@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.architectures.interface import Exchange, Step
-from codesign.errors import CodesignError
+from codesign.errors import CodesignError, RunError
+from codesign.planners.interface import Planner
 from codesign.records import Listener, Record
 from codesign.spec.components import (
     DisplayComponent,
@@ -31,6 +33,34 @@ the tasks that nothing waits for."""
 
 class LostMessageError(CodesignError):
     """A message that no retransmission brought to its receiver."""
+
+
+@contextmanager
+def planner_code(planner: Planner) -> Iterator[None]:
+    """Around what a planner does by itself, which may be anybody's.
+
+    Raises:
+        RunError: it raised something that says nothing of what is at fault; named with the planner.
+    """
+    try:
+        yield
+    except CodesignError:
+        raise
+    except Exception as failed:
+        text = " ".join(f"{type(failed).__name__}: {failed}".split())[:200]
+        raise RunError(f"planner {planner.name} failed: {text}", planner.name) from failed
+
+
+def _planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
+    """The steps of a planner's style, whose own failures name it."""
+    source = iter(steps)
+    while True:
+        with planner_code(planner):
+            try:
+                step = next(source)
+            except StopIteration as done:
+                return done.value
+        yield step
 
 
 class Machine:
@@ -195,6 +225,7 @@ class Machine:
         ledger: Ledger | None,
     ) -> Generator[Any, Any, Any]:
         begin, ledger = self.now, Ledger() if ledger is None else ledger
+        steps = _planner_steps(self.system.planner, steps)
         on_fpga = component in self._turns
         run = self._on_fpga(component, steps, priority, ledger) if on_fpga else None
         if run is None:

@@ -29,6 +29,12 @@ class Ledger:
         """Add all that another ledger holds."""
         self.spent.update(other.spent)
 
+    def copy(self) -> Ledger:
+        """A ledger that holds the same, and goes its own way."""
+        made = Ledger()
+        made.add(self)
+        return made
+
     @property
     def total(self) -> int:
         """Picoseconds in all."""

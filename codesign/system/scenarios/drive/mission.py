@@ -6,6 +6,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from codesign.errors import RunError
 from codesign.memo import Memo
 from codesign.system.scenarios.drive.goals import Exploration, Tour
 from codesign.system.scenarios.drive.log import Log
@@ -15,6 +16,12 @@ from codesign.system.scenarios.drive.scene import Scene
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
+
+
+SECOND = 10**12
+
+EVENTS_OF_A_TURN = 20
+"""Events that a turn of the control loop counts for beside its own: its scan and its way take about as long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,43 +43,57 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     environment = machine.environment
     environment.process(scene.changes())
     environment.process(pilot.run())
-    environment.process(_patience(machine, scenario.patience, log, replanner))
+    environment.process(_patience(machine, scene, log, replanner, pilot))
     events = 0
     while log.ended is None:
         if environment.peek() > scenario.limit:
             if machine.now < scenario.limit:
                 # The last event lies where the granularity put it; the mission ends at the limit itself.
                 environment.run(until=scenario.limit)
-            log.end(
-                f"the limit of {scenario.limit / 1e12:g} s of simulated time was reached{_because(log, replanner)}"
-            )
-        elif events >= scenario.events:
-            log.end(f"the limit of {events:,} events was reached{_because(log, replanner)}")
+            why = _because(machine, log, replanner, pilot)
+            log.end(f"the limit of {scenario.limit / SECOND:g} s of simulated time was reached{why}")
+        elif events + EVENTS_OF_A_TURN * log.turns >= scenario.events:
+            why = _because(machine, log, replanner, pilot)
+            log.end(f"the limit of {scenario.events:,} events was reached{why}")
         else:
-            environment.step()
+            try:
+                environment.step()
+            except RunError as failed:
+                log.end(failed.what)
             events += 1
     scene.advance()
+    if pilot.turn is None or pilot.turn.begin < machine.now:
+        scene.tell_pose()
     replanner.settle()
     return Drive(scene, log, events)
 
 
-def _patience(machine: Machine, patience: int, log: Log, replanner: Replanner) -> Generator[Any, Any, None]:
+def _patience(
+    machine: Machine, scene: Scene, log: Log, replanner: Replanner, pilot: Pilot
+) -> Generator[Any, Any, None]:
     """Process generator: end the mission once the robot has stood for too long without a plan under way."""
+    patience = scene.scenario.patience
     while log.ended is None:
+        scene.advance()
         if replanner.busy:
             log.progress = machine.now
-        due = log.progress + patience
+        standing_since = min(scene.robot.standing_from, machine.now)
+        due = max(log.progress, standing_since) + patience
         if machine.now >= due:
-            log.end(f"the robot has stood for {patience / 1e12:g} s{_because(log, replanner)}")
+            why = _because(machine, log, replanner, pilot)
+            log.end(f"the robot has stood for {patience / SECOND:g} s{why}")
             return
         yield machine.environment.timeout(due - machine.now)
 
 
-def _because(log: Log, replanner: Replanner) -> str:
+def _because(machine: Machine, log: Log, replanner: Replanner, pilot: Pilot) -> str:
     """What kept the robot from doing what it was to do, as far as that is known."""
-    active = replanner.active
-    ends = (
-        f"the plan's way ends at {active.target}, short of the goal" if active and not active.arrives else ""
-    )
-    why = replanner.refusal or log.stall or ends
+    active, turn = replanner.active, pilot.turn
+    why = replanner.refusal or log.stall
+    if not why and replanner.busy:
+        why = "a plan is under way"
+    elif not why and turn is not None and not turn.answered and turn.begin < machine.now:
+        why = f"the turn of {turn.begin / SECOND:g} s has had no answer"
+    elif not why and active is not None and replanner.scene.robot.speed == 0:
+        why = f"the plan's way ends at {active.target}, short of the goal"
     return f": {why}" if why else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,10 +13,12 @@ from codesign.components.way import Way, authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.system.build import LostMessageError
+from codesign.system.ledger import Ledger
 from codesign.system.place import DISPLAY, MOVE, SENSE
+from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.replanner import ActivePlan, Replanner
+from codesign.system.scenarios.drive.replanner import Replanner, Sight
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.task_graph import Flow
 
@@ -36,14 +38,19 @@ STANDS = 1e-3
 
 @dataclass
 class Turn:
-    """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it."""
+    """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it.
+
+    ``lost``: a message of it was. ``spent``: where its time went.
+    """
 
     begin: int
     answered: bool = False
+    lost: bool = False
+    spent: Ledger = field(default_factory=Ledger)
 
 
 class Pilot:
-    """Makes the turns, and asks for plans."""
+    """Makes the turns, and asks for plans. ``turn``: the latest."""
 
     def __init__(self, machine: Machine, scene: Scene, goals: Goals, replanner: Replanner, log: Log) -> None:
         self.machine, self.scene, self.goals = machine, scene, goals
@@ -56,18 +63,21 @@ class Pilot:
         self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
         self._driven = 0.0
+        self.turn: Turn | None = None
 
     def run(self) -> Generator[Any, Any, None]:
         """Process generator: turn after turn; one that takes longer than the period makes later ones fall out."""
         machine, period = self.machine, self.scene.scenario.control_period
         while True:
-            turn = Turn(machine.now)
+            turn = self.turn = Turn(machine.now)
             self.log.turns += 1
             machine.environment.process(self._watch(turn))
             try:
                 yield from self._turn(turn)
             except LostMessageError as lost:
+                turn.lost = True
                 self.log.stall = f"{lost.where}: {lost.what}"
+            self.log.turns_spent.add(turn.spent)
             yield machine.environment.timeout((machine.now // period + 1) * period - machine.now)
 
     def _watch(self, turn: Turn) -> Generator[Any, Any, None]:
@@ -79,7 +89,8 @@ class Pilot:
         deadline = self.scene.scenario.deadline / 1e12
         text = f"the turn of {turn.begin / 1e12:.6g} s had no answer within {deadline:g} s"
         self.log.tell("deadline_missed", text)
-        self.log.stall = self.log.stall or text
+        if not turn.lost:
+            self.log.stall = text
         self.scene.advance()
         if self.scene.robot.speed > 0:
             self.scene.robot.stop(self.machine.now)
@@ -89,37 +100,37 @@ class Pilot:
         scan = self.scene.look()
         self._note_progress()
         self.machine.follow_up(SENSE)
-        yield from self._carry(SENSE, LOAD)
-        yield from self.machine.charge(LOAD, OCCUPANCY, scan.cells, self.log.turns_spent)
-        self._judge(self.scene.learn(scan), turn.begin)
+        yield from self._carry(turn, SENSE, LOAD)
+        yield from self.machine.charge(LOAD, OCCUPANCY, scan.cells, turn.spent)
+        self._judge(self.scene.learn(scan), Sight(turn.begin, turn.spent.copy()))
         self.machine.follow_up(LOAD)
         if self.replanner.active is None or self.log.ended is not None:
             turn.answered = True
             return
         if self._pose is not None:
-            yield from self._decide(self._pose)
+            yield from self._decide(turn, self._pose)
         if (LOAD, COMMAND) in self._flows:
-            yield from self._carry(LOAD, COMMAND)
-        yield from self.machine.charge(COMMAND, FOLLOWING, 1, self.log.turns_spent)
+            yield from self._carry(turn, LOAD, COMMAND)
+        yield from self.machine.charge(COMMAND, FOLLOWING, 1, turn.spent)
         self.machine.follow_up(COMMAND)
-        yield from self._carry(COMMAND, MOVE)
+        yield from self._carry(turn, COMMAND, MOVE)
         self._command()
         turn.answered = True
         self.machine.follow_up(MOVE)
         if (COMMAND, DISPLAY) in self._flows:
             self.machine.environment.process(self._show())
 
-    def _decide(self, pose: Flow) -> Generator[Any, Any, None]:
+    def _decide(self, turn: Turn, pose: Flow) -> Generator[Any, Any, None]:
         """Ask for the decision at the robot's pose, wherever it is made."""
         placement, active = self.machine.system.placement, self.replanner.active
         assert active is not None, "the caller looks"
-        yield from self.machine.carry(pose, self.log.turns_spent)
+        yield from self.machine.carry(pose, turn.spent)
         task = pose.receiver
         if task in placement.styles:
             steps = self._decision_steps(task, active)
-            yield from self.machine.perform(task, steps, self.log.turns_spent)
+            yield from self.machine.perform(task, steps, turn.spent)
             self.machine.follow_up(task)
-        yield from self._carry(task, COMMAND)
+        yield from self._carry(turn, task, COMMAND)
 
     def _decision_steps(self, task: str, active: ActivePlan) -> Generator[Step, None, None]:
         """The steps of a decision. One of a plan costs what the next one does, so they are worked out once a plan."""
@@ -132,22 +143,22 @@ class Pilot:
             self._steps = active, steps
         yield from self._steps[1]
 
-    def _judge(self, update: Update, seen_at: int) -> None:
+    def _judge(self, update: Update, sight: Sight) -> None:
         """Look at what was learnt: the first map, a goal reached, a way lost, anything new."""
         scene, replanner, active = self.scene, self.replanner, self.replanner.active
         if not self._begun:
             self._begun = True
             if not self.goals.end_if_over(self.log):
-                replanner.request(seen_at, "the first plan", seen=False)
+                replanner.request(sight, "the first plan", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
             self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.robot.cell}")
             if not self.goals.end_if_over(self.log):
-                replanner.request(seen_at, "the next goal", seen=False)
+                replanner.request(sight, "the next goal", seen=False)
         elif active is not None and active.lost and not replanner.busy:
-            replanner.request(seen_at, "the robot has left the way", seen=False)
+            replanner.request(sight, "the robot has left the way", seen=False)
         elif update:
-            replanner.learnt(seen_at)
+            replanner.learnt(sight)
 
     def _command(self) -> None:
         """What reaches the robot: the way, and how far it may go on it."""
@@ -167,15 +178,15 @@ class Pilot:
     def _show(self) -> Generator[Any, Any, None]:
         """Process generator: the robot's place goes to the display; nothing waits for it."""
         try:
-            yield from self._carry(COMMAND, DISPLAY)
+            yield from self._carry(Turn(self.machine.now), COMMAND, DISPLAY)
         except LostMessageError:
             return
         self.machine.follow_up(DISPLAY)
 
-    def _carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
+    def _carry(self, turn: Turn, sender: str, receiver: str) -> Generator[Any, Any, None]:
         flow: Flow | None = self._flows.get((sender, receiver))
         if flow is not None:
-            yield from self.machine.carry(flow, self.log.turns_spent)
+            yield from self.machine.carry(flow, turn.spent)
 
     def _note_progress(self) -> None:
         driven = self.scene.robot.distance

@@ -1,0 +1,96 @@
+"""The plan that a robot follows, and the way that it makes of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.components.way import Way, join
+from codesign.system.build import planner_code
+from codesign.system.chain import Answer
+
+OFF_WAY = 1.0
+"""Cells: a robot farther than this from its plan's way is given a new way of the same plan."""
+
+
+class ActivePlan:
+    """The plan that the robot follows, and the way it makes from where the robot was."""
+
+    def __init__(self, answer: Answer, planner: Any, position: tuple[float, float]) -> None:
+        self.answer = answer
+        self._planner = planner
+        self.way, self.arrives = self._make(position)
+
+    def from_here(self, position: tuple[float, float], passable: Any) -> Way:
+        """The way from ``position``; made anew by the same plan where the robot is off it."""
+        points = self.way.points
+        if _distance_to(points, position) > OFF_WAY:
+            self.way, self.arrives = self._make(position)
+        return join(self.way, position, passable)
+
+    @property
+    def target(self) -> tuple[int, int]:
+        """The cell in which the way ends."""
+        row, column = self.way.points[-1]
+        return round(float(row)), round(float(column))
+
+    @property
+    def lost(self) -> bool:
+        """Whether the plan knows no way from where the robot was, which is elsewhere than where it was planned from."""
+        return not self.arrives and self.way.length == 0.0 and self.target != self.answer.problem.starts[0]
+
+    def _make(self, position: tuple[float, float]) -> tuple[Way, bool]:
+        """The way from ``position``, or else from where the plan begins, which the robot left while it was made."""
+        problem = self.answer.problem
+        points, arrives = self._ask(position)
+        if not arrives and len(points) == 1:
+            row, column = problem.starts[0]
+            begun = self._ask((float(row), float(column)))
+            if _distance_to(begun[0], position) <= OFF_WAY:
+                points, arrives = begun
+        return Way(around_corners(points, problem.free)), arrives
+
+    def _ask(self, position: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
+        """The planner's way from a position.
+
+        Raises:
+            RunError: what it gives is none.
+        """
+        with planner_code(self._planner):
+            given, arrives = self._planner.way(self.answer.problem, self.answer.plan, position)
+            points = np.asarray(given, np.float64)
+            if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+                raise ValueError("its way is not n × 2 finite numbers, n at least 1")
+            return points, bool(arrives)
+
+
+def around_corners(points: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """The way with every diagonal step past one obstacle led through the free cell beside it.
+
+    Planners on eight neighbours may pass the corner of an obstacle; a robot would touch it. ``points``: float64 n × 2,
+    of which steps between the middles of two cells are looked at.
+    """
+    cells = np.rint(points).astype(np.int64)
+    whole = np.abs(points - cells).max(axis=1) < 1e-9
+    diagonal = (np.abs(np.diff(cells, axis=0)) == 1).all(axis=1) & whole[:-1] & whole[1:]
+    made = [points[0]]
+    for index in range(len(points) - 1):
+        if diagonal[index]:
+            (row, column), (next_row, next_column) = cells[index], cells[index + 1]
+            by_row, by_column = free[next_row, column], free[row, next_column]
+            if by_row != by_column:
+                made.append(np.array((next_row, column) if by_row else (row, next_column), np.float64))
+        made.append(points[index + 1])
+    return np.array(made)
+
+
+def _distance_to(points: Any, position: tuple[float, float]) -> float:
+    """Distance from a position to a polyline, float64 n × 2."""
+    if len(points) == 1:
+        return float(np.hypot(*(points[0] - position)))
+    base, moved = points[:-1], np.diff(points, axis=0)
+    length = np.maximum((moved**2).sum(axis=1), 1e-300)
+    share = np.clip(((np.asarray(position) - base) * moved).sum(axis=1) / length, 0.0, 1.0)
+    return float(np.hypot(*(base + share[:, None] * moved - position).T).min())
