@@ -187,3 +187,26 @@ def test_a_cost_that_is_missing_is_named(
         "\n", " "
     )
     assert f"add {kernel}: TIME" in refused.output
+
+
+def test_a_cost_that_only_the_method_needs_is_named_beforehand(hwsw: Run, tmp_path: Path) -> None:
+    platform = yaml.safe_load(ZYNQ.read_text(encoding="utf-8"))
+    platform["components"]["arm"]["costs"].pop("relaxation_direct_cell", None)
+    poor, file = tmp_path / "poor.yaml", tmp_path / "rooms.yaml"
+    poor.write_text(yaml.safe_dump(platform), encoding="utf-8")
+
+    def write(method: str) -> None:
+        planning = f"relax: {{component: arm, method: {method}}}"
+        text = WORKLOAD.format(planner="relaxation", planning=planning, answering="search", place="arm")
+        file.write_text(text, encoding="utf-8")
+
+    write("direct")
+    for command in ("check", "run"):
+        refused = hwsw(command, poor, file)
+        assert refused.exit_code == 2, refused.output
+        said = refused.output.replace("\n", " ")
+        assert (
+            "arm has no cost of kernel relaxation_direct_cell, which style sequential is counted in" in said
+        )
+    write("jacobi")
+    assert hwsw("check", poor, file).exit_code == 0

@@ -31,6 +31,7 @@ SAMPLES: dict[str, list[dict[str, Any]]] = {
     "relaxation": [
         {"method": "sor", "omega": 1.8, "tolerance": 1e-9},
         {"method": "mam", "omega": 1.7, "r": 1.5},
+        {"method": "direct"},
     ],
 }
 CASES = [
@@ -225,6 +226,18 @@ def test_work_leaves_out_the_answer_where_it_is_placed_elsewhere(
             assert left == {phase: spent for phase, spent in phases_of(whole).items() if phase not in gone}
             assert planner.identity(again) == planner.identity(plan)
         assert phases_of(same) == phases_of(whole)
+
+
+def test_styles_on_a_processor_tell_every_kernel_they_need(case: tuple[Planner, Any], problem: Any) -> None:
+    planner, parameters = case
+    for style in catalog.styles_of(planner.name).values():
+        steps, _ = drained(style.work(problem, parameters))
+        if style.component_type == "processor":
+            told = getattr(style, "kernels", lambda _, style=style: (style.kernel,))(parameters)
+            assert {step.kernel or style.kernel for step in steps} <= set(told)
+        else:
+            assert not style.kernel
+            assert not any(step.kernel for step in steps)
 
 
 def test_what_is_done_elsewhere_takes_nothing_of_the_part(case: tuple[Planner, Any], problem: Any) -> None:

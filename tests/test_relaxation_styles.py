@@ -23,7 +23,7 @@ from codesign.architectures.relaxation.costs import (
     mean_units,
     unit,
 )
-from codesign.errors import InputError, RunError
+from codesign.errors import InputError, SpecError
 from codesign.figures import Status
 from codesign.planners.interface import Problem
 from codesign.planners.relaxation import Method
@@ -178,7 +178,7 @@ def test_a_direct_solution_has_a_cost_of_its_own(tmp_path: Path) -> None:
 
     text = (data_folder("platforms") / "pc-epyc.yaml").read_text(encoding="utf-8")
     (tmp_path / "old.yaml").write_text(text.replace(DIRECT_KERNEL, "another_kernel"), encoding="utf-8")
-    with pytest.raises(RunError, match=DIRECT_KERNEL):
+    with pytest.raises(SpecError, match=DIRECT_KERNEL):
         direct_on(load_platform(tmp_path / "old.yaml"))
 
 

@@ -125,7 +125,11 @@ def is_done(task: str, inside: frozenset[str] | None) -> bool:
 
 
 class Architecture(Protocol):
-    """A style of one planner on one type of component."""
+    """A style of one planner on one type of component.
+
+    It may have ``kernels(parameters)``, where steps on a processor are counted in more kernels than ``kernel``: all of
+    them, so that a platform without a cost of one is refused before anything runs.
+    """
 
     @property
     def planner(self) -> str:
@@ -199,6 +203,7 @@ class TaskStyle(Protocol):
 
     It may have ``again``, with the arguments of ``steps``: the steps of one decision more of a plan that stands, as a
     drive asks for at every control turn; what they return is not looked at. Without it that costs what ``steps`` say.
+    And it may have ``kernels(parameters)``, as an ``Architecture``.
     """
 
     @property
