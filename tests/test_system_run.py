@@ -11,7 +11,7 @@ import pytest
 import codesign
 from codesign.errors import SpecError
 from codesign.memo import Memo
-from codesign.records import MessageRecord, StageRecord, VisitsRecord
+from codesign.records import MessageRecord, StageRecord, TaskRecord, VisitsRecord
 from codesign.system import bind, point_of, simulate
 from codesign.trace import MemoryListener
 
@@ -184,3 +184,23 @@ def test_no_link_no_run(specs: Specs) -> None:
     specs[0].write_text(text, encoding="utf-8")
     with pytest.raises(SpecError, match="no link joins host, which does load, and fpga, which does relax"):
         simulate(*loaded(specs))
+
+
+@pytest.mark.parametrize(
+    ("component", "style", "decide"),
+    [("fpga", "bit_serial", "host"), ("fpga", "bit_serial", "fpga"), ("host", "software", "host")],
+)
+def test_a_task_is_told_once_wherever_it_is_done(
+    specs: Specs, component: str, style: str, decide: str
+) -> None:
+    listener = MemoryListener()
+    settings = {"relax__component": component, "relax__style": style, "decide__component": decide}
+    settings["host__costs__harmonic_decision"] = "5 us"
+    result = simulate(*loaded(specs, **settings), listeners=(listener,))
+    assert result.time is not None
+    (told,) = [record for record in listener.of(TaskRecord) if record.task == "decide"]
+    assert (told.source, told.end) == (decide, result.time.first_plan_ps if decide == "host" else told.end)
+    if decide == "host":
+        # In cycles of the host, as all that it does, not in units of a kernel.
+        clock = codesign.load_platform(specs[0]).components["host"].clock  # type: ignore[union-attr]
+        assert told.cycles == -(-(told.end - told.time) * int(clock.value) // 10**12)

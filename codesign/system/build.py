@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from codesign.architectures.interface import Exchange, Step
 from codesign.errors import CodesignError, RunError
 from codesign.planners.interface import Planner
-from codesign.records import Listener, Record
+from codesign.records import Listener, Record, TaskRecord
 from codesign.spec.components import (
     DisplayComponent,
     FpgaComponent,
@@ -299,8 +299,10 @@ class Machine:
                 spent = processor.duration(wanted, units)
                 ledger.book(Spent.COMPUTE, name, spent)
                 ended[step.phase] = ended.get(step.phase, 0) + spent
-            if self.listening and step.record is not None:
-                self.tell(step.record(begin, self.now, processor.name))
+            record = step.record(begin, self.now, processor.name) if self.listening and step.record else None
+            # The processor has told its own record of the task.
+            if record is not None and not (units and isinstance(record, TaskRecord)):
+                self.tell(record)
 
     def _exchange(self, step: Exchange, ledger: Ledger) -> Generator[Any, Any, None]:
         """The round trip of an ``Exchange``: a question, the other task, its answer."""
