@@ -47,6 +47,7 @@ mapping:
   {display}
 """
 IDEAL = "type: ideal"
+SECOND = 10**12
 STEP = 10**11
 """The time step by default, ps."""
 
@@ -433,6 +434,61 @@ def test_free_running_robots_wait_out_an_outage(ground: Ground) -> None:
     assert 190 * 10**9 < longest < 210 * 10**9
     assert cut.figures.frames is not None
     assert cut.ends[-1] - whole.ends[-1] == pytest.approx(200 * 10**9, rel=0.05)
+
+
+@given(
+    count=st.sampled_from([4, 8, 16]),
+    baud=st.sampled_from([115_200, 3_000_000, 12_000_000, 50_000_000]),
+    fifo=st.sampled_from([1, 16, 64]),
+)
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_the_rate_that_fpga_and_line_allow_is_a_bound_in_the_long_run(
+    ground: Ground, count: int, baud: int, fifo: int
+) -> None:
+    """Up to what fits the FIFO at the end, which nobody waits for."""
+    figures = ground.fly(link=serial(baud, fifo), count=count, arrangement="random").figures
+    spared = 2 + fifo // LineLaw(baud).characters(count)
+    assert (figures.updates - spared) * SECOND <= figures.span_ps * figures.reachable_a_second * (1 + 1e-9)
+
+
+def test_a_short_fifo_and_uneven_decisions_keep_a_fleet_below_that_bound(ground: Ground) -> None:
+    short, whole, endless = (
+        ground.fly(link=serial(10_000_000, fifo), count=32, arrangement="random").figures
+        for fifo in (1, 128, 10_000)
+    )
+    bound = short.reachable_a_second
+    assert short.reachable_a_second == whole.reachable_a_second == endless.reachable_a_second
+    assert short.updates_a_second < 0.8 * bound
+    assert short.updates_a_second < whole.updates_a_second < 0.99 * bound
+
+
+LINES_SIDE_BY_SIDE = """\
+kind: platform
+name: boards
+components:
+  fpga: {{type: fpga, part: XC3S500E-4, clock: 50 MHz}}
+  pc: {{type: processor, clock: 2 GHz, power: {{busy: 60 W, idle: 20 W}}}}
+links:
+  one: {{type: serial, baud: {one}, fifo_depth: 16, between: [fpga, pc]}}
+  other: {{type: serial, baud: {other}, fifo_depth: 16, between: [pc, fpga]}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("bauds", "taken"), [((9600, 115_200), "other"), ((115_200, 9600), "one"), ((9600, 9600), "one")]
+)
+@pytest.mark.parametrize("pace", ["free_running", "real_time"])
+def test_of_lines_side_by_side_frames_take_the_faster(
+    ground: Ground, bauds: tuple[int, int], taken: str, pace: str
+) -> None:
+    board, robots = ground.folder / "lines.yaml", ground.folder / "robots.yaml"
+    ground.machine(scenario=f"pace: {pace}", parameters="updates: 10", count=8)  # writes the robots
+    board.write_text(LINES_SIDE_BY_SIDE.format(one=bauds[0], other=bauds[1]), encoding="utf-8")
+    machine = build(bind(load_platform(board), catalog.load_workload(robots)), (), Granularity.RUN_AHEAD)
+    figures = fly(machine).figures
+    # Starts and targets go the same way.
+    assert {name: link.sent for name, link in machine.links.items() if link.sent} == {taken: 11}
+    assert figures.reachable_a_second == pytest.approx(float(1 / LineLaw(max(bauds)).message(8)))
 
 
 TWO_LINES = """\
