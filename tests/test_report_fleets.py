@@ -128,6 +128,37 @@ def test_a_fleet_speaks_of_its_run_and_not_of_a_first_plan() -> None:
     assert "time to the first plan" in {row[0].text for row in result_tables(a_result())[0].rows}
 
 
+def test_what_is_of_one_board_and_what_of_all_is_told_apart() -> None:
+    made = a_fleet_result()
+    utilisation = {made.component: 0.1, f"{made.component}.block_ram": 0.2, "other": 0.3}
+    result = made.model_copy(update={"utilisation": utilisation, "details": {"trials": 7}})
+    tables = {table.title: table for table in result_tables(result)}
+    assert "Clock cycles by phase, of the first robot's board" in tables
+    of_board = {row[0].value: row[0].text for row in tables["Utilisation"].rows}
+    assert of_board == {
+        "fpga": "fpga (of the first robot's board)",
+        "fpga.block_ram": "fpga.block_ram (of the first robot's board)",
+        "other": "other",
+    }
+    assert "trials" in tables["More of this planner"].notes[0]
+    assert "all robots" in tables["More of this planner"].notes[0]
+    told = {row[0].text for row in tables["Clock, power and energy"].rows}
+    assert {"static power of each board", "dynamic power of each board", "energy of all FPGAs"} <= told
+    # Without a fleet, an update takes the cycles of the robot that the others wait for.
+    alone = {table.title for table in result_tables(result.model_copy(update={"fleet": None}))}
+    assert "Clock cycles by phase, of each update's slowest robot" in alone
+    assert "Clock cycles by phase" in {table.title for table in result_tables(a_result())}
+
+
+def test_what_fpgas_and_line_allow_is_told_as_a_bound() -> None:
+    table = fleet_tables(a_fleet_result())[0]
+    assert values(table)["updates a second that FPGAs and line allow, at most"] == pytest.approx(50.0)
+    assert "would allow 50 updates a second at most" in pace_text(in_real_time(reachable_a_second=50.0))
+    described = FleetFigures.model_fields["reachable_a_second"].description
+    assert described is not None
+    assert "upper bound" in described
+
+
 def test_a_fleet_whose_frames_nobody_wants_has_no_table_of_them() -> None:
     titles = [table.title for table in fleet_tables(a_fleet_result(a_fleet(message_s=0.0, frames=None)))]
     assert titles == ["Fleet", "Where the time of the updates went", "Times of an update"]

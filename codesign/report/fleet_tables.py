@@ -133,8 +133,8 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
     else:
         told = (
             f"the time step of {_seconds(step)}, as asked for: the robots decide in {_seconds(decide)} on average, and"
-            f" FPGAs and line would allow {_rate(fleet.reachable_a_second)} updates a second. A shorter time step, or"
-            " pace free_running, makes use of that"
+            f" FPGAs and line would allow {_rate(fleet.reachable_a_second)} updates a second at most. A shorter time step,"
+            " or pace free_running, makes use of that"
         )
     frames = fleet.frames
     if frames is not None and frames.skipped:
@@ -164,7 +164,7 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
         ("time of all updates", time_cell(fleet.span_ps)),
         ("time step", time_cell(fleet.time_step_ps)),
         ("updates a second", number_cell(fleet.updates_a_second)),
-        ("updates a second that FPGAs and line allow", number_cell(fleet.reachable_a_second)),
+        ("updates a second that FPGAs and line allow, at most", number_cell(fleet.reachable_a_second)),
         ("most of the time goes into", words(_WENT_INTO[fleet.pace])[0] if fleet.pace else Cell(ABSENT)),
         ("updates longer than the time step", count_cell(fleet.missed_updates)),
         ("busy share of the least busy FPGA", share_cell(least)),

@@ -153,7 +153,7 @@ def _run_tables(result: Result) -> list[Table]:
             )
         )
     if result.cycles is not None:
-        tables.append(_cycles_table(result.cycles))
+        tables.append(_cycles_table(result.cycles, _whose_cycles(result)))
     if result.stages is not None:
         tables.append(_stages_table(result))
     if result.utilisation is not None:
@@ -162,23 +162,41 @@ def _run_tables(result: Result) -> list[Table]:
             Table(
                 "Utilisation",
                 (*left("component or link"), *right("busy", unit="1")),
-                tuple((word(name), share_cell(share)) for name, share in busy),
+                tuple((_busy_name(result, name), share_cell(share)) for name, share in busy),
             )
         )
     if result.quality is not None:
         tables.append(_quality_table(result))
     if result.details:
-        tables.append(details_table(result.details))
+        sums = isinstance(result.quality, RobotsQuality)
+        tables.append(details_table(result.details, (_SUMS,) if sums else ()))
     return tables
 
 
-def _cycles_table(cycles: dict[str, int]) -> Table:
+_FIRST_BOARD = "of the first robot's board"
+_SUMS = "decisions, trials and acceleration checks are sums over all robots"
+
+
+def _whose_cycles(result: Result) -> str:
+    """Of several robots, whose cycles a result holds; "" where there is one component that plans."""
+    if result.fleet is not None:
+        return _FIRST_BOARD
+    return "of each update's slowest robot" if isinstance(result.quality, RobotsQuality) else ""
+
+
+def _busy_name(result: Result, name: str) -> Cell:
+    """A component or link; of a fleet's boards, the one that the platform file declares is the first robot's."""
+    of_board = name == result.component or name.startswith(f"{result.component}.")
+    return Cell(f"{name} ({_FIRST_BOARD})", name) if result.fleet is not None and of_board else word(name)
+
+
+def _cycles_table(cycles: dict[str, int], whose: str) -> Table:
     total = sum(cycles.values())
     lines = [
         (word(label(phase)), count_cell(count), _share_of(count, total)) for phase, count in cycles.items()
     ]
     return Table(
-        "Clock cycles by phase",
+        f"Clock cycles by phase, {whose}" if whose else "Clock cycles by phase",
         (*left("phase"), *right("cycles"), *right("share", unit="1")),
         (*lines, (word("all"), count_cell(total), _share_of(total, total))),
         strong=frozenset([len(lines)]),
@@ -248,13 +266,13 @@ def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
     ]
 
 
-def details_table(details: Mapping[str, float | str]) -> Table:
+def details_table(details: Mapping[str, float | str], notes: tuple[str, ...] = ()) -> Table:
     """The figures that only one planner has, by the names that the planner gives them."""
     cells = (
         (name, Cell(value) if isinstance(value, str) else number_cell(value))
         for name, value in details.items()
     )
-    return pairs("More of this planner", [(label(name), cell) for name, cell in cells])
+    return pairs("More of this planner", [(label(name), cell) for name, cell in cells], notes)
 
 
 def resource_table(result: Result) -> Table:
@@ -298,19 +316,19 @@ def resource_table(result: Result) -> Table:
 
 def physical_table(result: Result) -> Table:
     """Clock, power and energy with their intervals and where they come from."""
-    rows = []
+    rows, each = [], "" if result.fleet is None else " of each board"
     if result.clock is not None:
         rows.append(
             (word("clock"), Cell(quantity_text(result.clock.hz, "Hz"), result.clock.hz), Cell(""), Cell(""))
         )
         rows.append((word("clock limit"), *_source_cells(result.clock.limit)))
     if result.power is not None:
-        rows.append((word("static power"), *_source_cells(result.power.static)))
-        rows.append((word("dynamic power"), *_source_cells(result.power.dynamic)))
+        rows.append((word(f"static power{each}"), *_source_cells(result.power.static)))
+        rows.append((word(f"dynamic power{each}"), *_source_cells(result.power.dynamic)))
     if result.energy is not None and result.mission is None:
         energy = result.energy
         for name, joules in (
-            ("energy of the FPGA", energy.fpga_j),
+            (f"energy of {'the FPGA' if result.fleet is None else 'all FPGAs'}", energy.fpga_j),
             ("energy of processors", energy.processors_j),
             ("energy of links", energy.links_j),
             ("energy of memories", energy.memories_j),

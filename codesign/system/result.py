@@ -151,13 +151,15 @@ class Result(_Model):
     )
     time: Times | None = None
     cycles: dict[str, int] | None = Field(
-        default=None, description="clock cycles of the planning component by phase"
+        default=None,
+        description="clock cycles of the planning component by phase; of a fleet those of the first robot's board",
     )
     stages: tuple[StageUse, ...] | None = None
     precision: int | None = Field(default=None, description="fractional bits of the final field")
     energy: Energy | None = None
     utilisation: dict[str, float] | None = Field(
-        default=None, description="busy share of each component and link"
+        default=None,
+        description="busy share of each component and link; of a fleet's FPGAs that of the first robot's board",
     )
     links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
     quality: Quality | RobotsQuality | None = None

@@ -59,7 +59,8 @@ class FleetFigures(_Model):
     period: Spread | None = Field(description="from the begin of an update to that of the next")
     updates_a_second: float = Field(description="that were done")
     reachable_a_second: float = Field(
-        description="that FPGA and line allow, each by its mean: the lesser of them"
+        description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by its"
+        " mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it"
     )
     pace: Pacemaker | None = Field(description="what most of the time went into")
     shares: dict[Pacemaker, float] = Field(
@@ -67,7 +68,7 @@ class FleetFigures(_Model):
     )
     missed_updates: int = Field(description="that took longer than the time step")
     frames: Frames | None
-    fpga_busy_ps: int = Field(description="the sum over all FPGAs")
+    fpga_busy_ps: int = Field(description="the sum over the FPGAs of all robots, ps")
     fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
 
 
