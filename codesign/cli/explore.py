@@ -71,7 +71,8 @@ def explore(
     _deliver(study, csv_file, page, as_json)
     if not as_json:
         click.echo(f"points kept in {printable(str(file), None)}")
-    if not study.feasible:
+    if len(study.feasible) == len(study.unreached):
+        # What fits and never reaches its goals is of no more use than what does not fit.
         raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
 
 
