@@ -136,7 +136,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         (
             {"relx.block": 1},
             "point: relx.block: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n"
-            "  hint: did you mean relax? accepted: fpga, host, pci, relax, workload",
+            "  hint: did you mean relax? accepted: command, decide, fpga, host, load, pci, relax, workload",
         ),
         ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"),
         (
@@ -212,8 +212,8 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         (
             ("    fpga.clock: [", "    fgpa.clock: ["),
             "w.yaml:17:5: explore.axes.fgpa.clock: there is no task, component or link 'fgpa'\n"
-            "  hint: did you mean fpga? accepted: fpga, host, pci, relax, workload.problem, workload.scenario,"
-            " workload.variant",
+            "  hint: did you mean fpga? accepted: command, decide, fpga, host, load, pci, relax, workload.problem,"
+            " workload.scenario, workload.variant",
         ),
         (
             ("    fpga.clock: [", "    fpga.clok: ["),
@@ -263,3 +263,71 @@ def test_a_value_that_clashes_with_the_file_is_told_on_loading(tmp_path: Path) -
     assert str(caught.value).endswith(
         "w.yaml:15:31: explore.axes.relax.schedule.last[1]: last 5 is below first 7\n  hint: raise last"
     )
+
+
+def test_a_task_at_its_default_place_is_moved_by_an_axis(tmp_path: Path) -> None:
+    specs = load(tmp_path)
+    assert "decide" not in specs[1].mapping
+    _, made = override(
+        *specs, {"decide.component": "host", "decide.style": "software", "load.component": "host"}
+    )
+    written = load(
+        tmp_path,
+        (
+            "explore:",
+            "  decide: {component: host, style: software}\n  load: {component: host}\nexplore:",
+        ),
+    )[1]
+    assert made.mapping == written.mapping
+    assert made.digest() == written.digest()
+    assert str(fault(made, ("mapping", "decide", "style"), "is wrong")) == "point: decide.style: is wrong"
+    assert not specs[1].document.tree["mapping"].keys() & {"decide", "load"}
+    # An axis over it is sound too, in every place of the platform.
+    cross_check(*load(tmp_path, ("fpga.clock: [", "decide.component: [fpga, host]\n    fpga.clock: [")))
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        (
+            {"decide.style": "software"},
+            "point: decide.style: the mapping does not place task decide\n  hint: set decide.component too",
+        ),
+        ({"decide.place": "host"}, "point: decide.place: the mapping does not place"),
+        (
+            {"decide.component": "host", "decide.speed": 3},
+            "point: decide.speed: unknown key\n  hint: accepted: component, external_memory, style",
+        ),
+        ({"load": "host"}, "point: load: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n"
+         "  hint: name what to set of load: load.component, load.style, load.external_memory"),
+        ({"sense.component": "host"}, "point: sense.component: no axis"),
+    ],
+)  # fmt: skip
+def test_bad_points_of_tasks_that_the_mapping_leaves_out(
+    tmp_path: Path, values: dict[str, Any], expected: str
+) -> None:
+    assert told(*load(tmp_path), values).startswith(expected)
+
+
+@pytest.mark.parametrize(
+    ("axis", "expected"),
+    [
+        (
+            "decide.component: [fpga, hots]",
+            "w.yaml:17:30: explore.axes.decide.component[1]: platform mine has no component 'hots'\n"
+            "  hint: did you mean host? accepted: fpga, host",
+        ),
+        (
+            "decide.style: [software]",
+            "w.yaml:17:5: explore.axes.decide.style: the mapping does not place task decide\n"
+            "  hint: set decide.component too",
+        ),
+        (
+            "load.compnent: [fpga]",
+            "w.yaml:17:5: explore.axes.load.compnent: task load has no parameter 'compnent'\n"
+            "  hint: did you mean component? accepted: component, external_memory, style",
+        ),
+    ],
+)
+def test_axes_over_tasks_that_the_mapping_leaves_out(tmp_path: Path, axis: str, expected: str) -> None:
+    assert cross_faults(tmp_path, ("fpga.clock: [100 MHz, 150 MHz]", axis)) == expected

@@ -1,4 +1,4 @@
-"""What is wrong with the axes of a workload: told on loading as far as it can be, the rest once a platform stands."""
+"""What is wrong with the axes of a workload, as far as it can be told on loading; the rest: ``pairing``."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from codesign.errors import Fault, SpecError, choose_hint
-from codesign.spec.components import COMPONENTS
+from codesign.errors import Fault, choose_hint
 from codesign.spec.design_point import (
-    PLACED_FIELDS,
-    PROBLEM,
     SCENARIO,
     alternatives,
     moves,
@@ -21,16 +18,12 @@ from codesign.spec.design_point import (
     substitute,
 )
 from codesign.spec.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
-from codesign.spec.links import LINKS
 from codesign.spec.marks import Document, KeyPath
-from codesign.spec.model import SpecModel
-from codesign.spec.platform import Platform
-from codesign.spec.problem import FileMap
 from codesign.spec.scalars import clip, show
 from codesign.spec.tasks import SCENARIO_TASKS, PlacedTask
 from codesign.spec.validate import translate
 from codesign.spec.variants import BASE, VARIANT_AXIS, merged, no_variant, parts_present
-from codesign.spec.workload import PLACE_KEYS, RawParameters, Workload, map_task
+from codesign.spec.workload import PLACE_KEYS, RawParameters, map_task
 
 Models = Mapping[str, type[BaseModel]]
 
@@ -45,6 +38,12 @@ class _Form:
     models: Models
     scenario: dict[str, Any]
     own_scenario: dict[str, Any]
+
+    def knows(self, task: str, key: str) -> bool:
+        """Whether the mapping places a task, or may: one at its default place is moved by what it takes."""
+        if task in self.mapping:
+            return isinstance(self.mapping[task], dict)
+        return task in self.models and key in (*PLACE_KEYS, *self.models[task].model_fields)
 
     def told(self, what: str) -> str:
         return f"{what} in variant {self.name}" if self.name else what
@@ -153,7 +152,7 @@ def _task_faults(document: Document, axis: str, axes: dict[str, Any], forms: lis
     """What is wrong with an axis that moves a task; nothing where it moves none."""
     task, *keys = axis.split(".")
     place: KeyPath = ("explore", "axes", axis)
-    having = [form for form in forms if isinstance(form.mapping.get(task), dict)]
+    having = [form for form in forms if form.knows(task, keys[0])]
     if not having:
         return []
     for form in having:
@@ -183,7 +182,7 @@ def _task_axis_faults(
     document: Document, axis: str, form: _Form, model: type[BaseModel], alone: bool
 ) -> list[Fault]:
     task, *rest = axis.split(".")
-    keys, raw = tuple(rest), form.mapping[task]
+    keys, raw = tuple(rest), form.mapping.get(task, {})
     base_is_sound = _sound(raw, model, document)
     faults: list[Fault] = []
     for index, value in enumerate(document.tree["explore"]["axes"][axis]):
@@ -197,7 +196,7 @@ def _task_axis_faults(
         try:
             map_task(tried, model, document)
         except ValidationError as error:
-            faults += _placed_faults(error, document, tried, keys, place, base_is_sound and alone)
+            faults += placed_faults(error, document, tried, keys, place, base_is_sound and alone)
     return faults
 
 
@@ -209,7 +208,7 @@ def _sound(raw: Any, model: type[BaseModel], document: Document) -> bool:
     return True
 
 
-def _placed_faults(
+def placed_faults(
     error: ValidationError, document: Document, tree: Any, keys: KeyPath, place: KeyPath, with_clashes: bool
 ) -> list[Fault]:
     """Faults of a substituted value, at the value; those of other keys only ``with_clashes``."""
@@ -247,9 +246,9 @@ def _scenario_axis_faults(document: Document, axis: str, axes: dict[str, Any], f
             unknown = _unknown_key(error, keys)
             if unknown is not None:
                 return [document.fault(place, form.told(unknown[0]), unknown[1], at_key=True)]
-            faults += _placed_faults(error, document, tried, ("scenario", *keys), (*place, index), alone)
+            faults += placed_faults(error, document, tried, ("scenario", *keys), (*place, index), alone)
         else:
-            faults += _repeated(document, (*place, index), value, scenario, made)
+            faults += repeated(document, (*place, index), value, scenario, made)
     return faults
 
 
@@ -263,7 +262,7 @@ def _unknown_key(error: ValidationError, keys: KeyPath) -> tuple[str, str] | Non
     return None
 
 
-def _repeated(document: Document, place: KeyPath, value: Any, model: Any, before: list[Any]) -> list[Fault]:
+def repeated(document: Document, place: KeyPath, value: Any, model: Any, before: list[Any]) -> list[Fault]:
     """A fault where a value says the same as one before it: ways to write one value, such as 1 s and 1000 ms."""
     if model in before:
         return [
@@ -271,126 +270,3 @@ def _repeated(document: Document, place: KeyPath, value: Any, model: Any, before
         ]
     before.append(model)
     return []
-
-
-def cross_check(platform: Platform, workload: Workload, *, explored: bool = False) -> None:
-    """Check that tasks are mapped to components of the platform, and the axes that move platform or problem.
-
-    ``explored``: only what the exploration runs counts; without, the workload itself does too.
-
-    Raises:
-        SpecError: every fault, at its place in the workload.
-    """
-    faults: list[Fault] = []
-    document = workload.document
-    axes = workload.explore.axes if workload.explore else {}
-    listed = [name for name in axes.get(VARIANT_AXIS, ()) if isinstance(name, str)]
-    mappings = {name: workload.variants[name].mapping for name in listed if name in workload.variants}
-    faults += _unmapped(platform, document, workload.mapping, ()) if not (explored and mappings) else []
-    if explored and mappings and (BASE in listed or None in mappings.values()):
-        faults += _unmapped(platform, document, workload.mapping, ())
-    for name, mapping in mappings.items():
-        faults += _unmapped(platform, document, mapping or {}, ("variants", name))
-    tasks = {*workload.mapping, *(task for mapping in mappings.values() for task in mapping or ())}
-    for axis, values in axes.items():
-        faults += _axis_against(platform, workload, axis, values, tasks)
-    if faults:
-        raise SpecError(faults)
-
-
-def _unmapped(
-    platform: Platform, document: Document, mapping: Mapping[str, Any], path: KeyPath
-) -> list[Fault]:
-    return [
-        document.fault((*path, "mapping", task, "component"), *_no_component(mapped.component, platform))
-        for task, mapped in mapping.items()
-        if mapped.component not in platform.components
-    ]
-
-
-def _axis_against(
-    platform: Platform, workload: Workload, axis: str, values: tuple[Any, ...], tasks: set[str]
-) -> list[Fault]:
-    """What is wrong with one axis where the platform and the problem stand."""
-    document, place = workload.document, ("explore", "axes", axis)
-    target, key = axis.split(".", 1)
-    if axis == VARIANT_AXIS or moves(axis, SCENARIO):
-        return []
-    if moves(axis, PROBLEM):
-        return _problem_axis_faults(workload, axis)
-    if target in tasks:
-        return [
-            document.fault((*place, index), *_no_component(value, platform))
-            for index, value in enumerate(values)
-            if key == "component" and value not in platform.components
-        ]
-    if target in platform.components or target in platform.links:
-        axes = workload.explore.axes if workload.explore else {}
-        alone = not any(other != axis and other.startswith(f"{target}.") for other in axes)
-        return _platform_axis_faults(platform, document, axis, alone)
-    if target == "workload":
-        what = f"an axis moves no {clip(axis)!r}"
-        return [
-            document.fault(place, what, choose_hint(axis, (VARIANT_AXIS, PROBLEM, SCENARIO)), at_key=True)
-        ]
-    known = (*sorted(tasks), *platform.components, *platform.links, VARIANT_AXIS, PROBLEM, SCENARIO)
-    what = f"there is no task, component or link {clip(target)!r}"
-    return [document.fault(place, what, choose_hint(clip(target, 60), known), at_key=True)]
-
-
-def _no_component(name: str, platform: Platform) -> tuple[str, str]:
-    what = f"platform {platform.name} has no component {clip(name)!r}"
-    return what, choose_hint(clip(name, 60), platform.components)
-
-
-def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
-    document = workload.document
-    keys = tuple(axis.split(".")[1:])
-    faults: list[Fault] = []
-    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
-        place = ("explore", "axes", axis, index)
-        raw = substitute({"problem": document.tree["problem"]}, {keys: value})
-        if raw is None:
-            return [
-                document.fault(place[:-1], "is not a mapping", "write it out in the problem", at_key=True)
-            ]
-        try:
-            problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
-            if isinstance(getattr(problem, "map", None), FileMap):
-                # Points are kept by what the axes say, and a file may say something else the next time.
-                hint = "generate the maps of this axis, or explore one workload for each file"
-                faults.append(document.fault(place, "a map in a file cannot be moved by an axis", hint))
-        except ValidationError as error:
-            faults += _placed_faults(error, document, raw["problem"], keys[1:], place, True)
-    return faults
-
-
-def _platform_axis_faults(platform: Platform, document: Document, axis: str, alone: bool) -> list[Fault]:
-    """What is wrong with an axis that moves a component or a link."""
-    name, *rest = axis.split(".")
-    keys = tuple(rest)
-    place: KeyPath = ("explore", "axes", axis)
-    is_link = name in platform.links
-    raw = platform.document.tree["links" if is_link else "components"][name]
-    model: type[SpecModel] = (
-        LINKS[platform.links[name].type] if is_link else COMPONENTS[platform.components[name].type]
-    )
-    fields = [field for field in model.model_fields if field not in PLACED_FIELDS]
-    if keys[0] not in fields:
-        what = f"{'link' if is_link else 'component'} {name} has no {clip(keys[0])!r}"
-        if keys[0] in model.model_fields:
-            what = f"{keys[0]} of {name} is no axis: it stands in the platform"
-        return [document.fault(place, what, choose_hint(clip(keys[0], 60), fields), at_key=True)]
-    faults: list[Fault] = []
-    made: list[BaseModel] = []
-    for index, value in enumerate(document.tree["explore"]["axes"][axis]):
-        tried = substitute(raw, {keys: value}, create=True)
-        if tried is None:
-            return [document.fault(place, f"{keys[0]} is not a mapping", "write it out there", at_key=True)]
-        try:
-            moved = model.model_validate(tried, context={"document": platform.document})
-        except ValidationError as error:
-            faults += _placed_faults(error, document, tried, keys, (*place, index), alone)
-        else:
-            faults += _repeated(document, (*place, index), value, moved, made)
-    return faults

@@ -39,6 +39,11 @@ def moves(axis: str, section: str) -> bool:
     return axis == section or axis.startswith(f"{section}.")
 
 
+def unplaced(task: str) -> tuple[str, str]:
+    """What is wrong with an axis that moves a task that nothing places, and the remedy."""
+    return f"the mapping does not place task {task}", f"set {task}.component too"
+
+
 def alternatives(model: type[BaseModel]) -> Mapping[str, tuple[str, ...]]:
     """Of each parameter, those that it stands for in another way."""
     found: Mapping[str, tuple[str, ...]] = getattr(model, "alternatives", {})
@@ -171,8 +176,9 @@ def override(
             continue
         is_task = section == "mapping"
         model = (workload.task_models or {}).get(target, RawParameters) if is_task else RawParameters
-        declared = _raw(workload if is_task else platform, section)
-        raw = substitute(declared[target], given, model if is_task else None, create=not is_task)
+        # A task that the mapping leaves at its default place begins empty.
+        declared = _raw(workload if is_task else platform, section).get(target, {})
+        raw = substitute(declared, given, model if is_task else None, create=not is_task)
         if raw is None:
             axis = dotted((target, *max(given, key=len)))
             what, hint = f"{axis.rpartition('.')[0]} is not a mapping", "set the whole of it"
@@ -229,7 +235,9 @@ def _section_of(platform: Platform, workload: Workload, target: str) -> str | No
         return "mapping"
     if target in platform.components:
         return "components"
-    return "links" if target in platform.links else None
+    if target in platform.links:
+        return "links"
+    return "mapping" if target in (workload.task_models or {}) else None
 
 
 def _keys_of(platform: Platform, workload: Workload, target: str) -> tuple[str, ...]:
@@ -237,8 +245,10 @@ def _keys_of(platform: Platform, workload: Workload, target: str) -> tuple[str, 
     section = _section_of(platform, workload, target)
     if section is None:
         return ()
-    if section == "mapping":
+    if target in workload.mapping:
         return (*PLACE_KEYS, *type(workload.mapping[target].parameters).model_fields)
+    if section == "mapping":
+        return (*PLACE_KEYS, *(workload.task_models or {})[target].model_fields)
     entry = getattr(platform, section)[target]
     return tuple(key for key in type(entry).model_fields if key not in PLACED_FIELDS)
 
@@ -255,11 +265,15 @@ def _refused_axis(
     axis = dotted((target, *next(iter(given))))
     keys = _keys_of(platform, workload, target)
     if section is None:
-        known = (*workload.mapping, *platform.components, *platform.links, "workload")
+        tasks = {*workload.mapping, *(workload.task_models or {})}
+        known = {*tasks, *platform.components, *platform.links, "workload"}
         return Fault(f"{where}{axis}", 0, 0, "", _NO_AXIS, choose_hint(clip(target, 60), known))
     if () in given:
-        names = ", ".join(f"{target}.{key}" for key in keys if key not in PLACE_KEYS)
+        own = [key for key in keys if key not in PLACE_KEYS] or keys
+        names = ", ".join(f"{target}.{key}" for key in own)
         return Fault(f"{where}{axis}", 0, 0, "", _NO_AXIS, f"name what to set of {target}: {names}")
+    if section == "mapping" and target not in workload.mapping and ("component",) not in given:
+        return Fault(f"{where}{axis}", 0, 0, "", *unplaced(target))
     for path in given:
         if section != "mapping" and path[0] in PLACED_FIELDS:
             what = f"{path[0]} of {target} is no axis: it stands in the platform"

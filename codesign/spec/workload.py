@@ -144,9 +144,13 @@ class Workload(Spec):
     @property
     def task_models(self) -> Mapping[str, type[BaseModel]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
-        if self._models is None or self.planner not in self._models:
+        return self.models_of(self.planner, self.scenario)
+
+    def models_of(self, planner: str, scenario: Scenario) -> Mapping[str, type[BaseModel]] | None:
+        """As ``task_models``, of another planner or scenario."""
+        if self._models is None or planner not in self._models:
             return None
-        return {**_other_tasks(self.scenario, self.tasks), **self._models[self.planner]}
+        return {**_other_tasks(scenario, self.tasks), **self._models[planner]}
 
     def _identity(self) -> dict[str, Any]:
         # A variant that is not chosen changes no result; one that is has no variants left.
