@@ -94,9 +94,10 @@ def test_a_robot_that_is_walled_in(drives: Drives, placement: str) -> None:
 
 
 @pytest.mark.parametrize("placement", ["wavefront", "wavefront-tiled-track-on-host"])
-def test_a_wave_that_cannot_come_to_a_walled_in_robot(drives: Drives, placement: str) -> None:
-    """Where it waits for no robot, the array finishes without one."""
-    mapping = {"propagate": {"stop": "whole_map"}}
+@pytest.mark.parametrize("stop", ["starts", "whole_map"])
+def test_a_wave_that_cannot_come_to_a_walled_in_robot(drives: Drives, placement: str, stop: str) -> None:
+    """Whether it would wait for the robot or not: the drive begins, and says why it ends."""
+    mapping = {"propagate": {"stop": stop}}
     _, mission = drives(placement, mapping=mapping, text=WALLED, start=(2, 2), goals=[(0, 0)], patience="2 s")
     assert not mission.reached
     assert "no way leads from (2, 2) to a goal" in mission.ended

@@ -7,7 +7,7 @@ place in the workload file that says so, all at once.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -81,7 +81,7 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
     problem, problem_faults = _problem(workload, planner, grid)
     faults += problem_faults
     if problem is not None:
-        wrong = planner.check(problem, task.parameters)
+        wrong = planner.check(_to_check(workload, problem), task.parameters)
         if wrong is not None:
             key, what = wrong
             own = key in type(workload.problem).model_fields
@@ -167,6 +167,20 @@ def _problem(
     if faults:
         return None, faults
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
+
+
+def _to_check(workload: Workload, problem: Problem) -> Problem:
+    """What the planner is asked whether it can plan for.
+
+    A drive may begin where no way leads to a goal: then its planner is asked about the map, and about each problem of
+    the drive once that comes.
+    """
+    if not isinstance(workload.scenario, Drive):
+        return problem
+    reach = maps.reachable(problem.free, problem.goals)
+    if all(reach[start] for start in problem.starts):
+        return problem
+    return replace(problem, starts=problem.goals)
 
 
 def grid_of(workload: Workload) -> OccupancyGrid | None:

@@ -12,7 +12,7 @@ from codesign.architectures.wavefront.steps import OBSTACLES, PROPAGATE, planned
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.parameters import PropagateParameters
-from codesign.planners.wavefront.plan import known_plan
+from codesign.planners.wavefront.plan import known_plan, sizing_parameters
 from codesign.planners.wavefront.wave import longest_distance, stop_cycle
 from codesign.spec.part import Part
 
@@ -25,7 +25,7 @@ class DelayLine(ArrayStyle):
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """D_stop, or the largest potential of the map where the wave runs to its end."""
-        return known_plan(problem, parameters).largest_potential
+        return known_plan(problem, sizing_parameters(problem, parameters)).largest_potential
 
     def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
         """Nodes, counter, select lines."""

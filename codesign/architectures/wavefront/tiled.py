@@ -19,7 +19,7 @@ from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.grid import check_cells
 from codesign.planners.wavefront.parameters import Paths, PropagateParameters
-from codesign.planners.wavefront.plan import known_plan, plan_key, problem_map, stop_cells
+from codesign.planners.wavefront.plan import known_plan, plan_key, problem_map, sizing_parameters, stop_cells
 from codesign.planners.wavefront.tiles import Visits, run_tiles
 from codesign.planners.wavefront.wave import longest_distance, obstacle_map
 from codesign.spec.part import Part
@@ -35,6 +35,7 @@ class Tiled(ArrayStyle):
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """The largest that a register meets on the way: potentials of the plan, and of p^d."""
+        parameters = sizing_parameters(problem, parameters)
         largest = known_plan(problem, parameters).largest_potential
         visits = self._visits(problem, parameters, _kept)
         if parameters.paths is Paths.SAFE:

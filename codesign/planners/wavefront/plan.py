@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.errors import MapError
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.grid import WaveMap, check_cells, check_map
@@ -105,3 +106,15 @@ def plan_key(problem: Problem, parameters: PropagateParameters) -> tuple[object,
 def known_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
     """``compute_plan``, kept in this process: laws of resources ask for it before anything runs."""
     return _plans.get(plan_key(problem, parameters), lambda: compute_plan(problem, parameters))
+
+
+def sizing_parameters(problem: Problem, parameters: PropagateParameters) -> PropagateParameters:
+    """The parameters that laws of size go by: without a stop where the wave cannot reach a start.
+
+    ``Wavefront.check`` refuses to plan then; but a drive may begin so, and its design has a size all the same.
+    """
+    try:
+        known_plan(problem, parameters)
+    except MapError:
+        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+    return parameters

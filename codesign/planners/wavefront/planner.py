@@ -19,7 +19,7 @@ from codesign.planners.wavefront.parameters import (
     PropagateParameters,
     TrackParameters,
 )
-from codesign.planners.wavefront.plan import WavefrontPlan, compute_plan, known_plan
+from codesign.planners.wavefront.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
 from codesign.planners.wavefront.wave import longest_distance, register_bits
 from codesign.planners.ways import cell_of, from_position
 from codesign.task_graph import Flow
@@ -71,11 +71,10 @@ class Wavefront:
         """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
 
         A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
-        of the way.
-
-        Raises:
-            MapError: a start that the wave cannot reach (``check`` tells it before).
+        of the way. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a wave
+        that does not wait for it.
         """
+        parameters = sizing_parameters(problem, parameters)
         cells, plan = problem.free.size, known_plan(problem, parameters)
         local = parameters.course is Course.LOCAL
         steps = parameters.steps if local else self._steps(problem, plan)
@@ -161,14 +160,11 @@ class Wavefront:
 
 
 def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
-    """Bits of what a way is tracked by, of one cell: a register's; and for safe paths those of p^d beside them.
-
-    Raises:
-        MapError: a start that the wave cannot reach.
-    """
+    """Bits of what a way is tracked by, of one cell: a register's; and for safe paths those of p^d beside them."""
     bits = parameters.register_bits
     if bits is None:
-        bits = register_bits(known_plan(problem, parameters).largest_potential)
+        plan = known_plan(problem, sizing_parameters(problem, parameters))
+        bits = register_bits(plan.largest_potential)
     if parameters.paths is Paths.SAFE:
         bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
     return bits
