@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from itertools import pairwise
 
@@ -37,7 +38,7 @@ def run(
 
 
 def grown(obstacles: np.ndarray, radius: float) -> np.ndarray:
-    """Cells whose middle is nearer than ``radius`` to the square of an obstacle, or to the outside; in plain loops."""
+    """Cells whose square is nearer than ``radius`` to that of an obstacle, or to the outside; in plain loops."""
     rows, columns = obstacles.shape
     result = obstacles.copy()
     reach = math.ceil(radius) + 1
@@ -48,7 +49,7 @@ def grown(obstacles: np.ndarray, radius: float) -> np.ndarray:
                     inside = 0 <= other < rows and 0 <= beside < columns
                     if inside and not obstacles[other, beside]:
                         continue
-                    gap = [max(abs(one - two) - 0.5, 0.0) for one, two in ((row, other), (column, beside))]
+                    gap = [max(abs(one - two) - 1.0, 0.0) for one, two in ((row, other), (column, beside))]
                     result[row, column] |= math.hypot(*gap) < radius - 1e-9
     return result
 
@@ -71,11 +72,29 @@ def test_inflation_after_changes_is_inflation_anew(seed: int, radius: float, sha
         np.testing.assert_array_equal(inflation.blocked, grown(obstacles, radius))
 
 
-def test_up_to_half_a_cell_of_radius_adds_nothing() -> None:
-    obstacles = ~an_open_map(5)
-    obstacles[2, 2] = True
-    for radius in (0.0, 0.3, 0.5):
-        np.testing.assert_array_equal(Inflation(obstacles, radius).blocked, obstacles)
+def test_a_radius_of_nothing_adds_nothing_and_any_other_all_cells_beside() -> None:
+    obstacles = ~an_open_map(7)
+    obstacles[3, 3] = True
+    np.testing.assert_array_equal(Inflation(obstacles, 0.0).blocked, obstacles)
+    open_cells = ~an_open_map(7)
+    open_cells[1:-1, 1:-1] = True
+    open_cells[2:5, 2:5] = False
+    for radius in (1e-3, 0.5, 1.0):
+        np.testing.assert_array_equal(Inflation(obstacles, radius).blocked, ~open_cells)
+
+
+@given(st.integers(0, 2**32), st.floats(0.01, 3.0))
+@settings(max_examples=50, deadline=None)
+def test_a_disc_anywhere_in_a_cell_that_is_not_blocked_is_clear(seed: int, radius: float) -> None:
+    random = np.random.default_rng(seed)
+    obstacles = random.random((SIDE, SIDE)) < 0.05
+    cells = np.argwhere(~Inflation(obstacles, radius).blocked)
+    squares = np.argwhere(obstacles)
+    for corner in itertools.product((-0.5, 0.5), repeat=2):
+        places = cells + corner
+        gaps = np.maximum(np.abs(places[:, None] - squares) - 0.5, 0.0)
+        assert (np.hypot(gaps[..., 0], gaps[..., 1]) >= radius - 1e-6).all()
+        assert ((places >= radius - 0.5 - 1e-6) & (places <= SIDE - 0.5 - radius + 1e-6)).all()
     with pytest.raises(InputError, match="radius of -1"):
         Inflation(obstacles, -1)
 
@@ -138,14 +157,17 @@ def test_a_route_that_ends_as_it_began_goes_around() -> None:
     ]
 
 
-def test_what_would_come_over_the_robot_waits_until_it_has_left() -> None:
+@pytest.mark.parametrize(("margin", "near", "far"), [(0.5, 6.49, 6.51), (1.1, 6.99, 7.01)])
+def test_what_would_come_over_the_robot_waits_until_it_has_left(
+    margin: float, near: float, far: float
+) -> None:
     cells = rectangle(4, 4, 2, 2)
-    world = World(an_open_map(), appearing=[Appearing(1000, cells)], radius_cells=0.4, margin_cells=0.5)
+    world = World(an_open_map(), appearing=[Appearing(1000, cells)], radius_cells=0.4, margin_cells=margin)
     assert not len(world.advance(1000, (5.0, 5.0)))
     assert world.next_change(1000) == 1000 + RETRY
-    # From the square of the cell (5, 5), whose border is at 5.5, the robot has to be 0.9 away.
-    assert not len(world.advance(1000 + RETRY, (5.0, 6.39)))
-    assert len(world.advance(1000 + 2 * RETRY, (5.0, 6.41))) == 4
+    # The cell beside has to be left, from 6.5 on, and the border at 5.5 to be radius and margin away.
+    assert not len(world.advance(1000 + RETRY, (5.0, near)))
+    assert len(world.advance(1000 + 2 * RETRY, (5.0, far))) == 4
     [deferral] = world.deferrals
     assert (deferral.time, deferral.until, deferral.kind) == (1000, 1000 + 2 * RETRY, "appearing")
 

@@ -15,11 +15,10 @@ _ROUNDING = 1e-9
 class Inflation:
     """Cells that the middle of a robot may not enter, kept up to date cell by cell.
 
-    A cell is blocked where it is an obstacle, or where a disc of ``radius`` cells around its middle would overlap one:
-    where the middle lies nearer than ``radius`` to the square of an obstacle cell, or to the outside of the map. A
-    radius of up to half a cell therefore adds nothing. A robot off the middle of its cell may come nearer to an
-    obstacle than ``radius``, by half a cell at a wall and half a cell's diagonal at a corner: the price of planning in
-    cells, and what its clearance tells.
+    A cell is blocked where it is an obstacle, or where a disc of ``radius`` cells somewhere in it could overlap one:
+    where its square lies nearer than ``radius`` to that of an obstacle cell, or to the outside of the map. Wherever
+    in its cell the robot is, its body is clear. The price of planning in cells: every radius above 0 keeps the robot
+    out of all cells beside an obstacle, and out of gaps that a robot driving along their middle might pass.
 
     Args:
         obstacles: bool, rows × columns.
@@ -49,7 +48,7 @@ class Inflation:
             np.minimum(np.arange(rows), np.arange(rows)[::-1]), np.full(columns, rows + columns)
         )
         edge = np.minimum(edge, np.minimum(np.arange(columns), np.arange(columns)[::-1]))
-        self._covers = (edge + 0.5 < radius - _ROUNDING).astype(np.int32)
+        self._covers = (edge < radius - _ROUNDING).astype(np.int32)
         self.blocked = self._covers > 0
         inflation_kernels.stamp(self._covers, self.blocked, np.argwhere(obstacles), self.footprint, 1)
 
@@ -68,14 +67,14 @@ class Inflation:
 def footprint(radius: float) -> NDArray[np.int64]:
     """Offsets (row, column) of the obstacle cells that block a cell, itself included: int64 n × 2.
 
-    >>> footprint(0.5).tolist()
+    >>> footprint(0.0).tolist()
     [[0, 0]]
-    >>> len(footprint(0.6)), len(footprint(1.0))
-    (5, 9)
+    >>> len(footprint(0.5)), len(footprint(1.0)), len(footprint(1.1)), len(footprint(1.5))
+    (9, 9, 21, 25)
     """
-    reach = math.floor(radius + 0.5)
+    reach = math.ceil(radius)
     side = np.arange(-reach, reach + 1)
-    gap = np.maximum(np.abs(side) - 0.5, 0.0)
+    gap = np.maximum(np.abs(side) - 1.0, 0.0)
     near = np.hypot(gap[:, None], gap) < radius - _ROUNDING
     near[reach, reach] = True
     return np.argwhere(near) - reach

@@ -44,7 +44,7 @@ class World:
     """The true map. Outside of it is obstacle.
 
     The robot is never run over: what would come within its radius and ``margin``, or block the cell in which its
-    middle is, waits until it has left, and is recorded. Obstacles pass through walls and each other, and may cover a
+    middle is (see ``Inflation``), waits until it has left, and is recorded. Obstacles pass through walls and each other, and may cover a
     goal.
 
     Args:
@@ -200,8 +200,8 @@ class World:
         if robot is None:
             return True
         place = cell_of(robot)
-        from_body = _gaps(cells, robot)
-        from_cell = _gaps(cells, place)
+        from_body = _gaps(cells, robot, 0.5)
+        from_cell = _gaps(cells, place, 1.0)
         taken = (cells == place).all(axis=1)
         crowded = (from_body < self._reach) | (from_cell < self._inflation.radius) | taken
         return not bool(crowded.any())
@@ -220,9 +220,9 @@ class World:
         return changed
 
 
-def _gaps(cells: Cells, point: Sequence[float]) -> NDArray[np.float64]:
-    """Distance from ``point`` to the square of each cell, cells; 0 inside."""
-    gap = np.maximum(np.abs(cells - np.array(point, np.float64)) - 0.5, 0.0)
+def _gaps(cells: Cells, point: Sequence[float], between: float) -> NDArray[np.float64]:
+    """Distance to the square of each cell from ``point`` (``between`` 0.5), or from the square around it (1), cells."""
+    gap = np.maximum(np.abs(cells - np.array(point, np.float64)) - between, 0.0)
     result: NDArray[np.float64] = np.hypot(gap[:, 0], gap[:, 1])
     return result
 

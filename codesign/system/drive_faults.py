@@ -135,7 +135,8 @@ def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Pro
     blocked = Inflation(obstacles, radius).blocked
     if blocked[start]:
         near = nearest_free(~blocked, start) if not blocked.all() else None
-        text = f"the robot, {2 * float(spec.radius.value):.3g} m wide, does not fit at its start {start}"
+        wide = f"the robot, {2 * float(spec.radius.value):.3g} m wide,"
+        text = f"{wide} does not fit at its start {start}: somewhere in that cell it would touch an obstacle"
         hint = "no cell has room for it" if near is None else f"the nearest cell with room is {near}"
         return [fault(workload, path, text, hint)]
     return []

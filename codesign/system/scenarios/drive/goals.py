@@ -70,7 +70,8 @@ class Tour(Goals):
     def none_left(self) -> str:
         """What to say where ``goals`` has none."""
         named = ", ".join(str(goal) for goal in self._legs[self.done][:3])
-        return f"goal {named} is taken by an obstacle"
+        near = ", or lies too near to one" if self._scene.robot.radius_cells else ""
+        return f"goal {named} is taken by an obstacle{near}"
 
     def arrived(self) -> bool:
         """Whether the robot is at a goal of the leg under way; the last one it has to stand at. Goes on if so."""
