@@ -196,6 +196,48 @@ def test_corners_are_taken_as_slowly_as_they_need(
             assert speed <= 1e-5
 
 
+def circle(count: int, radius: float) -> Way:
+    """Twice around, ``count`` points a turn."""
+    angle = np.arange(2 * count) * (2 * math.pi / count)
+    return Way(radius * np.column_stack((np.sin(angle), np.cos(angle))))
+
+
+@given(
+    st.integers(10, 200),
+    st.floats(0.5, 20.0),
+    st.sampled_from([OmnidirectionalDrive(0.5, 0.3), OmnidirectionalDrive(2.5, 4.0)]),
+    st.sampled_from([SECOND // 25, SECOND // 10, SECOND // 2]),
+)
+@settings(max_examples=100, deadline=None)
+def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
+    count: int, radius: float, limits: OmnidirectionalDrive, period: int
+) -> None:
+    way = circle(count, radius)
+    motion = Motion.drive(way, limits, way.length, control_period=period)
+    assert motion is not None
+    speeds = np.array([motion.at(motion.time_at(float(arc)))[1] for arc in way.arcs])
+    assert speeds.max() ** 2 / radius <= limits.acceleration * 1.05
+    if 2 * math.pi * radius / count < 0.05 * limits.speed * (period / SECOND):
+        # Finely cut, it is not taken more slowly than that either.
+        reachable = min(limits.speed, math.sqrt(0.9 * limits.acceleration * radius))
+        assert speeds.max() >= min(reachable, math.sqrt(limits.acceleration * way.length) * 0.9)
+
+
+def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> None:
+    limits, period, radius = OmnidirectionalDrive(2.5, 4.0), SECOND // 10, 0.75
+    way = Way(circle(100, radius).points[:76] + 5.0)
+    once = Motion.drive(way, limits, way.length)
+    assert once is not None
+    robot = a_robot(limits, way.point_at(0.0))
+    robot.command(0, way, way.length)
+    for turn in range(1, once.duration // period + 1):
+        robot.advance(turn * period, OPEN)
+        assert (robot.distance, robot.speed) == pytest.approx(once.at(turn * period), abs=1e-3)
+        assert robot.speed**2 / radius <= limits.acceleration * 1.05
+        ahead = join(way, robot.position)
+        assert robot.command(turn * period, ahead, ahead.length) is None
+
+
 @given(ways, kinematics, st.floats(0.0, 1.0))
 @settings(max_examples=100, deadline=None)
 def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(

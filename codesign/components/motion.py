@@ -59,8 +59,8 @@ class PointDrive:
 class OmnidirectionalDrive:
     """It drives in any direction, at most ``speed`` (a second), gaining or losing ``acceleration`` (a second²) at most.
 
-    At a corner of angle θ its velocity changes by 2·v·sin(θ/2) at once, which it may only do as far as ``acceleration``
-    allows within one control period.
+    At a corner of angle θ its velocity changes by 2·v·sin(θ/2) at once. All such changes within one control period, as
+    on a bend in many small corners, may come to what ``acceleration`` allows in that time, and no more.
 
     Raises:
         InputError: a limit that is not above 0.
@@ -274,8 +274,13 @@ def _profile(
     else:
         if speed <= 0.0:
             angles[0] = 0.0  # standing, it may start in any direction
-        with np.errstate(divide="ignore"):
-            limits = kinematics.acceleration * (control_period / SECOND) / (2.0 * np.sin(angles / 2.0))
+        limits = motion_kernels.bend_limits(
+            arcs[:-1],
+            2.0 * np.sin(angles / 2.0),
+            kinematics.acceleration,
+            control_period / SECOND,
+            kinematics.speed,
+        )
     limits = np.concatenate((np.minimum(limits, kinematics.speed), np.zeros(1)))
     speeds, most = motion_kernels.speeds_at(lengths, limits, kinematics.acceleration, speed)
     if speed > most + _SLACK:

@@ -10,6 +10,51 @@ from numpy.typing import NDArray
 
 
 @njit(cache=True, nogil=True)
+def bend_limits(
+    arcs: NDArray[np.float64],
+    changes: NDArray[np.float64],
+    acceleration: float,
+    period: float,
+    fastest: float,
+) -> NDArray[np.float64]:
+    """Greatest speed at each vertex that keeps the change of velocity within one control period.
+
+    At one speed v the vertices j to k are passed within a period where they lie no farther apart than v·period, and
+    then the changes at all of them, v·changes, may come to acceleration·period at most. So v may not be above both
+    (arcs[k] - arcs[j]) / period and acceleration·period / sum(changes[j..k]), for any j ≤ i ≤ k. On a bend of radius
+    R that takes longer than a period this gives v² / R ≤ acceleration, however finely it is cut into segments. What
+    the first vertex shares with later ones is left to those: the robot is there already, at the speed it has.
+
+    Args:
+        arcs: float64 n, arc length of each vertex.
+        changes: float64 n, change of velocity there over the speed: 2·sin(θ/2) at a corner of angle θ.
+        acceleration: a second².
+        period: control period, s.
+        fastest: no limit above it is looked for.
+
+    Returns:
+        float64 n, ``fastest`` where nothing limits.
+    """
+    count = arcs.size
+    limits = np.full(count, fastest)
+    for first in range(count):
+        last, change = first, changes[first]
+        if first > 0:
+            while last + 1 < count and arcs[last + 1] - arcs[first] < fastest * period:
+                last += 1
+                change += changes[last]
+        least = fastest
+        # From the longest window to the shortest: each limits what lies in it.
+        for index in range(last, first - 1, -1):
+            if change * fastest > acceleration * period:
+                most = max((arcs[index] - arcs[first]) / period, acceleration * period / change)
+                least = min(least, most)
+            limits[index] = min(limits[index], least)
+            change -= changes[index]
+    return limits
+
+
+@njit(cache=True, nogil=True)
 def speeds_at(
     lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float
 ) -> Any:
