@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.velocity_obstacle.pace import LineLaw
+from codesign.architectures.velocity_obstacle.pace import LineLaw, decide_times
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.architectures.velocity_obstacle.timing import run_cycles
 from codesign.components import ClockDomain, Granularity
@@ -174,6 +174,43 @@ def test_a_line_with_a_fifo_holds_the_fleet_as_long_as_its_characters_say(
     assert all(abs(end - want) <= edge + 3 for end, want in zip(flight.ends, wanted, strict=True))
     period = line.period(robots, Fraction(max(cycles), mhz * 10**6))
     assert max(np.diff(flight.ends)) <= period * 10**12 + edge + 3
+
+
+@pytest.mark.parametrize(
+    ("count", "baud", "fifo"),
+    [
+        (2, 12_000_000, 16),
+        (8, 12_000_000, 16),
+        (16, 12_000_000, 16),
+        (32, 3_000_000, 16),
+        (16, 40_000_000, 64),
+        (16, 40_000_000, 300),
+    ],
+)
+def test_frames_follow_each_other_on_average_as_the_law_has_it_within_a_clock_period(
+    ground: Ground, count: int, baud: int, fifo: int
+) -> None:
+    """Decisions that differ from update to update, as in the table of docs/velocity_obstacle.md."""
+    records: list[Record] = []
+    ground.fly(
+        link=serial(baud, fifo),
+        count=count,
+        arrangement="random",
+        seed=1,
+        parameters="updates: 200, range: 20.0, turn: 135.0",
+        listeners=(records.append,),
+    )
+    begins = [one.begin for one in records if isinstance(one, MessageRecord) and one.name == "coordinates"]
+    parameters = AvoidParameters(updates=200, range=20.0, turn=135.0)
+    decides = decide_times(count, Style.PIPELINED, parameters, "random")
+    line = LineLaw(baud, fifo_depth=fifo)
+    law = float(line.mean_period(count, decides) * SECOND)
+    found = (begins[-1] - begins[0]) / (len(begins) - 1)
+    assert len(begins) == len(decides) == 200
+    assert law - 3 <= found <= law + 20_000 + 3
+    if line.characters(count) > fifo:
+        mean = float(line.period(count, sum(decides, Fraction(0)) / len(decides)) * SECOND)
+        assert found > mean, "the law is convex"
 
 
 @pytest.mark.parametrize("count", [2, 8, 16])
