@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -33,7 +34,7 @@ from codesign.spec.model import (
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
 from codesign.spec.scenario import PlanOnce, Scenario
-from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask
+from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
 from codesign.spec.validate import validate
 from codesign.spec.variants import BASE, MAX_VARIANTS, StagedScenario, merged, parts_present
 
@@ -150,7 +151,7 @@ class Workload(Spec):
         """As ``task_models``, of another planner or scenario."""
         if self._models is None or planner not in self._models:
             return None
-        return {**_other_tasks(scenario, self.tasks), **self._models[planner]}
+        return {**_other_tasks(scenario, (task.name for task in self.tasks)), **self._models[planner]}
 
     def _identity(self) -> dict[str, Any]:
         # A variant that is not chosen changes no result; one that is has no variants left.
@@ -175,15 +176,21 @@ class Workload(Spec):
 
     @field_validator("tasks", mode="after")
     @classmethod
-    def _named_once(cls, value: tuple[ExtraTask, ...], info: ValidationInfo) -> tuple[ExtraTask, ...]:
-        scenario = info.data.get("scenario", PlanOnce())
-        taken = {*SCENARIO_TASKS[scenario.type]}
-        taken |= set(((info.context or {}).get("tasks") or {}).get(info.data.get("planner"), ()))
-        for index, task in enumerate(value):
-            if task.name in taken:
-                what = f"there is a task {task.name!r} already"
-                raise RefusalError(what, "give each task a name of its own", (index, "name"))
-            taken.add(task.name)
+    def _sound_tasks(cls, value: tuple[ExtraTask, ...], info: ValidationInfo) -> tuple[ExtraTask, ...]:
+        context, fields = info.context or {}, info.data
+        models = context.get("tasks") or {}
+        planner, scenario = fields.get("planner"), fields.get("scenario")
+        taken = {*models.get(planner, ()), *(SCENARIO_TASKS[scenario.type] if scenario else ())}
+        known = None
+        if "document" in context and planner in models and scenario:
+            variants = context["document"].tree.get("variants")
+            named = variants.values() if isinstance(variants, dict) else ()
+            planners = [raw.get("planner") for raw in named if isinstance(raw, dict)]
+            known = taken.union(*SCENARIO_TASKS.values()) if variants else taken
+            known = known.union(
+                *(models[name] for name in planners if isinstance(name, str) and name in models)
+            )
+        raise_all("Workload", task_refusals(value, taken, known))
         return value
 
     @field_validator("mapping", mode="wrap")
@@ -192,7 +199,7 @@ class Workload(Spec):
         if "document" not in (info.context or {}):
             return handler(value)
         fields = info.data
-        others = _other_tasks(fields.get("scenario", PlanOnce()), fields.get("tasks", ()))
+        others = _other_tasks(fields.get("scenario"), _extra_names(fields, info.context or {}, value))
         return _mapped(value, fields.get("planner"), others, info.context or {})
 
     @field_validator("variants", mode="wrap")
@@ -221,9 +228,21 @@ class Workload(Spec):
         return self
 
 
-def _other_tasks(scenario: Scenario, extra: Iterable[ExtraTask]) -> dict[str, type[BaseModel]]:
-    """The tasks that the scenario brings and that the user adds."""
-    return dict.fromkeys((*SCENARIO_TASKS[scenario.type], *(task.name for task in extra)), PlacedTask)
+def _other_tasks(scenario: Scenario | None, extra: Iterable[str]) -> dict[str, type[BaseModel]]:
+    """The tasks that the scenario brings (None, as it is faulty: any) and those ``extra`` that the user adds."""
+    brought = SCENARIO_TASKS[scenario.type] if scenario else chain(*SCENARIO_TASKS.values())
+    return dict.fromkeys((*brought, *extra), PlacedTask)
+
+
+def _extra_names(fields: Mapping[str, Any], context: Mapping[str, Any], mapping: Any) -> list[str]:
+    """The names of the tasks that the user adds; of faulty ones too, or all in ``mapping`` where they are illegible."""
+    if "tasks" in fields:
+        return [task.name for task in fields["tasks"]]
+    raw = context["document"].tree.get("tasks")
+    named = [task.get("name") for task in raw if isinstance(task, dict)] if isinstance(raw, list) else []
+    legible = [name for name in named if isinstance(name, str)]
+    all_legible = isinstance(raw, list) and len(legible) == len(raw)
+    return legible if all_legible or not isinstance(mapping, dict) else [*legible, *mapping]
 
 
 def _mapped(
@@ -268,21 +287,21 @@ def _variant(raw: Any, fields: Mapping[str, Any], context: Mapping[str, Any]) ->
     planner = named if isinstance(named, str) else None
     other = _planner_refusal(raw, fields, context)
     lines += [other] if other else []
-    scenario = fields.get("scenario", PlanOnce())
+    scenario = fields.get("scenario")
     if "scenario" in raw:
         try:
             scenario = _varied_scenario(raw["scenario"], context["document"])
         except ValidationError as error:
-            lines += details_of(error)
+            scenario, lines = None, lines + details_of(error)
     made = {key: value for key, value in raw.items() if key not in {"scenario", "mapping"}}
     made |= {"scenario": scenario} if "scenario" in raw else {}
-    others = _other_tasks(scenario, fields.get("tasks", ()))
+    others = _other_tasks(scenario, _extra_names(fields, context, raw.get("mapping")))
     if "mapping" in raw and not other:
         try:
             made["mapping"] = _mapped(raw["mapping"], planner, others, context)
         except ValidationError as error:
             lines += details_of(error, ("mapping",))
-    elif "mapping" not in raw:
+    elif "mapping" not in raw and scenario is not None:
         lost = stray_task(fields.get("mapping", {}), scenario, fields.get("scenario", PlanOnce()))
         if lost is not None:
             refusal = RefusalError(lost, "give the variant a mapping of its own")

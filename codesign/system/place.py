@@ -85,6 +85,9 @@ def place(
     inside = frozenset(task for task in planner.tasks if places.get(task) == planning)
     styles, style_faults = _styles(platform, workload, planner, places, inside)
     faults += style_faults
+    undone = _undone_faults(workload, places)
+    if undone:
+        return None, [*faults, *undone]
     flows = _flows(platform, workload, planner, problem, places)
     try:
         graph = TaskGraph(tuple(places), flows)
@@ -182,6 +185,22 @@ def resolution_of(workload: Workload, problem: Problem) -> float:
     """Metres a cell of a drive: what the scenario says, or else the map; 1 where neither does."""
     chosen = workload.scenario.resolution if isinstance(workload.scenario, Drive) else None
     return chosen or problem.resolution or 1.0
+
+
+def _undone_faults(workload: Workload, places: Mapping[str, str]) -> list[Fault]:
+    """Tasks of the user that come after one that nothing does."""
+    faults = []
+    for index, task in enumerate(workload.tasks):
+        for name in task.after:
+            if name in places:
+                continue
+            text, hint = f"there is no task {name!r}", choose_hint(name, set(places) - {task.name})
+            if name in _OPTIONAL:
+                text = f"task {name} is done only where it is mapped"
+                hint = f"add {name}: {{component: NAME}} to the mapping"
+            place = ("tasks", index, "after", name)
+            faults.append(workload.document.fault(place, text, hint, at_key=True))
+    return faults
 
 
 def _type_faults(platform: Platform, workload: Workload, places: Mapping[str, str]) -> list[Fault]:
