@@ -372,11 +372,18 @@ def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
     robot.advance(3 * SECOND, OPEN)
     assert (robot.arc, robot.speed) == pytest.approx((4.0, 2.0))
     assert robot.stop(3 * SECOND) == 5 * SECOND
+    robot.advance(4 * SECOND, OPEN)
+    assert robot.stop(4 * SECOND) == 5 * SECOND
+    assert robot.safety_stops == 1, "one braking"
     robot.advance(10 * SECOND, OPEN)
     assert robot.position == pytest.approx((5.0, 4.0 + 2.0**2 / 2))
     robot.stop(10 * SECOND)
     assert robot.safety_stops == 1
     assert robot.moving == 5 * SECOND
+    robot.command(10 * SECOND, Way([robot.position, (5, 11)]), 5.0)
+    robot.advance(11 * SECOND, OPEN)
+    robot.stop(11 * SECOND)
+    assert robot.safety_stops == 2, "a command came in between"
 
 
 def test_a_way_that_cannot_be_taken_over_makes_the_robot_brake_within_its_old_authority() -> None:

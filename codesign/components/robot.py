@@ -50,7 +50,7 @@ class Robot(Component):
 
     Attributes:
         contacts: where it ran against something, in order.
-        safety_stops: how many ``stop`` calls found it moving.
+        safety_stops: how often it was stopped while it moved; once between two commands.
         log: (ps, row, column) where it began each motion and where it came from one cell into the next: its track.
 
     Raises:
@@ -82,6 +82,7 @@ class Robot(Component):
         self.contacts: list[Contact] = []
         self.safety_stops = 0
         self.log: list[tuple[int, float, float]] = []
+        self._stopping = False
         self._driven = 0.0
         self._moving = 0
         self._time = 0
@@ -272,6 +273,7 @@ class Robot(Component):
             RunError: the robot was not advanced to ``now``. InputError: the way begins elsewhere.
         """
         self._check_time(now)
+        self._stopping = False
         position = self.position
         if math.dist(position, way.points[0]) > NEAR:
             raise InputError(
@@ -298,11 +300,14 @@ class Robot(Component):
     def stop(self, now: int) -> int:
         """Safety stop: brake as hard as the kinematics allow, along the way; returns when it will stand, ps.
 
+        One that brakes already, for a stop since which no command came, goes on braking: that is no new stop.
+
         Raises:
             RunError: the robot was not advanced to ``now``.
         """
         self._check_time(now)
-        if self.standing_from > now:
+        if self.standing_from > now and not self._stopping:
+            self._stopping = True
             self.safety_stops += 1
             self._brake()
         return self.standing_from

@@ -44,8 +44,8 @@ class World:
     """The true map. Outside of it is obstacle.
 
     The robot is never run over: what would come within its radius and ``margin``, or block the cell in which its
-    middle is (see ``Inflation``), waits until it has left, and is recorded. Obstacles pass through walls and each other, and may cover a
-    goal.
+    middle is (see ``Inflation``), waits until it has left, and is recorded. Obstacles pass through walls and each
+    other, and may cover a goal.
 
     Args:
         free: bool, rows × columns: the map without what appears and moves.

@@ -92,8 +92,11 @@ class Pilot:
         if not turn.lost:
             self.log.stall = text
         self.scene.advance()
-        if self.scene.robot.speed > 0:
-            self.scene.robot.stop(self.machine.now)
+        robot = self.scene.robot
+        before = robot.safety_stops
+        if robot.speed > 0:
+            robot.stop(self.machine.now)
+        if robot.safety_stops > before:
             self.log.tell("safety_stop", text)
 
     def _turn(self, turn: Turn) -> Generator[Any, Any, None]:
