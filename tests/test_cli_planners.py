@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from click.testing import Result
 
 from codesign.spec import list_workloads
 from codesign.spec.locate import data_folder
+from codesign.units import format_time
 
 Run = Callable[..., Result]
 
@@ -20,6 +22,7 @@ PLATFORMS = {
     "breadth-first": "virtex2pro",
     "breadth-first-java": "pentium4-java",
     "breadth-first-large": "virtex2pro",
+    "breadth-first-external": "virtex2pro-dimm",
     "wavefront-rooms": "wavefront-array",
     "wavefront-tiles": "virtex4-pci",
     "floor-plan": "pc-3400mhz",
@@ -89,6 +92,44 @@ def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: 
     points = json.loads(result.stdout)["points"]
     assert len(points) == min(2, len(next(iter(axes.values()))))
     assert all(point["result"] is not None for point in points)
+
+
+def test_a_map_beside_the_chip_keeps_its_memory_busy_at_a_lower_clock(hwsw: Run) -> None:
+    name = PLATFORMS["breadth-first-external"]
+    told = json.loads(hwsw("run", name, "breadth-first-external", "--json").stdout)
+    assert told["external_memory"] == "dimm"
+    assert {use["resource"]: use["demand"] for use in told["resources"]}["block_rams"] == 0
+    assert told["utilisation"]["dimm"] > 0.5
+    assert told["clock"]["hz"] == told["clock"]["limit"]["value"] == 100_000_000
+    shown = hwsw("run", name, "breadth-first-external").stdout
+    assert re.search(r"^external memory +dimm$", shown, re.MULTILINE)
+    assert "external_cycles" not in shown
+    assert "external_cycles" in hwsw("run", "virtex2pro", "breadth-first-large").stdout
+
+
+def test_the_page_tells_what_a_memory_beside_the_chip_costs(hwsw: Run) -> None:
+    page = (data_folder("workloads").parent / "docs" / "breadth_first.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\| .*? \| `(virtex2pro\S*)`, (\d+) MHz \| (.*) \|$", page, re.MULTILINE)
+    places = [
+        {},
+        {},
+        *({"memory": place, "external_memory": "dimm"} for place in ("process_external", "external")),
+    ]
+    for (platform, clock, cells), placed in zip(lines, places, strict=True):
+        keys = {"micro_architecture": "pipelined", "display": "none", **placed}
+        settings = [part for key, value in keys.items() for part in ("--set", f"search.{key}={value}")]
+        told = json.loads(hwsw("run", platform, "breadth-first", *settings, "--json").stdout)
+        rams = {use["resource"]: use["demand"] for use in told["resources"]}["block_rams"]
+        busy = told["utilisation"]["dimm"]
+        figures = (
+            f"{rams}",
+            f"{sum(told['cycles'].values()):,}",
+            format_time(told["time"]["first_plan_ps"]),
+            f"{told['energy']['total_j'] * 1e3:.3g} mJ",
+            f"{busy:.0%}".replace("%", " %") if busy else "",
+        )
+        assert told["clock"]["hz"] == int(clock) * 10**6
+        assert tuple(cell.strip() for cell in f"{cells} ".split(" | ")) == figures
 
 
 def test_compare_puts_designs_of_four_planners_side_by_side(hwsw: Run) -> None:

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from codesign.spec import SpecModel
 from codesign.task_graph import Flow
@@ -75,53 +75,64 @@ class Problem:
 class Quality:
     """What a plan is worth.
 
-    A figure that does not apply to the planner is None.
-
-    - ``reachable_cells``: free cells from which some way leads to a goal (4-connected), goals left out.
-    - ``local_maxima``: reachable cells with no strictly greater neighbour: no way up.
-    - ``share_reaching_goal``: share of the reachable cells from which following the plan arrives.
-    - ``path_length_ratio_mean``, ``path_length_ratio_worst``: length of the way from the starts that arrive over the
-      shortest 8-connected way without corner cutting; None where none arrives. Below 1 where a continuous way beats
-      the grid.
-    - ``clearance_mean``, ``clearance_least``: distance from the way to the nearest obstacle, in cells.
-    - ``starts``, ``starts_arrived``: how many starts were tried, how many arrived.
-    - ``wrong_cells``: cells whose value is not the one that the planner's arithmetic settles at.
+    A figure that does not apply to the planner is None, and so is a length where no start arrives. A ratio is below 1
+    where a continuous way beats the grid.
     """
 
-    reachable_cells: int
-    local_maxima: int | None
-    share_reaching_goal: float | None
-    starts: int
-    starts_arrived: int
-    path_length_ratio_mean: float | None
-    path_length_ratio_worst: float | None
-    clearance_mean: float | None
-    clearance_least: float | None
-    wrong_cells: int | None
+    reachable_cells: Annotated[
+        int, Field(description="free cells from which some way leads to a goal (4-connected), goals left out")
+    ]
+    local_maxima: Annotated[
+        int | None, Field(description="reachable cells with no strictly greater neighbour: no way up")
+    ]
+    share_reaching_goal: Annotated[
+        float | None, Field(description="share of the reachable cells from which following the plan arrives")
+    ]
+    starts: Annotated[int, Field(description="starts tried")]
+    starts_arrived: Annotated[int, Field(description="starts from which following the plan arrived")]
+    path_length_ratio_mean: Annotated[
+        float | None,
+        Field(
+            description="way over the shortest 8-connected way, corners not cut; mean over the starts that arrived"
+        ),
+    ]
+    path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
+    clearance_mean: Annotated[
+        float | None, Field(description="distance from the way to the nearest obstacle, mean, cells")
+    ]
+    clearance_least: Annotated[float | None, Field(description="the same, least, cells")]
+    wrong_cells: Annotated[
+        int | None,
+        Field(description="cells whose value is not the one that the planner's arithmetic settles at"),
+    ]
 
 
 @dataclass(frozen=True)
 class RobotsQuality:
-    """What the ways of several robots are worth.
+    """What the ways of several robots are worth."""
 
-    - ``robots``, ``robots_arrived``: how many there are, how many reached their targets.
-    - ``updates``: of the velocities, until all arrived or the run was given up.
-    - ``collisions``: pairs of robots that touched at some update. ``closest_approach``: least distance between two
-      robots less their radii, cells; negative in a collision.
-    - ``time_to_targets_s``: simulated driving time of the last robot that arrived, s; None where none did.
-    - ``velocity_changes``: updates at which a robot left the velocity it had.
-    - ``path_length_ratio_mean``, ``path_length_ratio_worst``: way driven over the straight line, of those that arrived.
-    """
-
-    robots: int
-    robots_arrived: int
-    updates: int
-    collisions: int
-    closest_approach: float
-    time_to_targets_s: float | None
-    velocity_changes: int
-    path_length_ratio_mean: float | None
-    path_length_ratio_worst: float | None
+    robots: Annotated[int, Field(description="robots")]
+    robots_arrived: Annotated[int, Field(description="robots that reached their targets")]
+    updates: Annotated[
+        int, Field(description="updates of the velocities, until all arrived or the run was given up")
+    ]
+    collisions: Annotated[int, Field(description="pairs of robots that touched at some update")]
+    closest_approach: Annotated[
+        float,
+        Field(
+            description="least distance between two robots less their radii, cells; negative in a collision"
+        ),
+    ]
+    time_to_targets_s: Annotated[
+        float | None,
+        Field(description="simulated driving time of the last robot that arrived, s; None where none did"),
+    ]
+    velocity_changes: Annotated[int, Field(description="updates at which a robot left the velocity it had")]
+    path_length_ratio_mean: Annotated[
+        float | None,
+        Field(description="way driven over the straight line, mean over the robots that arrived"),
+    ]
+    path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
 
 
 class Planner(Protocol):
@@ -150,7 +161,11 @@ class Planner(Protocol):
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
-        """The tasks a workload may map, each with the model that its parameters are checked against."""
+        """The tasks a workload may map, each with the model that its parameters are checked against.
+
+        A model may have ``unused(external_memory=...)``: names of the parameters that a design, with an external memory
+        named by its mapping or without, makes no use of; results leave them out.
+        """
 
     @property
     def problem_model(self) -> type[SpecModel] | None:

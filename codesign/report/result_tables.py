@@ -7,7 +7,12 @@ from collections.abc import Iterable, Mapping
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.fleet_tables import fleet_headline, fleet_tables, fleet_times_table
-from codesign.report.mission_tables import mission_headline, mission_tables
+from codesign.report.mission_tables import (
+    NOT_DECLARED,
+    mission_headline,
+    mission_tables,
+    not_declared_notes,
+)
 from codesign.report.table import Cell, Table, left, pairs, right, words
 from codesign.report.wording import (
     ABSENT,
@@ -59,6 +64,8 @@ def overview_table(result: Result) -> Table:
     ]
     if result.part is not None:
         rows.append(("part", word(result.part)))
+    if result.external_memory is not None:
+        rows.append(("external memory", word(result.external_memory)))
     rows += [
         (f"{task}.{name}", word(axis_text(name, value)))
         for task, parameters in result.parameters.items()
@@ -317,6 +324,7 @@ def resource_table(result: Result) -> Table:
 def physical_table(result: Result) -> Table:
     """Clock, power and energy with their intervals and where they come from."""
     rows, each = [], "" if result.fleet is None else " of each board"
+    notes: tuple[str, ...] = ()
     if result.clock is not None:
         rows.append(
             (word("clock"), Cell(quantity_text(result.clock.hz, "Hz"), result.clock.hz), Cell(""), Cell(""))
@@ -334,11 +342,15 @@ def physical_table(result: Result) -> Table:
             ("energy of memories", energy.memories_j),
             (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.total_j),
         ):
+            told = Cell(quantity_text(joules, "J"), joules)
             if not joules and name in ("energy of links", "energy of memories"):
-                continue
-            rows.append((word(name), Cell(quantity_text(joules, "J"), joules), Cell(""), Cell("")))
+                if name.removeprefix("energy of ") not in energy.not_declared:
+                    continue
+                told = Cell(NOT_DECLARED)
+            rows.append((word(name), told, Cell(""), Cell("")))
+        notes = not_declared_notes(energy.not_declared)
     columns = (*left("figure"), *right("value"), *left("interval", "status"))
-    return Table("Clock, power and energy", columns, tuple(rows))
+    return Table("Clock, power and energy", columns, tuple(rows), notes)
 
 
 def sources_table(results: Iterable[Result]) -> Table:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from pydantic import BaseModel
+
 from codesign.memo import Memo
 from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.spec.scenario import Drive, ReplanPolicy
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 
 def head_fields(system: System) -> dict[str, Any]:
     """What was run: names, places and parameters."""
-    parameters = {name: model.model_dump(mode="json") for name, model in system.parameters.items()}
+    parameters = {name: _told(system, model) for name, model in system.parameters.items()}
     count = getattr(system.planning, "block_count", None)
     return {
         "platform": system.platform.name,
@@ -35,6 +37,13 @@ def head_fields(system: System) -> dict[str, Any]:
         "parameters": parameters,
         "blocks": None if count is None else count(system.problem.rows, system.problem.columns),
     }
+
+
+def _told(system: System, parameters: BaseModel) -> dict[str, Any]:
+    """The parameters of a task but those that this design does not use."""
+    unused = getattr(parameters, "unused", None)
+    exclude = set() if unused is None else set(unused(external_memory=system.external is not None))
+    return parameters.model_dump(mode="json", exclude=exclude)
 
 
 def fitted_fields(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
@@ -175,7 +184,19 @@ def energy(machine: Machine, power: Power | None, others: Sequence[Component] = 
         links_j=links,
         memories_j=memories,
         total_j=fpga + processors + links + memories,
+        not_declared=_not_declared(system),
     )
+
+
+def _not_declared(system: System) -> dict[str, tuple[str, ...]]:
+    """Links and memories without a figure of power."""
+    components, links = system.platform.components, system.platform.links
+    memories = {name: spec for name, spec in components.items() if isinstance(spec, MemoryComponent)}
+    found = {
+        kind: tuple(name for name, spec in of_kind.items() if spec.power is None)
+        for kind, of_kind in (("links", links), ("memories", memories))
+    }
+    return {kind: names for kind, names in found.items() if names}
 
 
 def _joules(power: Any, busy: float, span: float) -> float:

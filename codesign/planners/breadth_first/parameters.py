@@ -74,6 +74,11 @@ class SearchParameters(SpecModel):
         ),
     ] = 15
 
+    def unused(self, *, external_memory: bool) -> tuple[str, ...]:
+        """What a result leaves out: ``external_cycles`` where the platform's own memory, or none, is outside."""
+        on_chip = self.memory is MemoryPlace.BLOCK_RAM
+        return ("external_cycles",) if external_memory or on_chip else ()
+
 
 class LoadParameters(SpecModel):
     """The task that brings the map to the planner has nothing to choose."""
