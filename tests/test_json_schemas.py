@@ -55,6 +55,17 @@ def test_a_study_is_what_its_schema_says(hwsw: Run, specs: Specs) -> None:
     check({**study, "points": [failed, missing]}, schema)
 
 
+def test_every_property_of_a_result_says_what_it_is(hwsw: Run) -> None:
+    schema = told(hwsw("schema", "result").stdout)
+    silent = {
+        f"{each.get('title')}.{name}"
+        for each in objects(schema)
+        for name, held in each["properties"].items()
+        if not held.get("description")
+    }
+    assert not silent
+
+
 def test_a_result_is_what_its_schema_says(hwsw: Run, specs: Specs) -> None:
     schema = told(hwsw("schema", "result").stdout)
     check(told(hwsw("run", *specs, "--json").stdout), schema)

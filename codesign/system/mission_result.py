@@ -16,61 +16,58 @@ class _Model(BaseModel):
 class LinkUse(_Model):
     """The messages of one link: ``sent`` = ``delivered`` + all ``dropped`` + ``in_flight``, always."""
 
-    sent: int
-    delivered: int
+    sent: int = Field(description="messages handed to it: delivered + dropped + in flight")
+    delivered: int = Field(description="messages that arrived")
     dropped: dict[str, int] = Field(default={}, description="messages given up, by reason")
-    in_flight: int
-    retransmissions: int
+    in_flight: int = Field(description="messages under way or waiting at the end")
+    retransmissions: int = Field(description="times that a message was sent again")
     undetected: int = Field(description="messages delivered damaged, which no checksum noticed")
-    late: int
+    late: int = Field(description="messages that came later than the line takes, as its errors declare")
     bits: int = Field(description="bits delivered, without framing and checksums")
     utilisation: float = Field(description="share of the time in which something was on the wire")
     queued_s: float = Field(description="time that messages waited, all together")
 
 
 class Account(_Model):
-    """Where the time of one component or link went, s.
+    """Where the time of one component or link went, s."""
 
-    ``compute_s``: a component worked. ``transfer_s``: a link carried. ``wait_s``: work or messages waited for it, all
-    together. ``idle_s``: the rest of the mission.
-    """
-
-    compute_s: float
-    transfer_s: float
-    wait_s: float
-    idle_s: float
+    compute_s: float = Field(description="time in which the component worked, s")
+    transfer_s: float = Field(description="time in which the link carried, s")
+    wait_s: float = Field(description="time that work or messages waited for it, all together, s")
+    idle_s: float = Field(description="the rest of the mission, s")
 
 
 class LatencyShare(_Model):
-    """A share of some time: what it was spent on (compute, wait, transfer), and where."""
+    """A share of some time."""
 
-    kind: Literal["compute", "wait", "transfer"]
-    where: str
-    seconds: float
-    share: float
+    kind: Literal["compute", "wait", "transfer"] = Field(description="what the time was spent on")
+    where: str = Field(description="the component or link")
+    seconds: float = Field(description="how long, all together, s")
+    share: float = Field(description="share of the whole")
 
 
 class Bottleneck(_Model):
-    """What sets the pace, and what would move it.
+    """What sets the pace, and what would move it."""
 
-    ``share``: of the mission's time (the robot itself), of the time of plans, or of that of the control loop's turns.
-    """
-
-    name: str
-    kind: Literal["drive", "compute", "wait", "transfer"]
-    share: float
-    text: str
+    name: str = Field(description="the component or link that sets the pace")
+    kind: Literal["drive", "compute", "wait", "transfer"] = Field(
+        description="what it spends the time on; drive: the robot's own motion"
+    )
+    share: float = Field(
+        description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns"
+    )
+    text: str = Field(description="the same in words, with what would move it")
 
 
 class MissionEnergy(_Model):
     """Energy of a mission, J."""
 
-    fpga_j: float
-    processors_j: float
-    links_j: float
-    memories_j: float
-    robot_j: float
-    total_j: float
+    fpga_j: float = Field(description="of the FPGA, J")
+    processors_j: float = Field(description="of the processors, J")
+    links_j: float = Field(description="of the links, J")
+    memories_j: float = Field(description="of the external memories, J")
+    robot_j: float = Field(description="of the robot's body, moving and standing, J")
+    total_j: float = Field(description="of all of them, J")
 
 
 class Mission(_Model):
@@ -79,39 +76,43 @@ class Mission(_Model):
     ended: str = Field(description="why the mission ended")
     reached: bool = Field(description="whether it did all that it was to do")
     time_s: float = Field(description="simulated time at the end")
-    goals_reached: int
+    goals_reached: int = Field(description="goals reached, those of the tour included")
     plans: int = Field(description="plans that were answered, the first of each goal included")
     replans: int = Field(description="plans asked for because of what was seen on the way, and answered")
     replan_latency_median_s: float | None = Field(
         default=None, description="from the scan that asked for a plan to the answer; replans only"
     )
-    replan_latency_95_s: float | None = None
-    replan_latency_worst_s: float | None = None
-    distance_m: float
+    replan_latency_95_s: float | None = Field(default=None, description="the same, 95th percentile")
+    replan_latency_worst_s: float | None = Field(default=None, description="the same, worst")
+    distance_m: float = Field(description="driven, m")
     shortest_m: float | None = Field(
         default=None, description="shortest 8-connected way on the true map of the start, corners not cut"
     )
-    distance_ratio: float | None = None
+    distance_ratio: float | None = Field(
+        default=None, description="driven over the shortest way; None where there is no such way"
+    )
     clearance_least_m: float | None = Field(
         default=None, description="least distance from the robot's middle to an obstacle of the true map"
     )
-    clearance_mean_m: float | None = None
+    clearance_mean_m: float | None = Field(default=None, description="the same, mean over its looks around")
     turns: int = Field(description="turns of the control loop that began")
-    missed_deadlines: int
-    safety_stops: int
+    missed_deadlines: int = Field(description="turns without an answer by the deadline")
+    safety_stops: int = Field(description="times that the robot braked because an answer was overdue")
     contacts: int = Field(description="times that the robot ran against something, and stood")
     driving_s: float = Field(description="time in which the robot moved")
     waiting_s: float = Field(description="time in which it stood and a plan or an answer was under way")
     known_share: float = Field(description="share of the map's cells that the robot knows at the end")
-    energy: MissionEnergy
-    account: dict[str, Account]
+    energy: MissionEnergy = Field(description="energy of the mission")
+    account: dict[str, Account] = Field(description="where the time of each component and link went")
     latency: tuple[LatencyShare, ...] = Field(
         default=(), description="where the time of plans went, largest first"
     )
     control: tuple[LatencyShare, ...] = Field(
         default=(), description="where the time of turns of the control loop went, largest first"
     )
-    bottleneck: Bottleneck | None = None
+    bottleneck: Bottleneck | None = Field(
+        default=None, description="what sets the pace; None where no time passed"
+    )
 
     def figures(self) -> dict[ResultFigure, float | None]:
         """Its figures as objectives and constraints name them; the time of a mission that failed is none."""

@@ -25,31 +25,31 @@ class _Model(BaseModel):
 class Source(_Model):
     """Where a figure comes from, with its interval where a law was fitted or a value assumed."""
 
-    value: float
-    unit: str
-    status: Status
-    source: str
-    low: float
-    high: float
+    value: float = Field(description="the figure")
+    unit: str = Field(description="its unit")
+    status: Status = Field(description="published, calibrated, measured or assumed")
+    source: str = Field(description="where it is from")
+    low: float = Field(description="least that it may be")
+    high: float = Field(description="most that it may be")
 
 
 class ResourceItem(_Model):
     """One line of a demand."""
 
-    name: str
-    amount: int
-    status: Status
-    source: str
+    name: str = Field(description="what of the design it is for")
+    amount: int = Field(description="how many")
+    status: Status = Field(description="published, calibrated, measured or assumed")
+    source: str = Field(description="the law or table it is from")
 
 
 class ResourceUse(_Model):
-    """One kind of resource of the part, asked for and there; ``gap`` = demand - budget, 0 where it fits."""
+    """One kind of resource of the part, asked for and there."""
 
-    resource: str
-    demand: int
-    budget: int
-    gap: int
-    items: tuple[ResourceItem, ...]
+    resource: str = Field(description="the kind, such as slices")
+    demand: int = Field(description="how many the design takes")
+    budget: int = Field(description="how many the part has")
+    gap: int = Field(description="demand - budget where that is above 0, else 0")
+    items: tuple[ResourceItem, ...] = Field(description="what the demand is made of")
 
 
 class Reason(_Model):
@@ -58,13 +58,15 @@ class Reason(_Model):
     All three are in ``unit``; what is whole, as counts are, is an integer.
     """
 
-    kind: Literal["resource", "bound", "clock", "constraint", "mapping"]
-    name: str
-    demand: int | float
-    limit: int | float
-    gap: int | float
-    unit: str
-    levers: tuple[str, ...] = ()
+    kind: Literal["resource", "bound", "clock", "constraint", "mapping"] = Field(
+        description="what passes its limit: a resource, a bound of the design, a clock, a constraint, or a mapping"
+    )
+    name: str = Field(description="which of that kind")
+    demand: int | float = Field(description="what it comes to, in unit")
+    limit: int | float = Field(description="what it may be, in unit")
+    gap: int | float = Field(description="by how much it passes the limit, in unit")
+    unit: str = Field(description="unit of the three; empty for counts")
+    levers: tuple[str, ...] = Field(default=(), description="what would mend it")
 
     @field_validator("demand", "limit", "gap")
     @classmethod
@@ -78,91 +80,95 @@ class Reason(_Model):
 
 
 class StageUse(_Model):
-    """One stage of the relaxation; ``cycles`` = iterations × (precision + 2), block switches left out."""
+    """One stage of the relaxation."""
 
-    stage: int
-    precision: int
-    sweeps: int
-    visits: int
-    iterations: int
-    cycles: int
-    local_maxima: int
+    stage: int = Field(description="its number, from 0")
+    precision: int = Field(description="fractional bits of its field")
+    sweeps: int = Field(description="sweeps over all blocks until it settled")
+    visits: int = Field(description="visits of single blocks")
+    iterations: int = Field(description="iterations of the nodes, all visits together")
+    cycles: int = Field(description="iterations × (precision + 2); block switches left out")
+    local_maxima: int = Field(description="reachable cells without a way up at its end")
 
 
 class Times(_Model):
-    """When things were done, in ps from the start of the run.
+    """When things were done, from the start of the run."""
 
-    ``map_loaded_ps``: the map stands in the component that plans. ``planned_ps``: the plan stands. ``first_plan_ps``:
-    the first decision reached the one who asked.
-    """
-
-    map_loaded_ps: int
-    planned_ps: int
-    first_plan_ps: int
+    map_loaded_ps: int = Field(description="when the map stood in the component that plans, ps")
+    planned_ps: int = Field(description="when the plan stood, ps")
+    first_plan_ps: int = Field(description="when the first decision reached the one who asked, ps")
 
 
 class Clock(_Model):
-    """The clock the design runs at and the fastest that the law of its size and the part allow, Hz."""
+    """The clock of a design."""
 
-    hz: int
-    limit: Source
+    hz: int = Field(description="the clock that the design runs at, Hz")
+    limit: Source = Field(description="the fastest that the law of its size and the part allow, Hz")
 
 
 class Power(_Model):
     """Power while planning, W."""
 
-    static: Source
-    dynamic: Source
+    static: Source = Field(description="of the chip, whatever it does, W")
+    dynamic: Source = Field(description="of the design while it plans, W")
 
 
 class Energy(_Model):
     """Energy up to the first plan, J: static power over the whole time, dynamic power over the busy time."""
 
-    fpga_j: float
-    processors_j: float
-    links_j: float = 0.0
-    memories_j: float = 0.0
-    total_j: float
+    fpga_j: float = Field(
+        description="of the FPGA: static over the whole time, dynamic over the busy time, J"
+    )
+    processors_j: float = Field(description="of the processors, busy and idle, J")
+    links_j: float = Field(default=0.0, description="of the links, busy and idle, J")
+    memories_j: float = Field(default=0.0, description="of the external memories, busy and idle, J")
+    total_j: float = Field(description="of all of them, J")
 
 
 class Result(_Model):
     """All the figures of one design point on one workload."""
 
-    schema_version: Literal[1] = 1
-    platform: str
-    workload: str
-    planner: str
-    style: str
-    component: str
+    schema_version: Literal[1] = Field(default=1, description="version of this form")
+    platform: str = Field(description="name of the platform")
+    workload: str = Field(description="name of the workload")
+    planner: str = Field(description="name of the planner")
+    style: str = Field(description="architecture style of the planning task")
+    component: str = Field(description="the component that plans")
     places: dict[str, str] = Field(default={}, description="component of each task")
     external_memory: str | None = Field(
         default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
     )
-    part: str | None
+    part: str | None = Field(description="part and speed grade of that component; None for a processor")
     parameters: dict[str, dict[str, Any]] = Field(description="parameters of each task")
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
-    feasible: bool
-    reasons: tuple[Reason, ...] = ()
-    resources: tuple[ResourceUse, ...] = ()
-    clock: Clock | None = None
-    power: Power | None = None
+    feasible: bool = Field(description="whether the design fits; where not, figures of a run are None")
+    reasons: tuple[Reason, ...] = Field(default=(), description="why it does not fit, or is not wanted")
+    resources: tuple[ResourceUse, ...] = Field(
+        default=(), description="use of each kind of resource of the part; empty for a processor"
+    )
+    clock: Clock | None = Field(default=None, description="clock of the design, and its limit")
+    power: Power | None = Field(default=None, description="power of the FPGA while it plans")
     processor: dict[str, Source] = Field(
         default={}, description="cost of the kernel (ps a unit) and power (W) of the processor that plans"
     )
-    time: Times | None = None
+    time: Times | None = Field(default=None, description="when things were done, up to the first plan")
     cycles: dict[str, int] | None = Field(
         default=None,
         description="clock cycles of the planning component by phase; of a fleet those of the first robot's board",
     )
-    stages: tuple[StageUse, ...] | None = None
+    stages: tuple[StageUse, ...] | None = Field(
+        default=None, description="stages of the relaxation, of planners that have them"
+    )
     precision: int | None = Field(default=None, description="fractional bits of the final field")
-    energy: Energy | None = None
+    energy: Energy | None = Field(default=None, description="energy up to the first plan")
     utilisation: dict[str, float] | None = Field(
         default=None,
         description="busy share of each component and link; of a fleet's FPGAs that of the first robot's board",
     )
     links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
-    quality: Quality | RobotsQuality | None = None
+    quality: Quality | RobotsQuality | None = Field(
+        default=None, description="what the plan is worth; of a drive, the first one"
+    )
     mission: Mission | None = Field(default=None, description="figures of a drive")
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")

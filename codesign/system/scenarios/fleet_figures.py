@@ -21,53 +21,53 @@ class _Model(BaseModel):
 class Spread(_Model):
     """Some spans of time: their median, 95th percentile and worst, ps; each is one of them."""
 
-    median_ps: int
+    median_ps: int = Field(description="median, ps")
     share_95_ps: int = Field(description="95th percentile")
-    worst_ps: int
+    worst_ps: int = Field(description="worst, ps")
 
 
 class Frames(_Model):
     """The coordinates of all robots on their way to the display, one message an update.
 
-    ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. ``skipped``: the message before was not in the
-    line's FIFO yet (real time only: a free-running fleet waits). ``dropped``: by reason. ``late``: of those shown,
-    shown more than a time step after their update was decided. ``age``: how long after.
+    ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. A free-running fleet skips none, it waits.
     """
 
     receiver: str = Field(description="the component that draws them")
     bits: int = Field(description="bits of one message, framing left out")
-    made: int
-    skipped: int
-    dropped: dict[str, int]
-    shown: int
-    late: int
+    made: int = Field(description="messages made, one an update")
+    skipped: int = Field(description="not sent, as the one before was not in the line's FIFO yet")
+    dropped: dict[str, int] = Field(description="lost, by reason")
+    shown: int = Field(description="drawn")
+    late: int = Field(description="of those shown, later than a time step after their update was decided")
     under_way: int = Field(description="at the end of the run")
-    age: Spread | None
+    age: Spread | None = Field(description="from the decision of an update to its picture")
 
 
 class FleetFigures(_Model):
     """The figures of one run of scenario ``fleet``."""
 
-    robots: int
+    robots: int = Field(description="robots of the fleet")
     fpgas: int = Field(description="one for each robot, all alike: the platform file declares one of them")
     ended: str = Field(description="why the run ended")
     completed: bool = Field(description="whether all robots stand at their targets")
-    updates: int
+    updates: int = Field(description="updates of all velocities that were done")
     span_ps: int = Field(description="from the begin of the first update to the end of the last")
-    time_step_ps: int
+    time_step_ps: int = Field(description="time step of the planner, ps")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
     period: Spread | None = Field(description="from the begin of an update to that of the next")
     updates_a_second: float = Field(description="that were done")
     reachable_a_second: float = Field(
-        description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by its"
-        " mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it"
+        description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by"
+        " its mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it"
     )
     pace: Pacemaker | None = Field(description="what most of the time went into")
     shares: dict[Pacemaker, float] = Field(
         description="shares of the time: robots decided, waited for the line, waited for the time step"
     )
     missed_updates: int = Field(description="that took longer than the time step")
-    frames: Frames | None
+    frames: Frames | None = Field(
+        description="coordinates on their way to the display; None where there is none"
+    )
     fpga_busy_ps: int = Field(description="the sum over the FPGAs of all robots, ps")
     fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
 
