@@ -150,6 +150,18 @@ def test_they_add_up_wherever_a_mission_is_cut(
     check_course(result, records)
 
 
+def test_a_link_without_a_declared_power_counts_as_none_and_is_named(tmp_path: Path) -> None:
+    whole = Ground(tmp_path).run()
+    part = Ground(tmp_path).run(platform={"links": {"uart": {"power": None}}})
+    for of in ("energy", "mission"):
+        told, less = (getattr(result, of) for result in (whole, part))
+        told, less = (told, less) if of == "energy" else (told.energy, less.energy)
+        assert (told.not_declared, less.not_declared) == ({}, {"links": ("uart",)})
+        # Of two links that wait and carry, the serial line takes 0.1 to 0.2 W.
+        assert part.mission is not None
+        assert 0.1 <= (told.links_j - less.links_j) / part.mission.time_s <= 0.2
+
+
 def test_a_message_on_the_wire_at_the_end_is_in_flight(tmp_path: Path) -> None:
     """The first scan takes longer than the mission."""
     slow = {"links": {"uart": {"baud": 300}}}

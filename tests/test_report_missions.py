@@ -108,6 +108,30 @@ def test_energy_adds_up_and_shows_only_what_took_any() -> None:
     assert sum(float(line[2]) for line in lines) == pytest.approx(1.0)
 
 
+def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
+    energy = a_mission().energy
+    missing = {"links": ("wire", "radio"), "memories": ("sram",)}
+    table = energy_table(energy.model_copy(update={"not_declared": missing}))
+    told = {row[0].text: row[1].text for row in table.rows}
+    assert energy.links_j > 0.0, "some links declare theirs"
+    assert told["memories"] == "not declared"
+    assert told["links"] != "not declared"
+    assert table.notes == (
+        "links whose power is not declared count as 0 J: wire, radio",
+        "memories whose power is not declared count as 0 J: sram",
+    )
+    nothing = energy.model_copy(update={"links_j": 0.0, "not_declared": {"links": ("wire",)}})
+    assert {row[0].text: row[1].text for row in energy_table(nothing).rows}["links"] == "not declared"
+    assert not energy_table(energy).notes
+    plan = a_result()
+    assert plan.energy is not None
+    plan = plan.model_copy(update={"energy": plan.energy.model_copy(update={"not_declared": missing})})
+    physical = next(table for table in result_tables(plan) if table.title == "Clock, power and energy")
+    told = {row[0].text: row[1].text for row in physical.rows}
+    assert told["energy of links"] == told["energy of memories"] == "not declared"
+    assert physical.notes == table.notes
+
+
 def test_the_account_gives_the_busy_share_of_the_mission() -> None:
     table = account_table(a_mission().account, 100.0)
     assert [[cell.value for cell in row] for row in table.rows] == [

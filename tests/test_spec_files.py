@@ -59,6 +59,18 @@ def workload(tmp_path: Path) -> Workload:
 
 
 @pytest.mark.parametrize("name", list_platforms())
+def test_the_links_and_memories_of_shipped_platforms_declare_their_power(name: str) -> None:
+    """As intervals, since none of them is published."""
+    platform = load_platform(name)
+    memories = [one for one in platform.components.values() if one.type == "memory"]
+    for one in (*platform.links.values(), *memories):
+        assert one.power is not None
+        for figure in (one.power.busy, one.power.idle):
+            assert 0.0 < figure.interval[0] < figure.value < figure.interval[1]
+        assert one.power.idle.value < one.power.busy.value
+
+
+@pytest.mark.parametrize("name", list_platforms())
 def test_every_shipped_platform_loads(name: str) -> None:
     assert load_platform(name).name == name
 

@@ -133,8 +133,8 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
     else:
         told = (
             f"the time step of {_seconds(step)}, as asked for: the robots decide in {_seconds(decide)} on average, and"
-            f" FPGAs and line would allow {_rate(fleet.reachable_a_second)} updates a second at most. A shorter time step,"
-            " or pace free_running, makes use of that"
+            f" FPGAs and line would allow {_rate(fleet.reachable_a_second)} updates a second at most. A shorter time"
+            " step, or pace free_running, makes use of that"
         )
     frames = fleet.frames
     if frames is not None and frames.skipped:

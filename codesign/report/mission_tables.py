@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from codesign.system.mission_result import Account, LatencyShare, LinkUse, Mission, MissionEnergy
     from codesign.system.result import Result
 
+NOT_DECLARED = "not declared"
+"""In place of the energy of links or memories none of which has a declared power."""
+
 SHORTEST_WAY = "the shortest way is 8-connected, corners not cut, on the true map of the start"
 
 
@@ -106,7 +109,7 @@ def mission_table(mission: Mission) -> Table:
 def energy_table(energy: MissionEnergy) -> Table:
     """Energy of the mission by what took it."""
     lines = [
-        (_word(name), _joules(joules), _part(joules, energy.total_j))
+        (_word(name), *_energy_cells(joules, energy.total_j))
         for name, joules in (
             ("FPGA", energy.fpga_j),
             ("processors", energy.processors_j),
@@ -114,13 +117,26 @@ def energy_table(energy: MissionEnergy) -> Table:
             ("memories", energy.memories_j),
             ("robot", energy.robot_j),
         )
-        if joules
+        if joules or name in energy.not_declared
     ]
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
         (*lines, (_word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
+        not_declared_notes(energy.not_declared),
         strong=frozenset([len(lines)]),
+    )
+
+
+def _energy_cells(joules: float, total: float) -> tuple[Cell, Cell]:
+    return (_joules(joules), _part(joules, total)) if joules else (Cell(NOT_DECLARED), Cell(ABSENT))
+
+
+def not_declared_notes(names: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """What counts as 0 J only since the platform declares no power of it."""
+    return tuple(
+        f"{kind} whose power is not declared count as 0 J: {', '.join(of_kind)}"
+        for kind, of_kind in names.items()
     )
 
 

@@ -118,7 +118,7 @@ class MemoryComponent(SpecModel):
         default=0.0, description="dram: share of the time that refreshing takes."
     )
     power: BusyPower | None = Field(
-        default=None, description="Power, busy and idle; none is counted without."
+        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
     )
 
     @model_validator(mode="after")

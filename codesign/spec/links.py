@@ -61,7 +61,7 @@ class _Link(SpecModel):
         default=(), description="When it is down."
     )
     power: BusyPower | None = Field(
-        default=None, description="Power, busy and idle; none is counted without."
+        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
     )
 
     @field_validator("outages", mode="after")

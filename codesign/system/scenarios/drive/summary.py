@@ -98,6 +98,7 @@ def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnerg
         memories_j=own.memories_j,
         robot_j=robot,
         total_j=own.total_j + robot,
+        not_declared=own.not_declared,
     )
 
 
