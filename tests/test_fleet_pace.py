@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -11,6 +13,7 @@ from hypothesis import strategies as st
 from codesign.architectures.velocity_obstacle.pace import LineLaw, baud_needed, decide_times, pace_table
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle import AvoidParameters
+from codesign.reproduce.dubey2013_pace import pace_lines, pace_remarks
 
 BAUDS = st.integers(300, 20_000_000)
 DECIDE = st.fractions(Fraction(1, 10**6), Fraction(1))
@@ -104,3 +107,20 @@ def test_the_table_names_what_is_longer() -> None:
 def test_an_unknown_arrangement_is_refused() -> None:
     with pytest.raises(Exception, match="no arrangement"):
         decide_times(4, Style.PIPELINED, AvoidParameters(), "star")
+
+
+def test_the_page_shows_the_table_that_the_command_prints() -> None:
+    page = (Path(__file__).parents[1] / "docs" / "velocity_obstacle.md").read_text(encoding="utf-8")
+    table = "\n".join(pace_lines())
+    assert f"\n\n{table}\n\n" in page
+    said = page[page.index(table) :]
+    assert "python -m codesign.reproduce.dubey2013_pace" in said
+    told = [re.findall(r"\d[\d,]*", line) for line in pace_remarks()]
+    assert told == [
+        ["64", "12,000,000", "2,356", "2,825"],
+        ["10", "24", "9,600", "288", "115,200"],
+        ["8", "3,200"],
+    ]
+    assert {"2,356", "2,825", "24", "9,600", "288", "115,200", "3,200"} <= set(
+        re.findall(r"\d[\d,]*\d", said)
+    )
