@@ -123,6 +123,10 @@ class Energy(_Model):
     links_j: float = Field(default=0.0, description="of the links, busy and idle, J")
     memories_j: float = Field(default=0.0, description="of the external memories, busy and idle, J")
     total_j: float = Field(description="of all of them, J")
+    not_declared: dict[str, tuple[str, ...]] = Field(
+        default={},
+        description="names of the links and memories whose power the platform does not declare: they count as 0 J",
+    )
 
 
 class Result(_Model):
