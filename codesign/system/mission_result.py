@@ -68,6 +68,10 @@ class MissionEnergy(_Model):
     memories_j: float = Field(description="of the external memories, J")
     robot_j: float = Field(description="of the robot's body, moving and standing, J")
     total_j: float = Field(description="of all of them, J")
+    not_declared: dict[str, tuple[str, ...]] = Field(
+        default={},
+        description="names of the links and memories whose power the platform does not declare: they count as 0 J",
+    )
 
 
 class Mission(_Model):
