@@ -154,7 +154,7 @@ class MissionRecord(Record):
     """Something that happened in a mission: ``event`` names its kind, ``text`` says what.
 
     Events: ``plan_requested``, ``plan_ready``, ``no_way``, ``deadline_missed``, ``safety_stop``, ``contact``,
-    ``goal_reached``, ``ended``.
+    ``obstacle_waits``, ``goal_reached``, ``ended``.
     """
 
     event: str

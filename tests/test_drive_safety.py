@@ -72,6 +72,10 @@ def check(done: Drive, records: list[Record], radius: float) -> None:
     mission = done.log
     told = [record for record in records if isinstance(record, MissionRecord)]
     assert told[-1].event == "ended"
+    touched = [record.time for record in told if record.event == "contact"]
+    assert touched == [contact.time for contact in done.scene.robot.contacts]
+    waits = [record.time for record in told if record.event == "obstacle_waits"]
+    assert waits == [waiting.time for waiting in done.scene.world.deferrals]
     assert told[-1].text == mission.ended
 
 

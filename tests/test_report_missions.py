@@ -33,6 +33,7 @@ from codesign.report import (
 )
 from codesign.report.mission_tables import (
     account_table,
+    contacts_table,
     energy_table,
     links_table,
     mission_headline,
@@ -41,6 +42,7 @@ from codesign.report.mission_tables import (
 from codesign.report.mission_timeline import busy_shares
 from codesign.report.page import result_html
 from codesign.report.table import Table
+from codesign.system.mission_result import ContactPoint
 
 SECOND = 10**12
 FREE = np.ones((12, 30), dtype=bool)
@@ -90,14 +92,26 @@ def test_the_figures_of_a_mission_stand_in_its_table_with_plain_values() -> None
 def test_every_number_of_a_mission_is_told() -> None:
     """A figure that the model gains must be shown, or be left out here on purpose."""
     told = {name: 1000 + number for number, name in enumerate(type(a_mission()).model_fields)}
+    no_numbers = {"ended", "reached", "energy", "account", "latency", "control", "bottleneck"}
+    # Contacts have a table of their own, and a share is none of 1000.
     numbers = {
         name: float(value)
         for name, value in told.items()
-        if name
-        not in {"ended", "reached", "energy", "account", "latency", "control", "bottleneck", "known_share"}
+        if name not in no_numbers | {"contact_points", "known_share"}
     }
     shown = {cell.value for row in mission_table(a_mission(**numbers)).rows for cell in row}
     assert set(numbers.values()) <= shown
+
+
+def test_more_contacts_than_are_shown_are_counted() -> None:
+    points = tuple(
+        ContactPoint(time_s=number, row=number + 0.5, column=2.0, speed_m_s=0.1) for number in range(100)
+    )
+    table = contacts_table(a_mission(contacts=130, contact_points=points))
+    assert [row[0].value for row in table.rows] == [*range(20)]
+    assert [cell.text for cell in table.rows[1]] == ["1 s", "1.500", "2.000", "0.1 m/s"]
+    assert table.notes == ("the first 20; 110 contacts more",)
+    assert not contacts_table(a_mission(contacts=2, contact_points=points[:2])).notes
 
 
 def test_energy_adds_up_and_shows_only_what_took_any() -> None:

@@ -28,6 +28,8 @@ NOT_DECLARED = "not declared"
 
 SHORTEST_WAY = "the shortest way is 8-connected, corners not cut, on the true map of the start"
 
+_CONTACTS = 20
+
 
 def mission_tables(result: Result) -> tuple[Table, ...]:
     """The tables of a mission, in reading order, and of any run's places and links; () where it has none of them."""
@@ -35,6 +37,8 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
     tables: list[Table] = []
     if mission is not None:
         tables.append(mission_table(mission))
+        if mission.contact_points:
+            tables.append(contacts_table(mission))
         if mission.latency:
             tables.append(latency_table(mission.latency))
         if mission.control:
@@ -97,6 +101,7 @@ def mission_table(mission: Mission) -> Table:
         ("missed deadlines", count_cell(mission.missed_deadlines)),
         ("safety stops", count_cell(mission.safety_stops)),
         ("contacts", count_cell(mission.contacts)),
+        ("obstacles that waited for the robot", count_cell(mission.deferred_obstacles)),
         ("time driving", _seconds(mission.driving_s)),
         ("time standing for an answer", _seconds(mission.waiting_s)),
         ("cells known at the end", share_cell(mission.known_share)),
@@ -104,6 +109,26 @@ def mission_table(mission: Mission) -> Table:
     if mission.bottleneck is not None:
         rows.append((PACE, _word(bottleneck_text(mission))))
     return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
+
+
+def contacts_table(mission: Mission) -> Table:
+    """When, where and how fast the robot ran against something."""
+    shown = mission.contact_points[:_CONTACTS]
+    rest = mission.contacts - len(shown)
+    return Table(
+        "Contacts",
+        (*right("time", unit="s"), *right("row", "column"), *right("speed", unit="m/s")),
+        tuple(
+            (
+                _seconds(one.time_s),
+                Cell(f"{one.row:.3f}", one.row),
+                Cell(f"{one.column:.3f}", one.column),
+                Cell(quantity_text(one.speed_m_s, "m/s"), one.speed_m_s),
+            )
+            for one in shown
+        ),
+        (f"the first {len(shown)}; {plural(rest, 'contact')} more",) if rest else (),
+    )
 
 
 def energy_table(energy: MissionEnergy) -> Table:

@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from codesign.spec.exploration import ResultFigure
 
+CONTACT_POINTS = 100
+"""Contacts that a result lists; it counts them all."""
+
 
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
@@ -74,6 +77,15 @@ class MissionEnergy(_Model):
     )
 
 
+class ContactPoint(_Model):
+    """A contact: the robot ran against something and stood at once."""
+
+    time_s: float = Field(description="when")
+    row: float = Field(description="of the robot's middle, cells")
+    column: float = Field(description="of the robot's middle, cells")
+    speed_m_s: float = Field(description="that the robot lost")
+
+
 class Mission(_Model):
     """The figures of a drive."""
 
@@ -103,6 +115,12 @@ class Mission(_Model):
     missed_deadlines: int = Field(description="turns without an answer by the deadline")
     safety_stops: int = Field(description="times that the robot braked because an answer was overdue")
     contacts: int = Field(description="times that the robot ran against something, and stood")
+    contact_points: tuple[ContactPoint, ...] = Field(
+        default=(), description=f"the contacts in order, the first {CONTACT_POINTS} of them"
+    )
+    deferred_obstacles: int = Field(
+        default=0, description="times that an obstacle waited to come until the robot had left its place"
+    )
     driving_s: float = Field(description="time in which the robot moved")
     waiting_s: float = Field(description="time in which it stood and a plan or an answer was under way")
     known_share: float = Field(description="share of the map's cells that the robot knows at the end")

@@ -10,7 +10,7 @@ from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
 
 if TYPE_CHECKING:
-    from codesign.system.build import Machine
+    from codesign.system.scenarios.drive.scene import Scene
 
 
 @dataclass
@@ -25,8 +25,7 @@ class Log:
     - ``ended``: why the drive ended; None while it goes on. ``reached``: whether it did all that it was to do.
     """
 
-    machine: Machine
-    robot: str
+    scene: Scene
     first: Answer | None = None
     last: Answer | None = None
     plans: int = 0
@@ -45,11 +44,14 @@ class Log:
 
     def tell(self, event: str, text: str) -> None:
         """Note something for listeners."""
-        if self.machine.listening:
-            self.machine.tell(MissionRecord(self.machine.now, self.robot, event, text))
+        machine = self.scene.machine
+        if machine.listening:
+            machine.tell(MissionRecord(machine.now, self.scene.robot.name, event, text))
 
     def end(self, why: str, *, reached: bool = False) -> None:
         """The drive ends here; the first reason counts."""
         if self.ended is None:
-            self.ended, self.reached, self.ended_at = why, reached, self.machine.now
+            # What the robot ran against until now is told before the end is.
+            self.scene.advance()
+            self.ended, self.reached, self.ended_at = why, reached, self.scene.machine.now
             self.tell("ended", why)

@@ -36,7 +36,7 @@ class Drive:
 def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     """Let the robot drive until the mission ends, for a reason that is stated: it always does."""
     scene = Scene(machine)
-    scenario, log = scene.scenario, Log(machine, scene.robot.name)
+    scenario, log = scene.scenario, Log(scene)
     goals = Exploration(scene) if scenario.purpose == "explore" else Tour(scene)
     replanner = Replanner(machine, scene, goals, log, memo)
     pilot = Pilot(machine, scene, goals, replanner, log)

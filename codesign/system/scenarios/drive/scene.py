@@ -12,7 +12,7 @@ from codesign.components.robot import Robot
 from codesign.mission.belief import Belief, Update
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.mission.world import World
-from codesign.records import BeliefRecord, MapRecord, ObstacleRecord, PoseRecord
+from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
@@ -79,10 +79,21 @@ class Scene:
         if machine.listening:
             goals = np.array(problem.goals, np.int32).reshape(-1, 2)
             machine.tell(MapRecord(0, "map", self.world.free_now.copy(), goals, self.resolution))
+        self._tell_waiting(0)
 
     def advance(self) -> None:
-        """Bring the robot up to now."""
-        self.robot.advance(self.machine.now, self.world.blocked_for_robot)
+        """Bring the robot up to now; what it ran against on the way is told."""
+        robot, machine = self.robot, self.machine
+        before = len(robot.contacts)
+        robot.advance(machine.now, self.world.blocked_for_robot)
+        if machine.listening:
+            for contact in robot.contacts[before:]:
+                row, column = contact.position
+                text = (
+                    f"ran against {contact.cell} at ({row:.3f}, {column:.3f}),"
+                    f" {contact.speed * self.resolution:.3g} m/s"
+                )
+                machine.tell(MissionRecord(contact.time, robot.name, "contact", text))
 
     def look(self) -> Any:
         """What the robot sees from where it is now."""
@@ -114,13 +125,22 @@ class Scene:
         while (due := self.world.next_change(machine.now)) is not None:
             yield machine.environment.timeout(due - machine.now)
             self.advance()
+            before = len(self.world.deferrals)
             cells = self.world.advance(machine.now, self.robot.position)
+            self._tell_waiting(before)
             if len(cells) and machine.listening:
                 free = self.world.free_now[cells[:, 0], cells[:, 1]]
                 for appeared in (True, False):
                     some = cells[free != appeared].astype(np.int32)
                     if len(some):
                         machine.tell(ObstacleRecord(machine.now, "map", some, appeared))
+
+    def _tell_waiting(self, before: int) -> None:
+        """Tell listeners which obstacles wait for the robot, beyond the first ``before`` that did."""
+        if self.machine.listening:
+            for waiting in self.world.deferrals[before:]:
+                text = f"obstacles.{waiting.kind}[{waiting.index}] waits until the robot has left its place"
+                self.machine.tell(MissionRecord(waiting.time, self.robot.name, "obstacle_waits", text))
 
     def _appearing(self) -> list[Appearing]:
         obstacles = self.scenario.obstacles

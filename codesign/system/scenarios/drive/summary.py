@@ -9,7 +9,15 @@ import numpy as np
 from codesign import maps
 from codesign.spec.components import RobotComponent
 from codesign.system.ledger import Ledger, Spent
-from codesign.system.mission_result import Account, Bottleneck, LatencyShare, Mission, MissionEnergy
+from codesign.system.mission_result import (
+    CONTACT_POINTS,
+    Account,
+    Bottleneck,
+    ContactPoint,
+    LatencyShare,
+    Mission,
+    MissionEnergy,
+)
 from codesign.system.outcome import energy
 from codesign.system.result import Power
 from codesign.system.scenarios.drive.log import Log
@@ -56,6 +64,16 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         missed_deadlines=log.missed,
         safety_stops=robot.safety_stops,
         contacts=len(robot.contacts),
+        contact_points=tuple(
+            ContactPoint(
+                time_s=contact.time / SECOND,
+                row=contact.position[0],
+                column=contact.position[1],
+                speed_m_s=contact.speed * scene.resolution,
+            )
+            for contact in robot.contacts[:CONTACT_POINTS]
+        ),
+        deferred_obstacles=len(scene.world.deferrals),
         driving_s=driving,
         waiting_s=waiting,
         known_share=scene.belief.known_share,
