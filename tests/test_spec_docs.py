@@ -6,10 +6,16 @@ import re
 from pathlib import Path
 
 import pytest
+from doc_tables import fields, rows, says_default, section
 
 from codesign.errors import SpecError
 from codesign.spec import ResultFigure, cross_check, load_platform, load_workload
+from codesign.spec.components import COMPONENTS
+from codesign.spec.links import LINKS
 from codesign.spec.problem import MAPS
+from codesign.spec.scenario import SCENARIOS, Fleet, PlanOnce
+from codesign.spec.tasks import ExtraTask
+from codesign.spec.workload import TaskMapping, Variant, Workload
 from codesign.system import catalog
 
 TEXT = (Path(__file__).resolve().parent.parent / "docs" / "spec.md").read_text(encoding="utf-8")
@@ -53,3 +59,46 @@ def test_every_generator_with_its_defaults_and_every_figure_stand_there() -> Non
         assert set(re.findall(r"`[^`]+`", row)) == set(expected)
     for figure in ResultFigure:
         assert f"`{figure}`" in TEXT
+
+
+@pytest.mark.parametrize("kind", COMPONENTS)
+def test_every_key_of_a_component_with_its_default(kind: str) -> None:
+    table = rows(section(TEXT, f"### `type: {kind}`"))
+    wanted = dict(fields(COMPONENTS[kind]))
+    assert {key.replace("costs.KERNEL", "costs") for key in table} == set(wanted)
+    for key, info in wanted.items():
+        assert says_default(info, table["costs.KERNEL" if key == "costs" else key][0]), key
+
+
+@pytest.mark.parametrize("kind", LINKS)
+def test_every_key_of_a_link_with_its_default(kind: str) -> None:
+    """Errors and outages are among what all links have."""
+    shared = rows(section(TEXT, "### Links"))
+    own = rows(section(TEXT, f"### `type: {kind}`")) if kind != "ideal" else {}
+    wanted = dict(fields(LINKS[kind]))
+    assert {*shared, *own} - {"type"} == set(wanted)
+    for key, info in wanted.items():
+        assert says_default(info, {**shared, **own}[key][0]), key
+
+
+def test_every_scenario_has_its_keys_here_or_in_missions() -> None:
+    text = section(TEXT, "### Scenarios")
+    assert set(re.findall(r"^- `(\w+)`", text, re.M)) == set(SCENARIOS)
+    assert not dict(fields(PlanOnce))
+    table, wanted = rows(text), dict(fields(Fleet))
+    assert set(table) == set(wanted)
+    assert all(says_default(info, table[key][0]) for key, info in wanted.items())
+
+
+def test_every_key_of_a_workload_with_its_default() -> None:
+    table = rows(section(TEXT, "### Added tasks"))
+    wanted = dict(fields(ExtraTask))
+    assert set(table) == set(wanted)
+    assert all(says_default(info, table[key][0]) for key, info in wanted.items())
+    table = rows(section(TEXT, "## Workload"))
+    assert {key.split(".")[0] for key in table} == set(Workload.model_fields) - {"kind"}
+    placed = {key.removeprefix("mapping.TASK."): told for key, (told, _) in table.items()}
+    for key, info in TaskMapping.model_fields.items():
+        assert key == "parameters" or says_default(info, placed[key]), key
+    varied = {key.removeprefix("variants.NAME."): told for key, (told, _) in table.items()}
+    assert set(Variant.model_fields) <= set(varied)
