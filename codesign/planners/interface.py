@@ -161,7 +161,11 @@ class Planner(Protocol):
 
     @property
     def tasks(self) -> Mapping[str, type[BaseModel]]:
-        """The tasks a workload may map, each with the model that its parameters are checked against."""
+        """The tasks a workload may map, each with the model that its parameters are checked against.
+
+        A model may have ``unused(external_memory=...)``: names of the parameters that a design, with an external memory
+        named by its mapping or without, makes no use of; results leave them out.
+        """
 
     @property
     def problem_model(self) -> type[SpecModel] | None:
