@@ -10,10 +10,19 @@ from typing import Any
 
 import numpy as np
 from click.testing import Result
+from doc_tables import in_flow, rows, says_default
 
 from codesign import maps
 from codesign.spec.locate import data_folder
-from codesign.spec.scenario import Drive, Obstacles, Replan
+from codesign.spec.scenario import (
+    AppearingObstacle,
+    Drive,
+    MovingObstacle,
+    Obstacles,
+    RandomObstacles,
+    Rectangle,
+    Replan,
+)
 
 Run = Callable[..., Result]
 
@@ -39,14 +48,36 @@ def test_the_example_arrives_past_what_it_did_not_know(hwsw: Run, tmp_path: Path
     assert told["distance_m"] >= told["shortest_m"] * 0.92
 
 
-def test_the_tables_name_every_key() -> None:
+def test_a_mission_that_ends_without_its_goal_is_a_result(hwsw: Run, tmp_path: Path) -> None:
+    """Its table begins with why it ended."""
+    for name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    point = (tmp_path / "board.yaml", tmp_path / "rooms.yaml", "--set", "workload.scenario.limit=1 s")
+    assert not mission(hwsw, *point)["reached"]
+    done = hwsw("run", *point)
+    assert done.exit_code == 0
+    lines = done.stdout.splitlines()
+    assert lines[lines.index("Mission") + 3].startswith("ended ")
+
+
+def test_the_table_has_every_key_with_its_default() -> None:
     text = PAGE.read_text(encoding="utf-8")
-    keys = re.findall(r"^\| (`[^|]*`) \|", text, re.MULTILINE)
-    named = {name for key in keys for name in re.findall(r"`([\w.]+)`", key)}
-    wanted = set(Drive.model_fields) - {"obstacles", "replan"}
-    wanted |= {f"obstacles.{key}" for key in Obstacles.model_fields}
-    wanted |= {f"replan.{key}" for key in Replan.model_fields}
-    assert wanted <= named
+    begin = text.index("| key of `scenario` |")
+    table = rows(text[begin : text.index("\n\n", begin)])
+    wanted = {key: info for key, info in Drive.model_fields.items() if key not in {"obstacles", "replan"}}
+    wanted |= {f"obstacles.{key}": info for key, info in Obstacles.model_fields.items()}
+    wanted |= {f"replan.{key}": info for key, info in Replan.model_fields.items()}
+    assert set(table) == set(wanted)
+    for key, info in wanted.items():
+        assert says_default(info, table[key][0]), key
+    for key, model in (
+        ("hidden", Rectangle),
+        ("obstacles.appearing", AppearingObstacle),
+        ("obstacles.moving", MovingObstacle),
+        ("obstacles.random", RandomObstacles),
+    ):
+        for name, info in model.model_fields.items():
+            assert re.search(rf"\b{re.escape(in_flow(info, name))}(?!\w)", table[key][1]), (key, name)
 
 
 def test_the_warehouse_is_drawn_as_its_file_says() -> None:

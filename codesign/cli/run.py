@@ -37,7 +37,10 @@ def run(
     granularity: str,
     as_json: bool,
 ) -> None:
-    """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth."""
+    """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
+
+    Exit code 3 where the design does not fit. A mission that ends without its goal is a result: 0, and it says why.
+    """
     import codesign
     from codesign.cli.again import command_line
     from codesign.cli.outputs import check_outputs
