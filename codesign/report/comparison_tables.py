@@ -8,8 +8,8 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import label
-from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell, word
-from codesign.report.table import Cell, Column, Table, left
+from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
+from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, figure_cell, quantity_text
 from codesign.spec.exploration import ResultFigure
 from codesign.system.result import Result

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from codesign.report.table import Cell, Table, left, pairs, right, words
+from codesign.report.table import Cell, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
     ENDED,
@@ -83,7 +83,7 @@ def bottleneck_text(mission: Mission) -> str:
 def mission_table(mission: Mission) -> Table:
     """The figures of the mission itself."""
     rows = [
-        (ENDED, _word(mission.ended)),
+        (ENDED, word(mission.ended)),
         ("did all that it was to do", Cell("yes" if mission.reached else "no", mission.reached)),
         ("simulated time", _seconds(mission.time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
@@ -107,7 +107,7 @@ def mission_table(mission: Mission) -> Table:
         ("cells known at the end", share_cell(mission.known_share)),
     ]
     if mission.bottleneck is not None:
-        rows.append((PACE, _word(bottleneck_text(mission))))
+        rows.append((PACE, word(bottleneck_text(mission))))
     return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
 
 
@@ -134,7 +134,7 @@ def contacts_table(mission: Mission) -> Table:
 def energy_table(energy: MissionEnergy) -> Table:
     """Energy of the mission by what took it."""
     lines = [
-        (_word(name), *_energy_cells(joules, energy.total_j))
+        (word(name), *_energy_cells(joules, energy.total_j))
         for name, joules in (
             ("FPGA", energy.fpga_j),
             ("processors", energy.processors_j),
@@ -147,7 +147,7 @@ def energy_table(energy: MissionEnergy) -> Table:
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
-        (*lines, (_word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
+        (*lines, (word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
         not_declared_notes(energy.not_declared),
         strong=frozenset([len(lines)]),
     )
@@ -171,7 +171,7 @@ def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
     for name, account in accounts.items():
         spans = (account.compute_s, account.transfer_s, account.wait_s, account.idle_s)
         busy = account.compute_s + account.transfer_s
-        lines.append((_word(name), *map(_seconds, spans), _part(busy, time_s)))
+        lines.append((word(name), *map(_seconds, spans), _part(busy, time_s)))
     return Table(
         "Where the time of each component and link went",
         (
@@ -218,7 +218,7 @@ def links_table(links: Mapping[str, LinkUse]) -> Table:
             use.undetected,
             use.late,
         )
-        told = (_word(name), *map(count_cell, counts), count_cell(use.bits))
+        told = (word(name), *map(count_cell, counts), count_cell(use.bits))
         lines.append((*told, share_cell(use.utilisation), _seconds(use.queued_s)))
     reasons = tuple(
         f"{name}: {plural(count, 'message')} dropped: {reason}"
@@ -241,10 +241,6 @@ def places_table(places: Mapping[str, str]) -> Table:
     return Table(
         "Where each task runs", left("task", "component"), tuple(words(*pair) for pair in places.items())
     )
-
-
-def _word(text: str) -> Cell:
-    return Cell(text, text)
 
 
 def _seconds(value: float | None) -> Cell:

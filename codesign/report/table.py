@@ -58,9 +58,14 @@ def right(*names: str, unit: str = "") -> tuple[Column, ...]:
     return tuple(Column(name, unit, "right") for name in names)
 
 
+def word(text: str) -> Cell:
+    """A word as a cell."""
+    return Cell(text, text)
+
+
 def words(*texts: str) -> tuple[Cell, ...]:
     """Cells of words."""
-    return tuple(Cell(text, text) for text in texts)
+    return tuple(map(word, texts))
 
 
 def pairs(title: str, rows: Sequence[tuple[str, Cell]], notes: tuple[str, ...] = ()) -> Table:

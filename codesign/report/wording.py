@@ -59,6 +59,15 @@ def share_cell(share: float) -> Cell:
     return Cell(share_text(share), share)
 
 
+def part_cell(part: int, whole: int) -> Cell:
+    """The share that ``part`` is of ``whole``, which may be more than all of it."""
+    if whole <= 0:
+        return Cell(ABSENT)
+    share = part / whole
+    # Above 1 the cautious rounding of a share has no meaning.
+    return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
+
+
 def share_text(share: float) -> str:
     """A share as percent. Only 1 is 100 %, only 0 is 0 %.
 
