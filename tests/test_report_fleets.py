@@ -86,6 +86,12 @@ def test_collisions_stand_first_in_table_and_headline() -> None:
     assert fleet_headline(a_fleet_result())[1] == ("7 of 8", "robots at their targets")
 
 
+def test_the_first_rows_of_a_fleet_say_how_it_ended() -> None:
+    first = result_tables(a_fleet_result(a_fleet(ended="an update limit", completed=False)))[0]
+    assert [row[0].text for row in first.rows[:2]] == ["ended", "all robots at their targets"]
+    assert [row[1].value for row in first.rows[:2]] == ["an update limit", False]
+
+
 def test_every_number_of_a_fleet_is_told() -> None:
     """A figure that the models gain must be shown, or be left out here on purpose."""
     fleet = a_fleet()

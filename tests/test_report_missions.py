@@ -184,6 +184,14 @@ def test_a_result_shows_its_mission_and_a_plan_alone_none() -> None:
     assert all("reached" in render_text(table) for table in result_tables(a_mission_result())[1:2])
 
 
+def test_the_first_rows_of_a_mission_say_how_it_ended() -> None:
+    result = a_mission_result(mission=a_mission(reached=False, ended="walled in"))
+    first = result_tables(result)[0]
+    assert [row[1].value for row in first.rows[:2]] == ["walled in", False]
+    assert first.rows[:2] == mission_table(a_mission(reached=False, ended="walled in")).rows[:2]
+    assert result_tables(a_result())[0].rows[0][0].text == "platform"
+
+
 def test_the_headline_of_a_failed_mission_says_so() -> None:
     told = mission_headline(a_mission(reached=False, ended="walled in", contacts=1))
     assert told[0] == ("not reached", "")

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from codesign.planners.interface import RobotsQuality
-from codesign.report.table import Cell, Table, left, pairs, right, words
+from codesign.report.table import Cell, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
     ENDED,
@@ -66,6 +66,12 @@ def fleet_headline(result: Result) -> tuple[tuple[str, str], ...]:
     if result.energy is not None:
         told.append((quantity_text(result.energy.total_j, "J"), "energy of the run"))
     return tuple(told)
+
+
+def fleet_end(fleet: FleetFigures) -> tuple[tuple[str, Cell], ...]:
+    """Why the run ended, and whether all robots came to their targets."""
+    done = Cell("yes" if fleet.completed else "no", fleet.completed)
+    return (ENDED, word(fleet.ended)), ("all robots at their targets", done)
 
 
 def fleet_times_table(time: Times) -> Table:
@@ -156,8 +162,7 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
             ("closest approach in cells", number_cell(quality.closest_approach)),
         ]
     rows += [
-        (ENDED, Cell(fleet.ended, fleet.ended)),
-        ("all robots at their targets", Cell("yes" if fleet.completed else "no", fleet.completed)),
+        *fleet_end(fleet),
         ("robots", count_cell(fleet.robots)),
         ("FPGAs", count_cell(fleet.fpgas)),
         ("updates", count_cell(fleet.updates)),

@@ -80,11 +80,16 @@ def bottleneck_text(mission: Mission) -> str:
     return found.text if begins else f"{found.name} ({found.kind}, {share_text(found.share)}): {found.text}"
 
 
+def mission_end(mission: Mission) -> tuple[tuple[str, Cell], ...]:
+    """Why the mission ended, and whether all was done."""
+    done = Cell("yes" if mission.reached else "no", mission.reached)
+    return (ENDED, word(mission.ended)), ("did all that it was to do", done)
+
+
 def mission_table(mission: Mission) -> Table:
     """The figures of the mission itself."""
     rows = [
-        (ENDED, word(mission.ended)),
-        ("did all that it was to do", Cell("yes" if mission.reached else "no", mission.reached)),
+        *mission_end(mission),
         ("simulated time", _seconds(mission.time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
         ("distance driven", _metres(mission.distance_m)),

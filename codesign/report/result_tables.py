@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from codesign.figures import label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.cost_tables import physical_table, resource_table, sources_table
-from codesign.report.fleet_tables import fleet_headline, fleet_tables, fleet_times_table
-from codesign.report.mission_tables import mission_headline, mission_tables
+from codesign.report.fleet_tables import fleet_end, fleet_headline, fleet_tables, fleet_times_table
+from codesign.report.mission_tables import mission_end, mission_headline, mission_tables
 from codesign.report.table import Cell, Table, left, pairs, right, word
 from codesign.report.wording import (
     ABSENT,
@@ -48,8 +48,10 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
 
 
 def overview_table(result: Result) -> Table:
-    """What was run, and whether it can be built."""
+    """How a mission or a fleet ended; what was run, and whether it can be built."""
     rows = [
+        *(() if result.mission is None else mission_end(result.mission)),
+        *(() if result.fleet is None else fleet_end(result.fleet)),
         ("platform", word(result.platform)),
         ("workload", word(result.workload)),
         ("planner", word(result.planner)),
