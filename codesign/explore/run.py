@@ -145,14 +145,7 @@ def explore(
                     )
                 kept.put(batch)
                 tally.take(batch)
-    return Study(
-        platform.name,
-        workload.name,
-        dict(space.axes),
-        section.objectives,
-        section.constraints,
-        tuple(tally.outcomes),
-    )
+    return tally.study(platform.name, workload.name, section.objectives)
 
 
 def _section(workload: Workload) -> Exploration:
@@ -205,14 +198,7 @@ def load_study(path: Path | str) -> Study:
                 raise ValueError(f"{len(space)} points")
             tally = _Tally(space, constraints, str(path))
             tally.take_kept(store, retry=False)
-            study = Study(
-                str(known["platform"]["name"]),
-                str(known["workload"]["name"]),
-                dict(tally.space.axes),
-                objectives,
-                constraints,
-                tuple(tally.outcomes),
-            )
+            study = tally.study(str(known["platform"]["name"]), str(known["workload"]["name"]), objectives)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), _OTHER_VERSION
@@ -265,6 +251,11 @@ class _Tally:
         self._computed += len(entries)
         self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._tell()
+
+    def study(self, platform: str, workload: str, objectives: tuple[ResultFigure, ...]) -> Study:
+        """What was taken, as a study."""
+        axes, outcomes = dict(self.space.axes), tuple(self.outcomes)
+        return Study(platform, workload, axes, objectives, self.constraints, outcomes)
 
     def _take(self, entry: Entry) -> None:
         index = self._place[entry.key]
