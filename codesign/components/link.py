@@ -80,7 +80,7 @@ class Link(Component):
         environment: simpy.Environment,
         name: str,
         *,
-        shared: bool,
+        shared: bool = False,
         between: Sequence[str] = (),
         errors: LinkErrors | None = None,
         outages: Sequence[tuple[int, int | None]] = (),
