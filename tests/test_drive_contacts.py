@@ -13,7 +13,7 @@ from codesign.report.mission_tables import mission_tables
 from codesign.system.mission_result import CONTACT_POINTS, ContactPoint, Mission
 from codesign.system.scenarios.drive import drive
 from codesign.system.scenarios.drive.summary import mission_of
-from codesign.trace.show import rows_of
+from codesign.trace.show import row_of
 
 OPEN = "\n".join(["." * 16] * 16) + "\n"
 BLIND: dict[str, Any] = {"components": {"robot": {"sensor": {"range": "0 m"}}}}
@@ -38,7 +38,7 @@ def test_a_contact_is_in_the_result_its_table_and_the_trace(tmp_path: Path) -> N
     [event] = told(records, "contact")
     assert event.time == round(point.time_s * SECOND)
     assert event.text == "ran against (5, 5) at (5.000, 4.500), 0.5 m/s"
-    [row] = [row for row in rows_of(records) if row.what == "contact"]
+    [row] = [row for row in map(row_of, records) if row.what == "contact"]
     assert (row.begin, row.source, row.details) == (event.time, "robot", event.text)
     [table] = [table for table in mission_tables(result) if table.title == "Contacts"]
     assert [cell.value for cell in table.rows[0]] == [*point.model_dump().values()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRe
 from codesign.trace import open_trace, thumbnail, timeline, trace_info, trace_thumbnail
 from codesign.trace.encoding import RECORD_TYPES, schema_name, topic_of
 from codesign.trace.info import printable
-from codesign.trace.show import SHADES, WALL, row_of, rows_of
+from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """
 0 ps||host|map|2 × 3 cells, 5 free, 2 goals, 0.05 m a cell
@@ -47,11 +48,12 @@ def test_rows_that_begin_together_keep_their_order(begins: list[int], limit: int
     records = [
         MessageRecord(0, "pci", "a", "b", str(index), 8, begin, 9) for index, begin in enumerate(begins)
     ]
-    rows = rows_of(records)
+    trace = SimpleNamespace(records=lambda _: records)
+    rows = timeline(trace)
     assert [(row.begin, row.what) for row in rows] == [
         (begin, f"message {index}") for begin, index in sorted((b, i) for i, b in enumerate(begins))
     ]
-    assert rows_of(records, limit) == rows[:limit]
+    assert timeline(trace, limit=limit) == rows[:limit]
 
 
 def test_a_record_of_a_plug_in_and_an_empty_trajectory_have_lines() -> None:

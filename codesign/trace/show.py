@@ -4,7 +4,7 @@ FILE``."""
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -65,6 +65,8 @@ def timeline(
 ) -> list[Row]:
     """The records of a trace as rows in the order of their begin, the first ``limit`` of them.
 
+    Those that begin together stay in their order.
+
     ``begin`` and ``end``, ps: only what had not ended before the one, nor began after the other.
 
     Raises:
@@ -72,17 +74,8 @@ def timeline(
     """
     rows = map(row_of, trace.records(topics))
     shown = (row for row in rows if row.end >= begin and (end is None or row.begin <= end))
-    return _in_order(shown, limit)
-
-
-def rows_of(records: Iterable[Record], limit: int | None = None) -> list[Row]:
-    """Records as rows in the order of their begin; those that begin together stay in their order."""
-    return _in_order(map(row_of, records), limit)
-
-
-def _in_order(found: Iterable[Row], limit: int | None) -> list[Row]:
-    rows = ((row.begin, index, row) for index, row in enumerate(found))
-    chosen = sorted(rows) if limit is None else heapq.nsmallest(limit, rows)
+    numbered = ((row.begin, index, row) for index, row in enumerate(shown))
+    chosen = sorted(numbered) if limit is None else heapq.nsmallest(limit, numbered)
     return [row for _, _, row in chosen]
 
 

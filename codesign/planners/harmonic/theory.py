@@ -89,22 +89,11 @@ def gamma(rows: int, columns: int) -> float:
     return (math.cos(math.pi / rows) + math.cos(math.pi / columns)) / 2
 
 
-def gamma_estimate(rows: int, columns: int) -> float:
-    """γ ≈ 1 − π²/4 · (1/N² + 1/M²): equation (3)."""
-    return 1.0 - 1.0 / noise_gain_estimate(rows, columns)
-
-
 def noise_gain(rows: int, columns: int) -> float:
     """K = 1 / (1 − γ): by how much a rounding error of one step may grow (4.3.2, equation (5)); γ exact."""
     # 1 − cos(a) written as 2·sin²(a/2): no digits are lost on large maps, where γ is close to 1.
     _require(rows >= 1 and columns >= 1, f"a domain of {rows} × {columns} has no node", "rows, columns")
     return 1.0 / (math.sin(math.pi / (2 * rows)) ** 2 + math.sin(math.pi / (2 * columns)) ** 2)
-
-
-def noise_gain_estimate(rows: int, columns: int) -> float:
-    """K ≈ 4 / (π² · (1/N² + 1/M²)): equation (5)."""
-    _require(rows >= 1 and columns >= 1, f"a domain of {rows} × {columns} has no node", "rows, columns")
-    return 4.0 / (math.pi**2 * (1.0 / rows**2 + 1.0 / columns**2))
 
 
 def _require_margin(gain: float, margin: float) -> None:
