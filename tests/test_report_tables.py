@@ -29,7 +29,7 @@ from codesign.report.study_tables import fixed_axes, short_names, study_counts, 
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Reason, Result
+from codesign.system.result import DisplayUse, Reason, Result
 
 FRONT = """\
 Front
@@ -314,6 +314,13 @@ def test_a_plan_that_fails_is_told_beside_feasible() -> None:
     assert overview(0)["starts that arrive"] == "0 of 64"
     assert overview(63)["starts that arrive"] == "63 of 64"
     assert "starts that arrive" not in overview(64)
+
+
+def test_what_displays_read_is_told() -> None:
+    use = DisplayUse(frames=12, starved_words=3456, port_share=0.25)
+    table = named(result_tables(a_result(displays={"screen": use})), "Displays")
+    assert [[cell.value for cell in row] for row in table.rows] == [["screen", 12, 3456, 0.25]]
+    assert all(table.title != "Displays" for table in result_tables(a_result(displays={})))
 
 
 def test_path_length_ratios_say_what_the_shortest_is() -> None:

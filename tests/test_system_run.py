@@ -13,6 +13,7 @@ from codesign.errors import SpecError
 from codesign.memo import Memo
 from codesign.records import MessageRecord, StageRecord, TaskRecord, VisitsRecord
 from codesign.system import bind, point_of, simulate
+from codesign.system.result import DisplayUse
 from codesign.trace import MemoryListener
 
 Specs = tuple[Path, Path]
@@ -52,6 +53,26 @@ def test_granularity_listeners_and_memo_change_nothing(specs: Specs, settings: d
     assert simulate(*point, memo=memo) == first
     assert simulate(*point, memo=memo) == first
     assert memo.hits
+
+
+def test_a_result_tells_what_a_display_read() -> None:
+    files = codesign.load_platform("virtex2pro-vga"), codesign.load_workload("breadth-first")
+
+    def screen(**settings: Any) -> DisplayUse:
+        axes = {name.replace("__", "."): value for name, value in settings.items()}
+        result = simulate(*point_of(*files, axes))
+        assert result.displays is not None
+        assert [*result.displays] == ["screen"]
+        return result.displays["screen"]
+
+    in_block_ram = screen()
+    assert (in_block_ram.frames, in_block_ram.starved_words) == (0, 0)
+    # Of each line of 1344 pixels at 65 MHz, 98 are cells of the map, a cycle each at 120 MHz.
+    assert in_block_ram.port_share == pytest.approx(98 / (1344 / 65e6 * 120e6), rel=0.05)
+    assert screen(screen__beside="dimm").starved_words == 0
+    slow = screen(screen__beside="dimm", dimm__clock="20 MHz")
+    assert slow.starved_words > 0
+    assert slow.port_share > 0.5
 
 
 def test_cycles_and_times_add_up(specs: Specs) -> None:

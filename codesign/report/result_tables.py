@@ -22,7 +22,7 @@ from codesign.report.wording import (
     time_cell,
 )
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Reason, Result
+from codesign.system.result import DisplayUse, Reason, Result
 
 SHORTEST = "path length: the shortest is 8-connected without corner cutting"
 """What a ratio of path lengths is held against."""
@@ -167,6 +167,8 @@ def _run_tables(result: Result) -> list[Table]:
                 tuple((_busy_name(result, name), share_cell(share)) for name, share in busy),
             )
         )
+    if result.displays:
+        tables.append(displays_table(result.displays))
     if result.quality is not None:
         tables.append(_quality_table(result))
     if result.details:
@@ -225,6 +227,22 @@ def _stages_table(result: Result) -> Table:
             for stage in result.stages or ()
         ),
         ("cycles = iterations × (precision + 2); block switches are counted by phase only",),
+    )
+
+
+def displays_table(displays: Mapping[str, DisplayUse]) -> Table:
+    """What each display read, and what its memory was too slow for."""
+    return Table(
+        "Displays",
+        (
+            *left("display"),
+            *right("frames", "words that came too late"),
+            *right("share of the memory's cycles", unit="1"),
+        ),
+        tuple(
+            (word(name), count_cell(use.frames), count_cell(use.starved_words), share_cell(use.port_share))
+            for name, use in displays.items()
+        ),
     )
 
 

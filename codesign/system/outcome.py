@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from codesign.memo import Memo
-from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.spec.components import DisplayComponent, FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.fit import fit, source
 from codesign.system.mission_result import LinkUse
-from codesign.system.result import Energy, Power, Reason, Source, Times
+from codesign.system.result import DisplayUse, Energy, Power, Reason, Source, Times
 
 if TYPE_CHECKING:
-    from codesign.components import Component
+    from codesign.components import Component, Display
 
 
 def head_fields(system: System) -> dict[str, Any]:
@@ -127,7 +127,7 @@ def _quality(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
 
 
 def use_fields(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> dict[str, Any]:
-    """Energy, utilisation and messages up to now. ``others``: FPGAs like the planning one, beside the platform's."""
+    """What was used up to now. ``others``: FPGAs like the planning one, beside the platform's."""
     return {
         "energy": energy(machine, power, others),
         "utilisation": {
@@ -136,7 +136,17 @@ def use_fields(machine: Machine, power: Power | None, others: Sequence[Component
             for component in machine.components
         },
         "links": {name: link_use(link, machine.now) for name, link in machine.links.items()},
+        "displays": {
+            name: display_use(machine.by_name[name])
+            for name, spec in machine.system.platform.components.items()
+            if isinstance(spec, DisplayComponent)
+        },
     }
+
+
+def display_use(display: Display) -> DisplayUse:
+    """What a display read up to now."""
+    return DisplayUse(frames=display.frames, starved_words=display.starved, port_share=display.port_share)
 
 
 def link_use(link: Any, now: int) -> LinkUse:

@@ -129,6 +129,16 @@ class Energy(_Model):
     )
 
 
+class DisplayUse(_Model):
+    """What one display read from its memory."""
+
+    frames: int = Field(description="frames drawn to their end")
+    starved_words: int = Field(description="words that came too late to be drawn, as the memory is too slow")
+    port_share: float = Field(
+        description="share of the memory's cycles that it took; 0 where it has a copy of its own"
+    )
+
+
 class Result(_Model):
     """All the figures of one design point on one workload."""
 
@@ -170,6 +180,7 @@ class Result(_Model):
         description="busy share of each component and link; of a fleet's FPGAs that of the first robot's board",
     )
     links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
+    displays: dict[str, DisplayUse] | None = Field(default=None, description="reads of each display")
     quality: Quality | RobotsQuality | None = Field(
         default=None, description="what the plan is worth; of a drive, the first one"
     )
