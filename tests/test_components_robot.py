@@ -130,6 +130,20 @@ def test_points_that_repeat_are_left_out() -> None:
     assert way.cut(2.0).points.tolist() == [[1, 3], [2, 3]]
 
 
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_points_closer_than_arc_lengths_can_tell_are_left_out() -> None:
+    """Else a segment of no length is a bend of which nobody can tell how fast it may be driven."""
+    way = Way([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
+    assert way.points.tolist() == [[0, 0], [0, 1], [1, 1]]
+    assert way.arcs.tolist() == [0, 1, 2]
+    straight = Way([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
+    drive = DifferentialDrive(0.5, 0.4, 1.5)
+    motion, plain = (Motion.drive(each, drive, 9.0) for each in (straight, Way([(0, -0.25), (0, 0), (0, 1)])))
+    assert motion is not None
+    assert plain is not None
+    assert (motion.end, motion.duration) == (plain.end, plain.duration)
+
+
 def test_join_goes_on_along_the_way() -> None:
     way = Way([(1, 1), (1, 5), (5, 5)])
     assert join(way, (1.0, 2.5)).points.tolist() == [[1, 2.5], [1, 5], [5, 5]]

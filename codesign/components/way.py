@@ -42,7 +42,7 @@ def cell_of(point: Sequence[float]) -> Cell:
 
 
 class Way:
-    """A polyline. Points that repeat the one before are left out.
+    """A polyline. Points that repeat the one before, or lie so close to it that the arc length stays, are left out.
 
     Attributes:
         points: float64 n × 2, n ≥ 1, (row, column) in cells, read-only.
@@ -59,11 +59,12 @@ class Way:
                 f"a way of shape {array.shape}", "way", "give n × 2 finite numbers (row, column), n ≥ 1"
             )
         steps = np.sqrt((np.diff(array, axis=0) ** 2).sum(axis=1))
-        if (steps == 0.0).any():
-            array = np.concatenate((array[:1], array[1:][steps > 0.0]))
-            steps = steps[steps > 0.0]
-        self.points = array
-        self.arcs = np.concatenate((np.zeros(1), np.cumsum(steps)))
+        arcs = np.concatenate((np.zeros(1), np.cumsum(steps)))
+        rises = arcs[1:] > arcs[:-1]
+        if not rises.all():
+            kept = np.concatenate((np.ones(1, np.bool_), rises))
+            array, arcs = array[kept], arcs[kept]
+        self.points, self.arcs = array, arcs
         self.points.flags.writeable = self.arcs.flags.writeable = False
 
     @property
