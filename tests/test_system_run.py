@@ -12,6 +12,7 @@ import codesign
 from codesign.errors import SpecError
 from codesign.memo import Memo
 from codesign.records import MessageRecord, StageRecord, TaskRecord, VisitsRecord
+from codesign.spec.locate import data_folder
 from codesign.system import bind, point_of, simulate
 from codesign.system.result import DisplayUse
 from codesign.trace import MemoryListener
@@ -55,12 +56,13 @@ def test_granularity_listeners_and_memo_change_nothing(specs: Specs, settings: d
     assert memo.hits
 
 
-def test_a_result_tells_what_a_display_read() -> None:
-    files = codesign.load_platform("virtex2pro-vga"), codesign.load_workload("breadth-first")
+def test_a_result_tells_what_a_display_read(tmp_path: Path) -> None:
+    text = (data_folder("platforms") / "virtex2pro-vga.yaml").read_text(encoding="utf-8")
 
-    def screen(**settings: Any) -> DisplayUse:
-        axes = {name.replace("__", "."): value for name, value in settings.items()}
-        result = simulate(*point_of(*files, axes))
+    def screen(beside: str = "fpga", **settings: Any) -> DisplayUse:
+        (tmp_path / "vga.yaml").write_text(text.replace("beside: fpga # reads", f"beside: {beside} # reads"))
+        files = codesign.load_platform(tmp_path / "vga.yaml"), codesign.load_workload("breadth-first")
+        result = simulate(*point_of(*files, {f"dimm.{name}": value for name, value in settings.items()}))
         assert result.displays is not None
         assert [*result.displays] == ["screen"]
         return result.displays["screen"]
@@ -69,8 +71,8 @@ def test_a_result_tells_what_a_display_read() -> None:
     assert (in_block_ram.frames, in_block_ram.starved_words) == (0, 0)
     # Of each line of 1344 pixels at 65 MHz, 98 are cells of the map, a cycle each at 120 MHz.
     assert in_block_ram.port_share == pytest.approx(98 / (1344 / 65e6 * 120e6), rel=0.05)
-    assert screen(screen__beside="dimm").starved_words == 0
-    slow = screen(screen__beside="dimm", dimm__clock="20 MHz")
+    assert screen("dimm").starved_words == 0
+    slow = screen("dimm", clock="20 MHz")
     assert slow.starved_words > 0
     assert slow.port_share > 0.5
 
