@@ -86,6 +86,8 @@ class Robot(Component):
         self._driven = 0.0
         self._moving = 0
         self._time = 0
+        self._last_pose = 0.0, float(heading)
+        self.stood_since = 0
         self._begin(Motion.stand((float(position[0]), float(position[1])), heading), 0.0, 0)
 
     def _begin(self, motion: Motion, arc: float, next_crossing: int) -> None:
@@ -254,7 +256,11 @@ class Robot(Component):
 
     def _pass_time(self, now: int) -> None:
         self._moving += self._moved_by(now)
+        ends = min(now, self.standing_from)
         self._time = now
+        pose = self._driven, self.heading
+        if any(abs(new - old) > PRESSING for new, old in zip(pose, self._last_pose, strict=True)):
+            self._last_pose, self.stood_since = pose, ends
 
     def command(self, now: int, way: Way, authority: float) -> int | None:
         """Drive ``way``, at most up to arc length ``authority``, from now on.

@@ -84,6 +84,8 @@ class RandomObstacles(SpecModel):
     def _span(self) -> Self:
         if self.end < self.begin:
             raise RefusalError("the end lies before the begin", "give a later end", ("end",))
+        if self.stay == 0:
+            raise RefusalError("a stay of no time", "give a time above 0, or none: for good", ("stay",))
         return self
 
 

@@ -77,8 +77,7 @@ def _patience(
         scene.advance()
         if replanner.busy:
             log.progress = machine.now
-        standing_since = min(scene.robot.standing_from, machine.now)
-        due = max(log.progress, standing_since) + patience
+        due = max(log.progress, scene.robot.stood_since) + patience
         if machine.now >= due:
             why = _because(machine, log, replanner, pilot)
             log.end(f"the robot has stood for {patience / SECOND:g} s{why}")
@@ -94,6 +93,8 @@ def _because(machine: Machine, log: Log, replanner: Replanner, pilot: Pilot) -> 
         why = "a plan is under way"
     elif not why and turn is not None and not turn.answered and turn.begin < machine.now:
         why = f"the turn of {turn.begin / SECOND:g} s has had no answer"
-    elif not why and active is not None and replanner.scene.robot.speed == 0:
+    elif not why and active is not None and not active.arrives:
         why = f"the plan's way ends at {active.target}, short of the goal"
+    elif not why and replanner.scene.pressed is not None:
+        why = f"it stands against an obstacle at {replanner.scene.pressed} that it does not see"
     return f": {why}" if why else ""

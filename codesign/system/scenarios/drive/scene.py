@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.robot import Robot
+from codesign.components.robot import PRESSING, Robot
 from codesign.mission.belief import Belief, Update
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.mission.world import World
@@ -94,6 +95,14 @@ class Scene:
                     f" {contact.speed * self.resolution:.3g} m/s"
                 )
                 machine.tell(MissionRecord(contact.time, robot.name, "contact", text))
+
+    @property
+    def pressed(self) -> Cell | None:
+        """The cell that the robot stands against, None where it stands free: its last contact was elsewhere."""
+        contacts = self.robot.contacts
+        if not contacts or math.dist(contacts[-1].position, self.robot.position) > PRESSING:
+            return None
+        return contacts[-1].cell
 
     def look(self) -> Any:
         """What the robot sees from where it is now."""
