@@ -91,10 +91,10 @@ def _because(machine: Machine, log: Log, replanner: Replanner, pilot: Pilot) -> 
     why = replanner.refusal or log.stall
     if not why and replanner.busy:
         why = "a plan is under way"
-    elif not why and turn is not None and not turn.answered and turn.begin < machine.now:
-        why = f"the turn of {turn.begin / SECOND:g} s has had no answer"
     elif not why and active is not None and not active.arrives:
         why = f"the plan's way ends at {active.target}, short of the goal"
     elif not why and replanner.scene.pressed is not None:
         why = f"it stands against an obstacle at {replanner.scene.pressed} that it does not see"
+    elif not why and turn is not None and not turn.answered and turn.begin < machine.now:
+        why = f"the turn of {turn.begin / SECOND:g} s has had no answer"
     return f": {why}" if why else ""
