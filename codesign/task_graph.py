@@ -5,7 +5,6 @@ In one turn data flow one way: the graph is acyclic. The loop of a mission close
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -69,24 +68,9 @@ class TaskGraph:
         place = {task: index for index, task in enumerate(self.tasks)}
         return tuple(networkx.lexicographical_topological_sort(self.networkx, key=place.__getitem__))
 
-    def flow(self, sender: str, receiver: str, name: str | None = None) -> Flow | None:
-        """The flow between two tasks, of that name where several are; None where nothing flows."""
-        for flow in self.flows:
-            if (flow.sender, flow.receiver) == (sender, receiver) and name in {None, flow.name}:
-                return flow
-        return None
-
-    def after(self, task: str) -> tuple[Flow, ...]:
-        """What flows out of a task."""
-        return tuple(flow for flow in self.flows if flow.sender == task)
-
-    def only(self, tasks: Iterable[str]) -> TaskGraph:
-        """The graph of some of the tasks, and the flows between them."""
-        kept = set(tasks)
-        return TaskGraph(
-            tuple(task for task in self.tasks if task in kept),
-            tuple(flow for flow in self.flows if {flow.sender, flow.receiver} <= kept),
-        )
+    def between(self, sender: str, receiver: str) -> tuple[Flow, ...]:
+        """What flows from one task straight to another."""
+        return tuple(flow for flow in self.flows if (flow.sender, flow.receiver) == (sender, receiver))
 
     def _cycle(self) -> list[str]:
         import networkx

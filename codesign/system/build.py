@@ -184,7 +184,13 @@ class Machine:
         return (yield from self._run(placement.places[task], steps, kernel, priority, ledger))
 
     def charge(
-        self, task: str, kernel: str, units: int, ledger: Ledger | None = None
+        self,
+        task: str,
+        kernel: str,
+        units: int,
+        ledger: Ledger | None = None,
+        *,
+        priority: int = CONTROL,
     ) -> Generator[Any, Any, None]:
         """Process generator: ``units`` of a kernel on the component of ``task``, where that has a cost of it.
 
@@ -195,7 +201,7 @@ class Machine:
         if not units or kernel not in getattr(component, "costs", ()):
             return
         begin, spent = self.now, component.duration(kernel, units)
-        yield from component.execute(kernel, units, task, priority=CONTROL)
+        yield from component.execute(kernel, units, task, priority=priority)
         if ledger is not None:
             ledger.book(Spent.COMPUTE, name, spent)
             ledger.book(Spent.WAIT, name, self.now - begin - spent)
@@ -226,12 +232,11 @@ class Machine:
     ) -> Generator[Any, Any, Any]:
         begin, ledger = self.now, Ledger() if ledger is None else ledger
         steps = _planner_steps(self.system.planner, steps)
-        on_fpga = component in self._turns
-        run = self._on_fpga(component, steps, priority, ledger) if on_fpga else None
-        if run is None:
-            run = self._on_processor(component, steps, kernel, priority, ledger)
         before = ledger.total
-        made = yield from run
+        if component in self._turns:
+            made = yield from self._on_fpga(component, steps, priority, ledger)
+        else:
+            made = yield from self._on_processor(component, steps, kernel, priority, ledger)
         # What was neither computed, sent nor waited for in a message's queue was waited for here.
         ledger.book(Spent.WAIT, component, self.now - begin - (ledger.total - before))
         return made

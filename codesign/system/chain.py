@@ -88,8 +88,8 @@ class _Chain:
 
     def carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
         """Process generator: every message of one plan between two tasks; of the map, what is not known there yet."""
-        for flow in self._flows.flows:
-            if (flow.sender, flow.receiver) == (sender, receiver) and flow.name != POSE:
+        for flow in self._flows.between(sender, receiver):
+            if flow.name != POSE:
                 bits = flow.bits
                 if sender == LOAD and self._changed is not None:
                     bits = min(bits, max(1, self._changed) * CHANGE_BITS)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from codesign.architectures.interface import Architecture, TaskStyle
@@ -23,7 +23,7 @@ COMMAND_BITS = 96
 """How far to go on which way at most how fast, three words of 32 bits: assumed."""
 
 FRAME_BITS = 64
-"""A position to be drawn, two words of 32 bits: assumed."""
+"""A robot's position to be drawn, two words of 32 bits: assumed."""
 
 _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 """Tasks that are done only where they are mapped."""
@@ -43,10 +43,6 @@ class Placement:
     graph: TaskGraph
     inside: frozenset[str]
     styles: Mapping[str, TaskStyle]
-
-    def apart(self, sender: str, receiver: str) -> bool:
-        """Whether two tasks are done by different components."""
-        return self.places[sender] != self.places[receiver]
 
 
 def asker_of(platform: Platform, component: str) -> str:
@@ -163,8 +159,11 @@ def _flows(
     if SENSE in places:
         flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
         flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
-    if DISPLAY in places:
-        flows.append(Flow(COMMAND, DISPLAY, "frame", FRAME_BITS * max(1, getattr(problem, "count", 1))))
+    if DISPLAY in places and MOVE in places:
+        flows.append(Flow(COMMAND, DISPLAY, "frame", FRAME_BITS))
+    elif DISPLAY in places:
+        # Of a fleet the display is sent what the planner answers, by the first robot's board itself.
+        flows += [replace(flow, receiver=DISPLAY) for flow in flows if flow.receiver == COMMAND]
     for task in workload.tasks:
         flows += [Flow(sender, task.name, task.name, bits) for sender, bits in task.after.items()]
     return tuple(flows)

@@ -30,9 +30,10 @@ from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.quality import arrival_updates
 from codesign.spec.scenario import Fleet
 from codesign.system.build import LostMessageError
+from codesign.system.place import DISPLAY
 from codesign.system.scenarios.fleet_figures import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.system.scenarios.fleet_trace import FleetTrace
-from codesign.system.scenarios.frames import DISPLAY, FrameSender
+from codesign.system.scenarios.frames import FrameSender
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -185,8 +186,8 @@ class _Run:
     def _frames(self) -> FrameSender | None:
         """Who sends the coordinates; None where nobody wants them, or the FPGA itself draws them."""
         places = self.machine.system.placement.places
-        receiver = places.get(DISPLAY, places[COMMAND])
-        if self.scenario.report == "none" or receiver == self.machine.system.component:
+        receiver = DISPLAY if DISPLAY in places else COMMAND
+        if self.scenario.report == "none" or places[receiver] == self.machine.system.component:
             return None
         return FrameSender(self.machine, receiver, len(self.fpgas))
 

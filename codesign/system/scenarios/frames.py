@@ -6,24 +6,18 @@ from collections import Counter
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
-from codesign.planners.interface import COMMAND
-from codesign.spec.components import ProcessorComponent
+from codesign.system.build import SIDE
 from codesign.system.scenarios.fleet_figures import Frames, spread
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
 
-DISPLAY = "display"
-NAME = "coordinates"
 RENDER_KERNEL = "render_robot"
 """What a processor's cost of drawing one robot is called; without it a frame is shown once it has arrived."""
 
-_AFTER_ALL = 20
-"""Drawing is what nothing waits for: the least urgent work of a processor."""
-
 
 class FrameSender:
-    """Sends frames of ``robots`` robots from the planning component to ``receiver`` and accounts for each of them.
+    """Sends frames of ``robots`` robots from the planning component to task ``receiver`` and accounts for each of them.
 
     ``line_ps``: what one frame takes on the slowest link of its way where nothing goes wrong, ps.
     """
@@ -33,18 +27,16 @@ class FrameSender:
         self._machine = machine
         self._receiver = receiver
         self._robots = robots
-        flows = system.planner.flows(system.problem, system.planning)
-        ends = system.planner.planning_task, COMMAND
-        self.bits = sum(flow.bits for flow in flows if (flow.sender, flow.receiver) == ends)
+        flows = system.placement.graph.between(system.planner.planning_task, receiver)
+        self.bits = sum(flow.bits for flow in flows)
+        self._name = flows[0].name
         # Where a display hangs on the pins of another component, no link is between them.
         self._hops = [
             (machine.fastest(hop, self.bits), hop.sender, hop.receiver)
-            for hop in machine.routes.between(system.component, receiver)
+            for hop in machine.routes.between(system.component, system.placement.places[receiver])
             if hop.links
         ]
         self.line_ps = max((link.duration(self.bits) for link, _, _ in self._hops), default=0)
-        spec = system.platform.components[receiver]
-        self._renders = isinstance(spec, ProcessorComponent) and RENDER_KERNEL in spec.costs
         self._writer: Any = None
         self._made = self._skipped = 0
         self._dropped: Counter[str] = Counter()
@@ -66,7 +58,7 @@ class FrameSender:
             self._machine.environment.process(self._arrive(None, begin))
             return
         link, sender, receiver = self._hops[0]
-        carrier = yield from link.post(sender, receiver, NAME, self.bits)
+        carrier = yield from link.post(sender, receiver, self._name, self.bits)
         self._machine.environment.process(self._arrive(carrier, begin))
 
     def _arrive(self, carrier: Any, begin: int) -> Generator[Any, Any, None]:
@@ -75,22 +67,20 @@ class FrameSender:
             delivery = yield carrier
             for link, sender, receiver in self._hops[1:]:
                 if delivery.reason is None:
-                    delivery = yield from link.send(sender, receiver, NAME, self.bits)
+                    delivery = yield from link.send(sender, receiver, self._name, self.bits)
             if delivery.reason is not None:
                 self._dropped[delivery.reason] += 1
                 return
-        if self._renders:
-            processor = self._machine.by_name[self._receiver]
-            yield from processor.execute(RENDER_KERNEL, self._robots, "render", priority=_AFTER_ALL)
+        yield from self._machine.charge(self._receiver, RENDER_KERNEL, self._robots, priority=SIDE)
         self._ages.append(self._machine.now - begin)
-        self._machine.follow_up(DISPLAY)
+        self._machine.follow_up(self._receiver)
 
     def figures(self, step_ps: int) -> Frames:
         """The account so far; a frame is late where it is older than a time step of ``step_ps`` ps when shown."""
         dropped = dict(sorted(self._dropped.items()))
         shown = len(self._ages)
         return Frames(
-            receiver=self._receiver,
+            receiver=self._machine.system.placement.places[self._receiver],
             bits=self.bits,
             made=self._made,
             skipped=self._skipped,
