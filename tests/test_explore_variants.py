@@ -99,6 +99,18 @@ def test_a_setting_settles_an_axis_for_all_points(hwsw: Run, file: Path, tmp_pat
     assert (again.exit_code, "there is no variant 'none'" in again.stderr) == (2, True)
 
 
+def test_a_setting_holds_in_variants_that_say_otherwise(hwsw: Run, file: Path, tmp_path: Path) -> None:
+    changed(file, ("[base, on-host]", "[base, large-blocks]"), ("[33 MHz, 66 MHz]", "[33 MHz]"))
+    done = hwsw(
+        "explore", "virtex4-pci", file, "--store", tmp_path / "points.sqlite", "--workers", 1, "--json",
+        "--set", "relax.iterations=16",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    points = json.loads(done.stdout)["points"]
+    assert [point["axes"]["workload.variant"] for point in points] == ["base", "large-blocks"]
+    assert [point["result"]["parameters"]["relax"]["iterations"] for point in points] == [16, 16]
+
+
 def test_compare_takes_variants(hwsw: Run, file: Path) -> None:
     design = f"virtex4-pci:{file}"
     told = json.loads(

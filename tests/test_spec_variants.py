@@ -401,6 +401,45 @@ def test_pinned_axes_leave_the_exploration(tmp_path: Path) -> None:
     assert made.variants
 
 
+def test_what_is_pinned_holds_in_every_variant_explored(tmp_path: Path) -> None:
+    specs = load(tmp_path, ("  axes:\n", "  axes:\n    workload.variant: [base, coarse, patient]\n"))
+    platform, made = pin(*specs, {"relax.iterations": 9, "workload.scenario.replan.policy": "lower_bound"})
+    assert made.explore is not None
+    axes = made.explore.axes
+    assert list(axes) == [
+        "relax.iterations", "workload.scenario.replan.policy", "workload.variant", "fpga.clock",
+    ]  # fmt: skip
+    for name in axes["workload.variant"]:
+        point = {axis: values[0] for axis, values in axes.items()} | {"workload.variant": name}
+        _, one = override(platform, made, point)
+        relax = one.mapping["relax"].parameters
+        assert isinstance(relax, Relax)
+        assert isinstance(one.scenario, Drive)
+        assert (relax.iterations, one.scenario.replan.policy) == (9, "lower_bound")
+        # The rest is as each variant has it.
+        assert (relax.block == (10, 10)) == (name == "coarse")
+
+
+def test_what_is_pinned_stands_before_an_axis_inside_of_it(tmp_path: Path) -> None:
+    axes = "    workload.variant: [base, patient]\n    relax.schedule.last: [23, 31]\n"
+    specs = load(tmp_path, ("  axes:\n", f"  axes:\n{axes}"))
+    platform, made = pin(*specs, {"relax.schedule": {"first": 15, "step": 8, "last": 63}})
+    assert made.explore is not None
+    point = {axis: values[0] for axis, values in made.explore.axes.items()}
+    relax = override(platform, made, point)[1].mapping["relax"].parameters
+    assert isinstance(relax, Relax)
+    assert relax.schedule.model_dump() == {"first": 15, "step": 8, "last": 23}  # type: ignore[union-attr]
+
+
+def test_nothing_is_pinned_that_a_variant_explored_does_not_have(tmp_path: Path) -> None:
+    specs = load(tmp_path, ("  axes:\n", "  axes:\n    workload.variant: [base, on-host]\n"))
+    with pytest.raises(SpecError) as caught:
+        pin(*specs, {"relax.iterations": 9}, "--set ")
+    assert str(caught.value).startswith(
+        "variant on-host: --set relax.iterations: no axis: write TASK.PARAMETER"
+    )
+
+
 def test_what_counts_as_an_axis(tmp_path: Path) -> None:
     specs = load(tmp_path)
     there = ["workload.variant", "workload.scenario.known", "workload.problem.map.rows", "workload.problem",

@@ -206,14 +206,29 @@ def pin(
 ) -> tuple[Platform, Workload]:
     """The specs with values put in, and their exploration kept without the axes that these values settle.
 
+    Where variants are explored, a value in mapping or scenario stays as an axis of one value: each variant brings its
+    own, and what is settled holds in all of them.
+
     Raises:
-        SpecError: as ``override``.
+        SpecError: as ``override``, of any variant explored too.
     """
     moved, point = override(platform, workload, values, where)
     section = workload.explore
     if section is not None:
+        variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
+        for name in variants:
+            override(platform, workload, {VARIANT_AXIS: name, **values}, f"variant {name}: {where}")
+        held = {
+            axis: (value,)
+            for axis, value in values.items()
+            if variants
+            and (
+                moves(axis, SCENARIO) or _section_of(platform, workload, axis.partition(".")[0]) == "mapping"
+            )
+        }
         axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
-        section = section.model_copy(update={"axes": axes})
+        # Those settled come first: an axis may move a key inside of one of them.
+        section = section.model_copy(update={"axes": held | axes})
     return moved, point.model_copy(update={"explore": section})
 
 
