@@ -82,7 +82,7 @@ def code_digest() -> str:
     digest = hashlib.sha256()
     for name, text in _sources(files("codesign"), ""):
         digest.update(f"{name} {len(text)}\n".encode() + text)
-    for group in ("codesign.planners", "codesign.architectures"):
+    for group in ("codesign.planners", "codesign.architectures", "codesign.task_styles"):
         for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
             release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
             digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
