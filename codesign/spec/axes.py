@@ -10,19 +10,13 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, choose_hint
-from codesign.spec.design_point import (
-    SCENARIO,
-    alternatives,
-    moves,
-    sound_scenario,
-    substitute,
-)
+from codesign.spec.design_point import SCENARIO, alternatives, moves, substitute
 from codesign.spec.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.spec.marks import Document, KeyPath
 from codesign.spec.scalars import clip, show
 from codesign.spec.tasks import SCENARIO_TASKS, PlacedTask
 from codesign.spec.validate import translate
-from codesign.spec.variants import BASE, VARIANT_AXIS, merged, no_variant, parts_present
+from codesign.spec.variants import BASE, VARIANT_AXIS, merged, no_variant, parts_present, sound_scenario
 from codesign.spec.workload import PLACE_KEYS, RawParameters, map_task
 
 Models = Mapping[str, type[BaseModel]]

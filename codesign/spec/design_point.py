@@ -19,7 +19,7 @@ from codesign.spec.platform import Platform
 from codesign.spec.scalars import clip
 from codesign.spec.scenario import Scenario
 from codesign.spec.validate import translate
-from codesign.spec.variants import NO_SCENARIO, VARIANT_AXIS, StagedScenario, choose_variant
+from codesign.spec.variants import NO_SCENARIO, VARIANT_AXIS, choose_variant, sound_scenario
 from codesign.spec.workload import PLACE_KEYS, RawParameters, Workload, map_task, stray_task
 
 S = TypeVar("S", bound=Spec)
@@ -76,15 +76,6 @@ def substitute(
         for driven_out in alternatives(model).get(str(keys[0]), ()) if model else ():
             made.pop(driven_out, None)
     return made
-
-
-def sound_scenario(raw: Any, document: Document) -> Scenario:
-    """The scenario of a raw one.
-
-    Raises:
-        ValidationError: with locations inside ``{"scenario": raw}``.
-    """
-    return StagedScenario.model_validate({"scenario": raw}, context={"document": document}).scenario
 
 
 def _with_scenario(workload: Workload, values: Mapping[str, Any], where: str) -> Workload:

@@ -29,10 +29,19 @@ NO_SCENARIO = {"type": "plan_once"}
 """What a workload without a scenario has."""
 
 
-class StagedScenario(SpecModel):
+class _StagedScenario(SpecModel):
     """A scenario under its key, to be validated by itself."""
 
     scenario: Scenario
+
+
+def sound_scenario(raw: Any, document: Document) -> Scenario:
+    """The scenario of a raw one.
+
+    Raises:
+        ValidationError: with locations inside ``{"scenario": raw}``.
+    """
+    return _StagedScenario.model_validate({"scenario": raw}, context={"document": document}).scenario
 
 
 @dataclass(frozen=True)
@@ -154,7 +163,7 @@ def no_variant(name: Any, variants: Mapping[str, Any]) -> tuple[str, str]:
 
 def _scenario(raw: Any, document: Document, place: str) -> Scenario:
     try:
-        return StagedScenario.model_validate({"scenario": raw}, context={"document": document}).scenario
+        return sound_scenario(raw, document)
     except ValidationError as error:
         told = Document(place, document.folder, {"scenario": raw})
         raise SpecError(translate(error, told)) from None

@@ -36,7 +36,7 @@ from codesign.spec.scalars import clip, show
 from codesign.spec.scenario import PlanOnce, Scenario
 from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
 from codesign.spec.validate import validate
-from codesign.spec.variants import BASE, MAX_VARIANTS, StagedScenario, merged, parts_present
+from codesign.spec.variants import BASE, MAX_VARIANTS, merged, parts_present, sound_scenario
 
 ProblemModels = Mapping[str, type[SpecModel]]
 """Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
@@ -342,9 +342,8 @@ def _varied_scenario(raw: Any, document: Document) -> Scenario:
     if not isinstance(raw, dict):
         refusal = RefusalError(f"{show(raw)} is not a mapping", "write the keys that differ")
         raise_all("Variant", [refusal_details(refusal, ("scenario",))])
-    tree = {"scenario": merged(document.tree.get("scenario"), raw)}
     try:
-        return StagedScenario.model_validate(tree, context={"document": document}).scenario
+        return sound_scenario(merged(document.tree.get("scenario"), raw), document)
     except ValidationError as error:
         # A key of the workload's scenario that clashes is told of the variant, which brought the clash in.
         lines = details_of(error)
