@@ -66,6 +66,9 @@ RUN_LEVEL = (MapRecord, TrajectoryRecord, MissionRecord, SummaryRecord)
 GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential", FieldRecord: "values"}
 """The field of a record that is shown as a grid."""
 
+BARE = frozenset(GRIDS) - {MapRecord}
+"""The records whose grid may be left out: fields of plans, of which a mission has hundreds."""
+
 # Shapes that the records promise, by field; None stands for any length.
 _SHAPES: dict[str, tuple[int | None, ...]] = {
     "goals": (None, 2),
@@ -121,16 +124,15 @@ def topic_of(record_type: type[Record], source: str) -> str:
 
 def is_bare(record: Record) -> bool:
     """Whether the grid of this record is left out of its message: it is then read as an array of 0 × 0."""
-    if isinstance(record, StageRecord):
-        return record.potential.size == 0
-    return isinstance(record, FieldRecord) and record.values.size == 0
+    return type(record) in BARE and not getattr(record, GRIDS[type(record)]).size
 
 
 def bared(record: Record) -> Record:
     """The record with its grid left out, where that may be."""
-    if isinstance(record, StageRecord):
-        return replace(record, potential=np.zeros((0, 0)))
-    return replace(record, values=np.zeros((0, 0))) if isinstance(record, FieldRecord) else record
+    if type(record) not in BARE:
+        return record
+    empty: dict[str, Any] = {GRIDS[type(record)]: np.zeros((0, 0))}
+    return replace(record, **empty)
 
 
 def schema_name(record_type: type[Record], bare: bool = False) -> str:
@@ -337,7 +339,7 @@ def _bound(size: int, record: Record, plan: FieldPlan) -> None:
 def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, Any]) -> Any:
     if plan.kind == "grid":
         assert plan.dtype is not None
-        if record_type is not MapRecord and "data" not in data:
+        if record_type in BARE and "data" not in data:
             return np.zeros((0, 0), plan.dtype)
         return decode_grid(data, plan.dtype, MAX_ELEMENTS)
     if plan.name not in data:

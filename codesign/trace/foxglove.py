@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.records import MapRecord, MissionRecord, PoseRecord, PositionsRecord, Record
+from codesign.units import PICOSECONDS_PER_SECOND
 
 _INFORMATION, _WARNING = 2, 3
 _ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact"}
@@ -73,7 +74,7 @@ def floor_of(record: MapRecord) -> Floor:
 
 def timestamp(time: int) -> dict[str, int]:
     """A time in ps as seconds and nanoseconds, rounded down."""
-    seconds, rest = divmod(time, 10**12)
+    seconds, rest = divmod(time, PICOSECONDS_PER_SECOND)
     return {"sec": seconds, "nsec": rest // 1000}
 
 

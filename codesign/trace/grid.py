@@ -4,7 +4,7 @@ documents.
 Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
 first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
 1 for an obstacle (field ``occupied``, or ``occupied_now`` after changes); what a robot knows of it is one byte
-a cell too (field ``belief``: 0 free, 1 unknown, 2 blocked); a potential, or any other field, is one float64 a
+a cell too (field ``belief``: ``FREE``, ``UNKNOWN`` or ``BLOCKED``); a potential, or any other field, is one float64 a
 cell, under its name. Maps lie lower than fields, so that the two don't flicker in one plane.
 """
 
@@ -19,6 +19,9 @@ from numpy.typing import NDArray
 
 from codesign.errors import TraceError
 from codesign.trace.foxglove import POSE, TIMESTAMP, pose, timestamp
+
+FREE, UNKNOWN, BLOCKED = 0, 1, 2
+"""What a robot knows of a cell, in the order in which a viewer shades them."""
 
 # foxglove.NumericType
 _UINT8 = 1

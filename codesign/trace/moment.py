@@ -24,6 +24,7 @@ from codesign.records import (
     Record,
     TrajectoryRecord,
 )
+from codesign.trace.grid import BLOCKED, FREE, UNKNOWN
 from codesign.trace.show import WALL, tile_of, walls
 from codesign.units import format_time
 
@@ -37,9 +38,6 @@ MOMENT_KINDS: tuple[type[Record], ...] = (
     MissionRecord,
 )
 """The records that a moment is made of: all that need be read."""
-
-FREE, UNKNOWN, BLOCKED = 0, 1, 2
-"""What a robot knows of a cell."""
 
 _CAME, _UNSEEN_WALL, _SEEN, _STALE, _WAY, _GOAL, _ROBOT = "▓", "▒", "·", "?", "*", "G", "@"
 

@@ -30,9 +30,10 @@ from codesign.records import (
 )
 from codesign.trace.encoding import packed, schema_of
 from codesign.trace.foxglove import POSE, TIMESTAMP, VECTOR, Floor, floor_of, pose, timestamp
-from codesign.trace.grid import encode_grid
+from codesign.trace.grid import BLOCKED, FREE, UNKNOWN, encode_grid
+from codesign.units import PICOSECONDS_PER_SECOND
 
-SHORTEST_INTERVAL = 10**12
+SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
 INTERVAL_A_BYTE = 64 * 10**6
 """Picoseconds between two whole grids: at least 1 s, and 64 us for each byte: 1 a cell of a map, 8 of a field.
 
@@ -41,8 +42,6 @@ In base64 at most 21 kB of JSON for each second of a mission and each grid, befo
 
 MOST_CUBES = 256
 """Cells of one record that are shown as cubes; where more change at once, the grids alone show them."""
-
-UNKNOWN = 1
 
 _FLAT = {"x": 0.0, "y": 0.0, "z": 0.0}
 _WAY = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
@@ -89,7 +88,7 @@ class Views:
                 yield self._scene(record, *self._cubes(record))
         elif isinstance(record, BeliefRecord) and self._inside(record.cells):
             grid = self._grid(record.source, "belief", np.full(self._shape, UNKNOWN, np.uint8))
-            grid.put(record.cells, record.blocked.astype(np.uint8) * 2)
+            grid.put(record.cells, np.where(record.blocked, BLOCKED, FREE))
             yield from self._shown(grid, record.time)
         elif isinstance(record, TrajectoryRecord):
             yield self._scene(record, [self._line(record)], [])
