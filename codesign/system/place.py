@@ -25,6 +25,9 @@ COMMAND_BITS = 96
 FRAME_BITS = 64
 """A robot's position to be drawn, two words of 32 bits: assumed."""
 
+RENDER_KERNEL = "render_robot"
+"""What a processor's cost of drawing one robot is called; without it what arrives is shown at once."""
+
 _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 """Tasks that are done only where they are mapped."""
 

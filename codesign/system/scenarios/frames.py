@@ -7,13 +7,11 @@ from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
 from codesign.system.build import SIDE
+from codesign.system.place import RENDER_KERNEL
 from codesign.system.scenarios.fleet_figures import Frames, spread
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
-
-RENDER_KERNEL = "render_robot"
-"""What a processor's cost of drawing one robot is called; without it a frame is shown once it has arrived."""
 
 
 class FrameSender:

@@ -19,9 +19,10 @@ class Log:
 
     - ``first``, ``last``: its first answer and its latest. ``plans``: answers in all. ``latencies``: of replans, ps,
       from the scan to the answer. ``planning``: where the time of all plans went. ``turns``: those of the control loop.
-    - ``turns_spent``: where the time of control turns went. ``waiting``: ps in which the robot stood and a plan was
+    - ``turns_spent``: where the time of control turns went; ``asking``: that of the scans among it that plans were
+      asked for by. ``waiting``: ps in which the robot stood and a plan was
       under way.
-    - ``stall``: what last kept the robot from driving on. ``progress``: when it last drove, or a plan was under way.
+    - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way, ps.
     - ``ended``: why the drive ended; None while it goes on. ``reached``: whether it did all that it was to do.
     """
 
@@ -32,6 +33,7 @@ class Log:
     latencies: list[int] = field(default_factory=list)
     planning: Ledger = field(default_factory=Ledger)
     turns_spent: Ledger = field(default_factory=Ledger)
+    asking: Ledger = field(default_factory=Ledger)
     turns: int = 0
     missed: int = 0
     goals_reached: int = 0
@@ -40,7 +42,6 @@ class Log:
     progress: int = 0
     ended: str | None = None
     reached: bool = False
-    ended_at: int = 0
 
     def tell(self, event: str, text: str) -> None:
         """Note something for listeners."""
@@ -53,5 +54,5 @@ class Log:
         if self.ended is None:
             # What the robot ran against until now is told before the end is.
             self.scene.advance()
-            self.ended, self.reached, self.ended_at = why, reached, self.scene.machine.now
+            self.ended, self.reached = why, reached
             self.tell("ended", why)

@@ -13,12 +13,11 @@ from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.pilot import Pilot
 from codesign.system.scenarios.drive.replanner import Replanner
 from codesign.system.scenarios.drive.scene import Scene
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
 
-
-SECOND = 10**12
 
 EVENTS_OF_A_TURN = 20
 """Events that a turn of the control loop counts for beside its own: its scan and its way take about as long."""
@@ -43,17 +42,19 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     environment = machine.environment
     environment.process(scene.changes())
     environment.process(pilot.run())
-    environment.process(_patience(machine, scene, log, replanner, pilot))
+    environment.process(_patience(replanner, pilot))
     events = 0
     while log.ended is None:
         if environment.peek() > scenario.limit:
             if machine.now < scenario.limit:
                 # The last event lies where the granularity put it; the mission ends at the limit itself.
                 environment.run(until=scenario.limit)
-            why = _because(machine, log, replanner, pilot)
-            log.end(f"the limit of {scenario.limit / SECOND:g} s of simulated time was reached{why}")
+            why = _because(replanner, pilot)
+            log.end(
+                f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}"
+            )
         elif events + EVENTS_OF_A_TURN * log.turns >= scenario.events:
-            why = _because(machine, log, replanner, pilot)
+            why = _because(replanner, pilot)
             log.end(f"the limit of {scenario.events:,} events was reached{why}")
         else:
             try:
@@ -62,16 +63,15 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
                 log.end(failed.what)
             events += 1
     scene.advance()
-    if pilot.turn is None or pilot.turn.begin < machine.now:
+    if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
     replanner.settle()
     return Drive(scene, log, events)
 
 
-def _patience(
-    machine: Machine, scene: Scene, log: Log, replanner: Replanner, pilot: Pilot
-) -> Generator[Any, Any, None]:
+def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
     """Process generator: end the mission once the robot has stood for too long without a plan under way."""
+    machine, scene, log = replanner.machine, replanner.scene, replanner.log
     patience = scene.scenario.patience
     while log.ended is None:
         scene.advance()
@@ -79,22 +79,22 @@ def _patience(
             log.progress = machine.now
         due = max(log.progress, scene.robot.stood_since) + patience
         if machine.now >= due:
-            why = _because(machine, log, replanner, pilot)
-            log.end(f"the robot has stood for {patience / SECOND:g} s{why}")
+            why = _because(replanner, pilot)
+            log.end(f"the robot has stood for {patience / PICOSECONDS_PER_SECOND:g} s{why}")
             return
         yield machine.environment.timeout(due - machine.now)
 
 
-def _because(machine: Machine, log: Log, replanner: Replanner, pilot: Pilot) -> str:
+def _because(replanner: Replanner, pilot: Pilot) -> str:
     """What kept the robot from doing what it was to do, as far as that is known."""
     active, turn = replanner.active, pilot.turn
-    why = replanner.refusal or log.stall
+    why = replanner.refusal or replanner.log.stall
     if not why and replanner.busy:
         why = "a plan is under way"
     elif not why and active is not None and not active.arrives:
         why = f"the plan's way ends at {active.target}, short of the goal"
     elif not why and replanner.scene.pressed is not None:
         why = f"it stands against an obstacle at {replanner.scene.pressed} that it does not see"
-    elif not why and turn is not None and not turn.answered and turn.begin < machine.now:
-        why = f"the turn of {turn.begin / SECOND:g} s has had no answer"
+    elif not why and turn is not None and not turn.answered and turn.begin < replanner.machine.now:
+        why = f"the turn of {turn.begin / PICOSECONDS_PER_SECOND:g} s has had no answer"
     return f": {why}" if why else ""

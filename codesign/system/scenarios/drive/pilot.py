@@ -12,15 +12,16 @@ from codesign.architectures.interface import Step
 from codesign.components.way import Way, authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
-from codesign.system.build import LostMessageError
+from codesign.system.build import SIDE, LostMessageError
 from codesign.system.ledger import Ledger
-from codesign.system.place import DISPLAY, MOVE, SENSE
+from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.replanner import Replanner, Sight
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.task_graph import Flow
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
@@ -62,14 +63,16 @@ class Pilot:
         horizon = planner.horizon(machine.system.planning) if hasattr(planner, "horizon") else None
         self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
-        self._driven = 0.0
         self.turn: Turn | None = None
 
     def run(self) -> Generator[Any, Any, None]:
         """Process generator: turn after turn; one that takes longer than the period makes later ones fall out."""
         machine, period = self.machine, self.scene.scenario.control_period
         while True:
-            turn = self.turn = Turn(machine.now)
+            before, turn = self.turn, Turn(machine.now)
+            if before is not None and self.scene.moved_since(before.begin):
+                self.log.stall = ""
+            self.turn = turn
             self.log.turns += 1
             machine.environment.process(self._watch(turn))
             try:
@@ -86,8 +89,8 @@ class Pilot:
         if turn.answered or self.log.ended is not None:
             return
         self.log.missed += 1
-        deadline = self.scene.scenario.deadline / 1e12
-        text = f"the turn of {turn.begin / 1e12:.6g} s had no answer within {deadline:g} s"
+        deadline = self.scene.scenario.deadline / PICOSECONDS_PER_SECOND
+        text = f"the turn of {turn.begin / PICOSECONDS_PER_SECOND:.6g} s had no answer within {deadline:g} s"
         self.log.tell("deadline_missed", text)
         if not turn.lost:
             self.log.stall = text
@@ -101,7 +104,6 @@ class Pilot:
 
     def _turn(self, turn: Turn) -> Generator[Any, Any, None]:
         scan = self.scene.look()
-        self._note_progress()
         self.machine.follow_up(SENSE)
         yield from self._carry(turn, SENSE, LOAD)
         yield from self.machine.charge(LOAD, OCCUPANCY, scan.cells, turn.spent)
@@ -184,6 +186,7 @@ class Pilot:
             yield from self._carry(Turn(self.machine.now), COMMAND, DISPLAY)
         except LostMessageError:
             return
+        yield from self.machine.charge(DISPLAY, RENDER_KERNEL, 1, priority=SIDE)
         self.machine.follow_up(DISPLAY)
 
     def _carry(self, turn: Turn, sender: str, receiver: str) -> Generator[Any, Any, None]:
@@ -191,19 +194,12 @@ class Pilot:
         if flow is not None:
             yield from self.machine.carry(flow, turn.spent)
 
-    def _note_progress(self) -> None:
-        driven = self.scene.robot.distance
-        if driven > self._driven + STANDS or self.replanner.busy:
-            self.log.progress = self.machine.now
-            self.log.stall = "" if driven > self._driven + STANDS else self.log.stall
-            self._driven = driven
-
     def _reach(self) -> float:
         """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""
         scene = self.scene
         kinematics = scene.robot.kinematics
         speed = kinematics.speed
-        seconds = (scene.scenario.control_period + scene.scenario.deadline) / 1e12
+        seconds = (scene.scenario.control_period + scene.scenario.deadline) / PICOSECONDS_PER_SECOND
         braking = speed**2 / (2 * kinematics.acceleration) if hasattr(kinematics, "acceleration") else 0.0
         return float(speed * seconds + braking + SPARE_CELLS)
 

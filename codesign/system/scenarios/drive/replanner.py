@@ -49,7 +49,7 @@ class Request:
 
 
 class Replanner:
-    """Makes plans. ``active``: the one that the robot follows. ``busy``: whether one is under way.
+    """Makes plans. ``active``: the one that the robot follows.
 
     ``no_way``: the last request where it could not be answered, and ``refusal`` why; None where it was. It is asked
     again when more is known.
@@ -58,7 +58,6 @@ class Replanner:
     def __init__(self, machine: Machine, scene: Scene, goals: Goals, log: Log, memo: Memo | None) -> None:
         self.machine, self.scene, self.goals, self.log, self._memo = machine, scene, goals, log, memo
         self.active: ActivePlan | None = None
-        self.busy = False
         self._since: tuple[int, int] | None = None
         self.no_way: Request | None = None
         self.refusal: str | None = None
@@ -68,6 +67,11 @@ class Replanner:
         self._wake = machine.environment.event()
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
         self.process = machine.environment.process(self._run())
+
+    @property
+    def busy(self) -> bool:
+        """Whether a plan is under way."""
+        return self._since is not None
 
     def request(self, sight: Sight, why: str, *, seen: bool) -> None:
         """Ask for a plan; one that waits already is made from what is known when its turn comes."""
@@ -132,7 +136,7 @@ class Replanner:
             return
         scene, machine = self.scene, self.machine
         scene.advance()
-        self.busy, self._since = True, (machine.now, scene.robot.moving)
+        self._since = machine.now, scene.robot.moving
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
@@ -151,7 +155,8 @@ class Replanner:
             return
         finally:
             self.settle()
-            self.busy, self._since = False, None
+            self._since = None
+            self.log.progress = machine.now
         if answer is None:
             # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
             yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
@@ -226,9 +231,8 @@ class Replanner:
         latency = answer.answered - request.sight.at
         log.plans += 1
         log.first, log.last = log.first or answer, answer
-        log.planning.add(request.sight.spent)
+        log.asking.add(request.sight.spent)
         log.planning.add(answer.ledger)
-        log.progress = machine.now
         if request.seen:
             log.latencies.append(latency)
         if machine.listening:

@@ -96,6 +96,11 @@ class Scene:
                 )
                 machine.tell(MissionRecord(contact.time, robot.name, "contact", text))
 
+    def moved_since(self, time: int) -> bool:
+        """Whether the robot came away from where it was after ``time`` (ps)."""
+        self.advance()
+        return self.robot.stood_since > time
+
     @property
     def pressed(self) -> Cell | None:
         """The cell that the robot stands against, None where it stands free: its last contact was elsewhere."""

@@ -23,11 +23,10 @@ from codesign.system.result import Power
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
 from codesign.system.scenarios.drive.scene import Scene
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
-
-SECOND = 10**12
 
 WAITING_MATTERS = 0.05
 """Share of a mission that a robot stands waiting, above which what it waits for is told as the bottleneck. Assumed."""
@@ -41,14 +40,14 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
     shortest = _shortest(scene) if log.reached and scene.scenario.purpose == "reach" else None
-    latencies = np.array(sorted(log.latencies), np.float64) / SECOND
-    latency = _shares(log.planning)
+    latencies = np.array(sorted(log.latencies), np.float64) / PICOSECONDS_PER_SECOND
+    latency = _shares(log.planning, log.asking)
     control = _shares(log.turns_spent)
-    driving, waiting = robot.moving / SECOND, log.waiting / SECOND
+    driving, waiting = robot.moving / PICOSECONDS_PER_SECOND, log.waiting / PICOSECONDS_PER_SECOND
     return Mission(
         ended=log.ended or "",
         reached=log.reached,
-        time_s=span / SECOND,
+        time_s=span / PICOSECONDS_PER_SECOND,
         goals_reached=log.goals_reached,
         plans=log.plans,
         replans=len(log.latencies),
@@ -66,7 +65,7 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         contacts=len(robot.contacts),
         contact_points=tuple(
             ContactPoint(
-                time_s=contact.time / SECOND,
+                time_s=contact.time / PICOSECONDS_PER_SECOND,
                 row=contact.position[0],
                 column=contact.position[1],
                 speed_m_s=contact.speed * scene.resolution,
@@ -94,12 +93,12 @@ def _shortest(scene: Scene) -> float | None:
         standing = [goal for goal in leg if free[goal]]
         if not standing:
             return None
-        steps = maps.distance_octile(free, standing)[here]
-        if not np.isfinite(steps):
+        steps = maps.distance_octile(free, [here])
+        # Of several goals of a leg the one that is nearest is where the next leg begins.
+        here = min(standing, key=lambda goal: float(steps[goal]))
+        if not np.isfinite(steps[here]):
             return None
-        cells += float(steps)
-        # Of several goals of a leg the one that was nearest is where the next leg begins.
-        here = min(standing, key=lambda goal: float(maps.distance_octile(free, [here])[goal]))
+        cells += float(steps[here])
     return cells * scene.resolution
 
 
@@ -107,7 +106,10 @@ def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnerg
     own = energy(machine, power)
     spec = machine.system.platform.components[scene.robot.name]
     assert isinstance(spec, RobotComponent), "a scene's robot is one"
-    moving, standing = scene.robot.moving / SECOND, scene.robot.standing / SECOND
+    moving, standing = (
+        scene.robot.moving / PICOSECONDS_PER_SECOND,
+        scene.robot.standing / PICOSECONDS_PER_SECOND,
+    )
     robot = float(spec.power.moving.value) * moving + float(spec.power.standing.value) * standing
     return MissionEnergy(
         fpga_j=own.fpga_j,
@@ -121,27 +123,35 @@ def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnerg
 
 
 def _account(machine: Machine, done: Drive) -> dict[str, Account]:
-    """Where the time of each component and link went; ``wait`` is what the mission's own work waited there."""
-    span = machine.now / SECOND
+    """Where the time of each component and link went.
+
+    ``wait`` of a component is what the work of plans and turns waited there; of a link, what all messages did.
+    """
+    span = machine.now / PICOSECONDS_PER_SECOND
     waited = {
         where: (done.log.planning.spent[Spent.WAIT, where] + done.log.turns_spent.spent[Spent.WAIT, where])
-        / SECOND
-        for where in (*machine.by_name, *machine.links)
+        / PICOSECONDS_PER_SECOND
+        for where in machine.by_name
     }
     made = {}
     for name, component in machine.by_name.items():
-        busy = component.busy / SECOND
+        busy = component.busy / PICOSECONDS_PER_SECOND
         made[name] = Account(compute_s=busy, transfer_s=0.0, wait_s=waited[name], idle_s=span - busy)
     for name, link in machine.links.items():
-        busy = link.busy / SECOND
-        wait = max(waited[name], link.queued / SECOND)
+        busy = link.busy / PICOSECONDS_PER_SECOND
+        wait = link.queued / PICOSECONDS_PER_SECOND
         made[name] = Account(compute_s=0.0, transfer_s=busy, wait_s=wait, idle_s=span - busy)
     return made
 
 
-def _shares(ledger: Ledger) -> tuple[LatencyShare, ...]:
+def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
+    ledger = Ledger()
+    for each in ledgers:
+        ledger.add(each)
     shares = [
-        LatencyShare(kind=what.value, where=where, seconds=time / SECOND, share=time / ledger.total)
+        LatencyShare(
+            kind=what.value, where=where, seconds=time / PICOSECONDS_PER_SECOND, share=time / ledger.total
+        )
         for (what, where), time in ledger.spent.items()
         if time > 0
     ]
@@ -153,10 +163,13 @@ def _bottleneck(
 ) -> Bottleneck | None:
     """What sets the pace: what late turns spend their time on, or plans that are waited for; else the robot itself."""
     log, robot = done.log, done.scene.robot
-    span = done.scene.machine.now / SECOND
+    span = done.scene.machine.now / PICOSECONDS_PER_SECOND
     if not span:
         return None
-    driving, waiting = robot.moving / SECOND / span, log.waiting / SECOND / span
+    driving, waiting = (
+        robot.moving / PICOSECONDS_PER_SECOND / span,
+        log.waiting / PICOSECONDS_PER_SECOND / span,
+    )
     if control and log.missed > LATE_MATTERS * log.turns:
         return _late(log, control[0])
     told = (
