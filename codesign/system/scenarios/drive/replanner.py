@@ -142,6 +142,7 @@ class Replanner:
         except (simpy.Interrupt, PreemptedError):
             # The request that broke this one off stands for both; what it was sent may be half a map.
             self._sent = None
+            self.log.progress = machine.now
             if self._pending is not None:
                 self._pending = Request(request.sight, self._pending.why, request.seen)
             return
@@ -156,12 +157,12 @@ class Replanner:
         finally:
             self.settle()
             self._since = None
-            self.log.progress = machine.now
         if answer is None:
             # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
             yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
             self.ask_again()
             return
+        self.log.progress = machine.now
         try:
             active = ActivePlan(answer, machine.system.planner, scene.robot.position)
         except RunError as failed:
