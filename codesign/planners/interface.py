@@ -181,6 +181,14 @@ class Planner(Protocol):
         The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
         """
 
+    def reachable(self, problem: Problem, parameters: Any) -> NDArray[np.bool_]:
+        """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
+
+        A run that names another cell as a start is refused before it plans. The starts of ``problem`` do not matter.
+        ``ways.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without cutting
+        a corner.
+        """
+
     def plan(self, problem: Problem, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
 

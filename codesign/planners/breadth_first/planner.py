@@ -19,7 +19,7 @@ from codesign.planners.breadth_first.parameters import LoadParameters, SearchPar
 from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
+from codesign.planners.ways import by_sides, cell_of, from_position, judge_ways, share_of
 from codesign.task_graph import Flow
 
 NO_START = "no start is given"
@@ -60,6 +60,10 @@ class BreadthFirst:
     def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
         """A search begins at a start: there has to be one."""
         return None if problem.starts else ("starts", NO_START)
+
+    def reachable(self, problem: Problem, parameters: SearchParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """The search looks at the four neighbours of a cell."""
+        return by_sides(problem)
 
     def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
         """Search without a clock. Raises InputError where the problem has no start."""

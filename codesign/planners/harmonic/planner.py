@@ -22,7 +22,7 @@ from codesign.planners.harmonic.parameters import (
 )
 from codesign.planners.harmonic.relax import Relaxation, relax
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import cell_of
+from codesign.planners.ways import by_sides, cell_of
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
@@ -81,6 +81,10 @@ class Harmonic:
                 )
                 return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
         return None
+
+    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """A value spreads to the four neighbours of its cell."""
+        return by_sides(problem)
 
     def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
         """Relax the field without a clock."""

@@ -63,6 +63,12 @@ class Wavefront:
             return "stop", fault.what
         return None
 
+    def reachable(self, problem: Problem, parameters: PropagateParameters) -> NDArray[np.bool_]:
+        """The wave passes between two obstacles that touch at a corner where it may cut corners."""
+        from codesign.maps.reach import reachable
+
+        return reachable(problem.free, problem.goals, corner_cutting=parameters.corner_cutting)
+
     def plan(self, problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
         """Run the wave without a clock."""
         return compute_plan(problem, parameters)
