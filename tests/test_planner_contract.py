@@ -385,8 +385,9 @@ def test_quality_is_of_this_problem(case: tuple[Planner, Any], grid_problem: Pro
     planner, parameters = case
     problem = grid_problem
     quality = planner.quality(problem, planner.plan(problem, parameters))
-    reachable = maps.reachable(problem.free, problem.goals)
+    reachable = planner.reachable(problem, parameters)
     assert quality.reachable_cells == int(reachable.sum()) - len(problem.goals)
+    assert 0 <= quality.planned_cells <= quality.reachable_cells
     if quality.share_reaching_goal is not None:
         assert 0.0 <= quality.share_reaching_goal <= 1.0
         assert quality.local_maxima is None or (quality.local_maxima == 0) == (
