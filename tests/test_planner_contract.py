@@ -352,10 +352,13 @@ def test_no_way_from_where_no_robot_can_be(case: tuple[Planner, Any], grid_probl
 
 def test_every_style_drains_to_the_plan(case: tuple[Planner, Any], problem: Any) -> None:
     planner, parameters = case
-    plan = planner.plan(problem, parameters)
     styles = catalog.styles_of(planner.name)
     assert styles
     for style in styles.values():
+        settled = style.settled(parameters)
+        assert style.settled(settled) == settled
+        assert style.notes(problem, settled) == ()
+        plan = planner.plan(problem, settled)
         steps, drawn = drained(style.work(problem, parameters, detail=True))
         assert planner.identity(drawn) == planner.identity(plan)
         assert planner.figures(drawn) == planner.figures(plan)

@@ -79,7 +79,7 @@ def overview_table(result: Result) -> Table:
     if arrivals is not None and arrivals[1] < arrivals[2]:
         # A design that can be built, and yet its plan fails.
         rows.append((arrivals[0], arrived_cell(arrivals)))
-    return pairs("Design point", rows)
+    return pairs("Design point", rows, result.notes)
 
 
 def arrivals_of(result: Result) -> tuple[str, int, int] | None:

@@ -39,7 +39,8 @@ class System:
 
     ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
     ``placement``: where each task is done; ``external``: the memory beside the FPGA that holds what does not fit in
-    block RAM, where one is asked for. ``parameters``: those of each mapped task; ``planning``: of the planning task.
+    block RAM, where one is asked for. ``parameters``: those of each mapped task, as the style runs with them;
+    ``planning``: of the planning task. ``notes``: see ``Architecture.notes``.
     """
 
     platform: Platform
@@ -53,6 +54,7 @@ class System:
     placement: Placement
     external: ExternalMemoryLaw | None
     parameters: Mapping[str, BaseModel]
+    notes: tuple[str, ...]
 
     @property
     def planning(self) -> Any:
@@ -79,6 +81,10 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         raise SpecError(faults)
     architecture, style_fault = _architecture(platform, workload, planner)
     faults += style_fault
+    declared = task.parameters
+    if architecture is not None:
+        task = task.model_copy(update={"parameters": architecture.settled(declared)})
+        workload = workload.model_copy(update={"mapping": {**workload.mapping, planner.planning_task: task}})
     problem, problem_faults = _problem(workload, planner, task.parameters, grid)
     faults += problem_faults
     if problem is not None:
@@ -110,6 +116,7 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         placement=placement,
         external=external_of(platform, workload),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
+        notes=architecture.notes(problem, declared),
     )
 
 

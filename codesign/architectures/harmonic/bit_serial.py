@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
 from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps, task_step
-from codesign.architectures.interface import Demand, Memory, Step, is_done
+from codesign.architectures.interface import Demand, Memory, Step, StyleBase, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.harmonic.fixed_point import Field, LowerBound
@@ -19,7 +19,7 @@ from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
 
-class BitSerial:
+class BitSerial(StyleBase):
     """The paper's circuit. Its laws are in ``resources`` and ``timing``, the remedies in ``levers``."""
 
     planner = "harmonic"
