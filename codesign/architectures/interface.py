@@ -124,6 +124,20 @@ def is_done(task: str, inside: frozenset[str] | None) -> bool:
     return inside is None or task in inside
 
 
+def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int, int]) -> tuple[str, ...]:
+    """A note where an array of ``nodes``, ``what`` parameter ``key`` gives, is larger than the map; else none.
+
+    It is one more partial one: all its nodes are built, and those beyond the map hold obstacles.
+    """
+    held = min(nodes[0], map_shape[0]), min(nodes[1], map_shape[1])
+    if held == nodes:
+        return ()
+    return (
+        f"{key}: a {what} of {nodes[0]} × {nodes[1]} nodes is larger than the map of {map_shape[0]} × {map_shape[1]}"
+        f" cells: it holds {held[0]} × {held[1]} cells, its other nodes hold obstacles",
+    )
+
+
 class StyleBase:
     """What most styles answer alike; a style that answers otherwise overrides it."""
 

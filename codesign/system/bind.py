@@ -1,6 +1,6 @@
 """Bind: platform and workload become one frozen system, with the map read and every name resolved.
 
-What can only be told once the map stands (a goal on an obstacle, a block larger than the map) is told here, at the
+What can only be told once the map stands (a goal on an obstacle, a start that leads nowhere) is told here, at the
 place in the workload file that says so, all at once.
 """
 

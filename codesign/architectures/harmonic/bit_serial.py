@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
-from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps, task_step
+from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, block_notes, relax_steps, task_step
 from codesign.architectures.interface import Demand, Memory, Step, StyleBase, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
@@ -29,6 +29,10 @@ class BitSerial(StyleBase):
     )
     component_type = "fpga"
     kernel = ""
+
+    def notes(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+        """A block that is larger than the map."""
+        return block_notes(problem, parameters)
 
     def demand(
         self,

@@ -63,14 +63,11 @@ class Harmonic:
         }
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
-        """A block must not be larger than the map, and equal blocks must be able to part it as often as asked."""
+        """Equal blocks must be able to part the map as often as asked.
+
+        A block larger than the map is one more partial one: the rest of it is obstacle.
+        """
         height, width = parameters.block_shape(problem.rows, problem.columns)
-        if height > problem.rows or width > problem.columns:
-            key = "block" if parameters.block is not None else "blocks"
-            return (
-                key,
-                f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells",
-            )
         if parameters.blocks is not None:
             made = -(-problem.rows // height), -(-problem.columns // width)
             if made != parameters.blocks:
