@@ -44,6 +44,7 @@ def result(
     picoseconds = round(seconds * 1e12)
     quality = Quality(
         reachable_cells=100,
+        planned_cells=100,
         local_maxima=0,
         share_reaching_goal=share,
         starts=4,

@@ -55,6 +55,7 @@ POWER = Power(
 )
 QUALITY: dict[str, Any] = {
     "reachable_cells": 4800,
+    "planned_cells": 4700,
     "local_maxima": 12,
     "starts": 64,
     "starts_arrived": 63,

@@ -169,7 +169,7 @@ def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw
     coarse, few, same = run(style, problem, detail=False, **raw)
     assert fine == coarse
     assert len(few) <= len(steps)
-    expected = PLANNER.plan(problem, PropagateParameters(**raw))
+    expected = PLANNER.plan(problem, style.settled(PropagateParameters(**raw)))
     assert PLANNER.identity(plan) == PLANNER.identity(same) == PLANNER.identity(expected)
     for step in steps:
         record = step.record(10, 20, "fpga")

@@ -22,7 +22,10 @@ Run = Callable[..., Result]
     [
         ("fpga.clock=600 MHz", "--set fpga.clock: 600 MHz is above the 300 MHz limit of part XC2V6000-4\n"),
         ("relax.block=12x18", "--set relax.block: '12x18' is not a list\n  hint: write [12, 18]\n"),
-        ("relax.block=[12, 180]", "--set relax.block: a block of 12 × 180 nodes on a map of 24 × 36 cells\n"),
+        (
+            "relax.blocks=[23, 2]",
+            "--set relax.blocks: 23 × 2 equal blocks do not part a map of 24 × 36 cells: ",
+        ),
         ("relax.component=hots", "--set relax.component: platform small-board has no component 'hots'\n"),
         ("relax.itrations=1", "--set relax.itrations: unknown key\n  hint: did you mean iterations?"),
         ("relax.iterations=010", "--set relax.iterations: 010 has a leading zero\n"),

@@ -168,20 +168,22 @@ def test_compare_takes_a_map_and_refuses_half_a_problem(hwsw: Run, tmp_path: Pat
 
 
 def test_a_design_that_cannot_take_the_map_does_not_end_the_comparison(hwsw: Run, tmp_path: Path) -> None:
-    (tmp_path / "map.txt").write_text("\n".join(["." * 60] * 40) + "\n", encoding="utf-8")
+    # Two halves that touch at a corner: only a wave that cuts corners passes.
+    halves = ["." * 30 + "#" * 30] * 20 + ["#" * 30 + "." * 30] * 20
+    (tmp_path / "map.txt").write_text("\n".join(halves) + "\n", encoding="utf-8")
     where = ("--map", tmp_path / "map.txt", "--goal", "2,3", "--start", "30,50")
-    designs = ("virtex4-pci:labyrinth", "virtex2pro:breadth-first")
+    designs = ("virtex4-pci:labyrinth", "virtex4-pci:wavefront-tiles")
     told = hwsw("compare", *designs, *where, "--json")
     assert told.exit_code == 0, told.output
     results = json.loads(told.stdout)
-    assert "36 × 66" in results[designs[0]]["error"]
+    assert "no path leads from start (30, 50)" in results[designs[0]]["error"]
     assert results[designs[1]]["quality"]["starts_arrived"] == 1
     shown = hwsw("compare", *designs, *where)
     assert shown.exit_code == 0
     assert "virtex4-pci:labyrinth did not run: " in shown.stderr
-    assert "in brackets: as a multiple of virtex2pro:breadth-first" in shown.stdout
+    assert "in brackets: as a multiple of virtex4-pci:wavefront-tiles" in shown.stdout
     assert hwsw("compare", designs[0], *where).exit_code == 1
-    assert hwsw("compare", *designs, *where, "--set", "relax.block=[999, 1]").exit_code == 2
+    assert hwsw("compare", *designs, *where, "--set", "relax.component=nowhere").exit_code == 2
 
 
 def test_faults_of_the_map_given_name_the_options_that_gave_it(hwsw: Run, tmp_path: Path) -> None:

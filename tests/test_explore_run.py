@@ -220,9 +220,9 @@ def test_without_a_worker(platform: Platform, workload: Workload) -> None:
 def test_where_no_point_can_be_built_the_fault_is_told_at_once(
     platform: Platform, labyrinth: Workload
 ) -> None:
-    too_large = exploring(labyrinth, {"relax.block": [[200, 200], [73, 1]]})
-    with pytest.raises(SpecError, match="200 × 200"):
-        explore(platform, too_large, workers=1)
+    too_many = exploring(labyrinth, {"relax.blocks": [[71, 1], [70, 1]]})
+    with pytest.raises(SpecError, match="71 × 1 equal blocks do not part a map"):
+        explore(platform, too_many, workers=1)
 
 
 def test_a_file_without_a_study(tmp_path: Path) -> None:

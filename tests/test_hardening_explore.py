@@ -112,7 +112,7 @@ def test_a_start_without_a_way_is_told_with_the_nearest_that_has_one(specs: Spec
     with pytest.raises(SpecError) as caught:
         codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
     (fault,) = caught.value.faults
-    assert (fault.key, fault.what) == ("problem.starts[1]", "no way leads from start (3, 4) to a goal")
+    assert (fault.key, fault.what) == ("problem.starts[1]", "no path leads from start (3, 4) to a goal")
     assert fault.hint is not None
     assert fault.hint.endswith(("(1, 4)", "(2, 3)", "(2, 5)", "(4, 3)"))
 

@@ -352,10 +352,13 @@ def test_no_way_from_where_no_robot_can_be(case: tuple[Planner, Any], grid_probl
 
 def test_every_style_drains_to_the_plan(case: tuple[Planner, Any], problem: Any) -> None:
     planner, parameters = case
-    plan = planner.plan(problem, parameters)
     styles = catalog.styles_of(planner.name)
     assert styles
     for style in styles.values():
+        settled = style.settled(parameters)
+        assert style.settled(settled) == settled
+        assert style.notes(problem, settled) == ()
+        plan = planner.plan(problem, settled)
         steps, drawn = drained(style.work(problem, parameters, detail=True))
         assert planner.identity(drawn) == planner.identity(plan)
         assert planner.figures(drawn) == planner.figures(plan)
@@ -385,8 +388,9 @@ def test_quality_is_of_this_problem(case: tuple[Planner, Any], grid_problem: Pro
     planner, parameters = case
     problem = grid_problem
     quality = planner.quality(problem, planner.plan(problem, parameters))
-    reachable = maps.reachable(problem.free, problem.goals)
+    reachable = planner.reachable(problem, parameters)
     assert quality.reachable_cells == int(reachable.sum()) - len(problem.goals)
+    assert 0 <= quality.planned_cells <= quality.reachable_cells
     if quality.share_reaching_goal is not None:
         assert 0.0 <= quality.share_reaching_goal <= 1.0
         assert quality.local_maxima is None or (quality.local_maxima == 0) == (

@@ -162,9 +162,9 @@ def test_precision_beyond_the_words_says_what_would_fit(specs: Specs) -> None:
         ("starts: {count: 12, seed: 1}", "starts: [[11, 3]]", "7:12", "on an obstacle"),
         (
             "block: [12, 18], iter",
-            "block: [30, 18], iter",
-            "9:35",
-            "a block of 30 × 18 nodes on a map of 24 × 36",
+            "blocks: [23, 2], iter",
+            "9:36",
+            "23 × 2 equal blocks do not part a map of 24 × 36",
         ),
         (
             "relax: {component: fpga,",

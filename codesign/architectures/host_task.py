@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codesign.architectures.interface import Demand, Step
+from codesign.architectures.interface import Demand, Step, StyleBase
 from codesign.errors import InputError
 from codesign.figures import Figure
 from codesign.memo import Memo
@@ -42,7 +42,7 @@ class Software(ABC):
         raise InputError("a processor's power has no law", self.style, "give it in the platform")
 
 
-class HostStyle(Software):
+class HostStyle(Software, StyleBase):
     """A planner in software: left to say is how it works, in units of ``kernel``."""
 
     def kernels(self, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002

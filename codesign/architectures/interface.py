@@ -124,8 +124,34 @@ def is_done(task: str, inside: frozenset[str] | None) -> bool:
     return inside is None or task in inside
 
 
+def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int, int]) -> tuple[str, ...]:
+    """A note where an array of ``nodes``, ``what`` parameter ``key`` gives, is larger than the map; else none.
+
+    It is one more partial one: all its nodes are built, and those beyond the map hold obstacles.
+    """
+    held = min(nodes[0], map_shape[0]), min(nodes[1], map_shape[1])
+    if held == nodes:
+        return ()
+    return (
+        f"{key}: a {what} of {nodes[0]} × {nodes[1]} nodes is larger than the map of {map_shape[0]} × {map_shape[1]}"
+        f" cells: it holds {held[0]} × {held[1]} cells, its other nodes hold obstacles",
+    )
+
+
+class StyleBase:
+    """What most styles answer alike; a style that answers otherwise overrides it."""
+
+    def settled(self, parameters: Any) -> Any:
+        """The parameters as given."""
+        return parameters
+
+    def notes(self, problem: Problem, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
+        """None."""
+        return ()
+
+
 class Architecture(Protocol):
-    """A style of one planner on one type of component.
+    """A style of one planner on one type of component. ``StyleBase`` has the answers that most styles give.
 
     It may have ``kernels(parameters)``, where steps on a processor are counted in more kernels than ``kernel``: all of
     them, so that a platform without a cost of one is refused before anything runs.
@@ -150,6 +176,19 @@ class Architecture(Protocol):
     @property
     def kernel(self) -> str:
         """On a processor, the kernel that the platform gives a cost, and that cycles of steps are units of."""
+
+    def settled(self, parameters: Any) -> Any:
+        """The parameters that this style runs with, where it cannot run with those that are given.
+
+        Everything else here is asked with the answer, and so is the planner: cycles, resources, messages and quality
+        are those of one run. What is settled stays as it is when asked again.
+        """
+
+    def notes(self, problem: Problem, parameters: Any) -> tuple[str, ...]:
+        """What a reader has to know of a design with these parameters, as given: "key: sentence", no full stop.
+
+        A note is no fault. It tells where a design does other work than its parameters let one expect.
+        """
 
     def demand(
         self,

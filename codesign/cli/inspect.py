@@ -22,17 +22,21 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], as_json: bool) -> N
     """Check FILES (YAML files, or names of shipped platforms and workloads): every fault at once, with its place.
 
     Where a platform and a workload are given, they are checked against each other too, the map and its goals included,
-    and each variant of the workload.
+    and each variant of the workload. Notes, printed without --json, say where a design does other work than its
+    parameters let one expect.
     """
     from codesign.cli.run import settings_of
     from codesign.system import check_files
 
-    faults = check_files(files, settings_of(settings))
+    notes: list[str] = []
+    faults = check_files(files, settings_of(settings), notes.append)
     if as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:
         raise click.exceptions.Exit(SpecError.exit_code) if as_json else SpecError(faults)
     if not as_json:
+        for note in notes:
+            click.echo(f"note: {printable(note, None)}")
         click.echo(f"{len(files)} checked, no fault found")
 
 

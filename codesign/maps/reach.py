@@ -76,12 +76,22 @@ def _pair(cell: Cell, name: str, where: str | None) -> Cell:
         ) from None
 
 
-def reachable(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.bool_]:
-    """Bool H×W: free cells with a 4-connected way to a goal; goals included."""
+def reachable(
+    free: NDArray[np.bool_], goals: Iterable[Cell], *, corner_cutting: bool = False
+) -> NDArray[np.bool_]:
+    """Bool H×W: free cells with a path to a goal; goals included.
+
+    A path takes steps across the sides of cells. Diagonal steps that cut no corner lead to no further cell. With
+    ``corner_cutting`` a path may pass between two obstacles that touch at a corner as well.
+
+    >>> cut = np.array([[True, False], [False, True]])
+    >>> int(reachable(cut, [(0, 0)]).sum()), int(reachable(cut, [(0, 0)], corner_cutting=True).sum())
+    (1, 2)
+    """
     from scipy import ndimage
 
     cells = check_cells(free, goals)
-    labels, _ = ndimage.label(free)
+    labels, _ = ndimage.label(free, np.ones((3, 3)) if corner_cutting else None)
     wanted = np.zeros(int(labels.max()) + 1, dtype=np.bool_)
     wanted[labels[cells[:, 0], cells[:, 1]]] = True
     result: NDArray[np.bool_] = wanted[labels]

@@ -75,18 +75,27 @@ class Problem:
 class Quality:
     """What a plan is worth.
 
-    A figure that does not apply to the planner is None, and so is a length where no start arrives. A ratio is below 1
-    where a continuous way beats the grid.
+    A plan need not cover every cell that leads to a goal: a wave is stopped, a search ends. Shares and local maxima
+    count over the cells that it covers, ``planned_cells``; nothing is known of the others, which are neither good nor
+    bad. A figure that does not apply to the planner is None, and so is a length where no start arrives. A ratio is
+    below 1 where a continuous way beats the grid.
     """
 
     reachable_cells: Annotated[
-        int, Field(description="free cells from which some way leads to a goal (4-connected), goals left out")
+        int, Field(description="free cells that the planner's own moves lead to a goal, goals left out")
+    ]
+    planned_cells: Annotated[
+        int,
+        Field(
+            description="reachable cells that the plan covers: fewer where a wave was stopped, or a search ended,"
+            " before it came to all of them"
+        ),
     ]
     local_maxima: Annotated[
-        int | None, Field(description="reachable cells with no strictly greater neighbour: no way up")
+        int | None, Field(description="planned cells with no strictly greater neighbour: no way up")
     ]
     share_reaching_goal: Annotated[
-        float | None, Field(description="share of the reachable cells from which following the plan arrives")
+        float | None, Field(description="share of the planned cells from which following the plan arrives")
     ]
     starts: Annotated[int, Field(description="starts tried")]
     starts_arrived: Annotated[int, Field(description="starts from which following the plan arrived")]
@@ -94,6 +103,7 @@ class Quality:
         float | None,
         Field(
             description="way over the shortest 8-connected way, corners not cut; mean over the starts that arrived"
+            " and that such a way joins to a goal"
         ),
     ]
     path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
@@ -179,6 +189,14 @@ class Planner(Protocol):
         """What keeps these parameters from this problem, as (key, sentence), or None.
 
         The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
+        """
+
+    def reachable(self, problem: Problem, parameters: Any) -> NDArray[np.bool_]:
+        """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
+
+        A run that names another cell as a start is refused before it plans. The starts of ``problem`` do not matter.
+        ``ways.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without cutting
+        a corner.
         """
 
     def plan(self, problem: Problem, parameters: Any) -> Any:

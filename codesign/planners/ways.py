@@ -61,6 +61,13 @@ def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]
     )
 
 
+def by_sides(problem: Problem) -> NDArray[np.bool_]:
+    """``Planner.reachable`` of planners that move across the sides of cells, or diagonally without cutting a corner."""
+    from codesign.maps.reach import reachable
+
+    return reachable(problem.free, problem.goals)
+
+
 def share_of(arriving: int, cells: int) -> float | None:
     """The share of ``cells`` that arrive; None where there are none, which is no success."""
     return arriving / cells if cells else None

@@ -79,7 +79,7 @@ def overview_table(result: Result) -> Table:
     if arrivals is not None and arrivals[1] < arrivals[2]:
         # A design that can be built, and yet its plan fails.
         rows.append((arrivals[0], arrived_cell(arrivals)))
-    return pairs("Design point", rows)
+    return pairs("Design point", rows, result.notes)
 
 
 def arrivals_of(result: Result) -> tuple[str, int, int] | None:
@@ -260,13 +260,17 @@ def _quality_table(result: Result) -> Table:
 
 def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
     arrived = Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived)
-    rows = [("reachable cells", count_cell(quality.reachable_cells)), ("starts that arrive", arrived)]
+    rows = [
+        ("reachable cells", count_cell(quality.reachable_cells)),
+        ("reachable cells that the plan covers", count_cell(quality.planned_cells)),
+        ("starts that arrive", arrived),
+    ]
     if quality.local_maxima is not None:
-        rows.append(("cells with no way up (local maxima)", count_cell(quality.local_maxima)))
+        rows.append(("covered cells with no way up (local maxima)", count_cell(quality.local_maxima)))
     if quality.wrong_cells is not None:
         rows.append(("cells with a wrong value", count_cell(quality.wrong_cells)))
     if quality.share_reaching_goal is not None:
-        rows.append(("share of cells that reach the goal", share_cell(quality.share_reaching_goal)))
+        rows.append(("share of covered cells that reach the goal", share_cell(quality.share_reaching_goal)))
     return [
         *rows,
         ("clearance in cells, mean", number_cell(quality.clearance_mean)),

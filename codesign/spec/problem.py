@@ -186,7 +186,7 @@ Map = Annotated[
 
 
 class SampledStarts(SpecModel):
-    """Starts drawn at random from the free cells that can reach a goal."""
+    """Starts drawn at random from the free cells with a path to a goal across the sides of cells."""
 
     count: Annotated[int, Field(ge=1, le=100_000)] = Field(default=64, description="How many.")
     seed: Seed = Field(default=0, description="Chooses which.")

@@ -1,6 +1,6 @@
 """Bind: platform and workload become one frozen system, with the map read and every name resolved.
 
-What can only be told once the map stands (a goal on an obstacle, a block larger than the map) is told here, at the
+What can only be told once the map stands (a goal on an obstacle, a start that leads nowhere) is told here, at the
 place in the workload file that says so, all at once.
 """
 
@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign import maps
@@ -38,7 +39,8 @@ class System:
 
     ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
     ``placement``: where each task is done; ``external``: the memory beside the FPGA that holds what does not fit in
-    block RAM, where one is asked for. ``parameters``: those of each mapped task; ``planning``: of the planning task.
+    block RAM, where one is asked for. ``parameters``: those of each mapped task, as the style runs with them;
+    ``planning``: of the planning task. ``notes``: see ``Architecture.notes``.
     """
 
     platform: Platform
@@ -52,6 +54,7 @@ class System:
     placement: Placement
     external: ExternalMemoryLaw | None
     parameters: Mapping[str, BaseModel]
+    notes: tuple[str, ...]
 
     @property
     def planning(self) -> Any:
@@ -78,10 +81,14 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         raise SpecError(faults)
     architecture, style_fault = _architecture(platform, workload, planner)
     faults += style_fault
-    problem, problem_faults = _problem(workload, planner, grid)
+    declared = task.parameters
+    if architecture is not None:
+        task = task.model_copy(update={"parameters": architecture.settled(declared)})
+        workload = workload.model_copy(update={"mapping": {**workload.mapping, planner.planning_task: task}})
+    problem, problem_faults = _problem(workload, planner, task.parameters, grid)
     faults += problem_faults
     if problem is not None:
-        wrong = planner.check(_to_check(workload, problem), task.parameters)
+        wrong = planner.check(_to_check(workload, planner, task.parameters, problem), task.parameters)
         if wrong is not None:
             key, what = wrong
             own = key in type(workload.problem).model_fields
@@ -109,6 +116,7 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         placement=placement,
         external=external_of(platform, workload),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
+        notes=architecture.notes(problem, declared),
     )
 
 
@@ -136,7 +144,7 @@ def _architecture(
 
 
 def _problem(
-    workload: Workload, planner: Planner, grid: OccupancyGrid | None
+    workload: Workload, planner: Planner, parameters: Any, grid: OccupancyGrid | None
 ) -> tuple[Problem | None, list[Fault]]:
     """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
     if not isinstance(workload.problem, ProblemSpec):
@@ -163,13 +171,13 @@ def _problem(
     # A drive begins wherever it does, and says in the end that there was no way.
     drives = isinstance(workload.scenario, Drive)
     if not faults and not drives and not getattr(planner, "answers_no_way", False):
-        faults += _way_faults(workload, grid, goals, chosen)
+        faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
     if faults:
         return None, faults
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
 
 
-def _to_check(workload: Workload, problem: Problem) -> Problem:
+def _to_check(workload: Workload, planner: Planner, parameters: Any, problem: Problem) -> Problem:
     """What the planner is asked whether it can plan for.
 
     A drive may begin where no way leads to a goal: then its planner is asked about the map, and about each problem of
@@ -177,7 +185,7 @@ def _to_check(workload: Workload, problem: Problem) -> Problem:
     """
     if not isinstance(workload.scenario, Drive):
         return problem
-    reach = maps.reachable(problem.free, problem.goals)
+    reach = planner.reachable(problem, parameters)
     if all(reach[start] for start in problem.starts):
         return problem
     return replace(problem, starts=problem.goals)
@@ -223,37 +231,39 @@ def _cell_faults(
     return faults
 
 
-def _way_faults(
-    workload: Workload,
-    grid: OccupancyGrid,
-    goals: tuple[tuple[int, int], ...],
-    starts: tuple[tuple[int, int], ...],
-) -> list[Fault]:
-    """Goals that no cell leads to, though there are others, and starts that lead to no goal."""
-    reach = maps.reachable(grid.free, goals)
-    elsewhere = int(grid.free.sum()) > len(set(goals))
+def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem: Problem) -> list[Fault]:
+    """Goals that the planner leads no other cell to, though there are others, and starts that it leads to no goal."""
+
+    def alone(goal: tuple[int, int]) -> bool:
+        return int(planner.reachable(replace(problem, goals=(goal,)), parameters).sum()) == 1
+
+    elsewhere = int(problem.free.sum()) > len(set(problem.goals))
     faults = []
-    for index, goal in enumerate(goals):
-        if elsewhere and not _has_free_neighbour(grid, goal):
-            text = f"goal {goal} is walled in: no free cell is beside it"
-            hint = "put it where a robot can come from, or open the map beside it"
+    for index, goal in enumerate(problem.goals):
+        # Most goals have a free cell beside them: only of the others the planner is asked.
+        if elsewhere and not _has_free_neighbour(problem.free, goal) and alone(goal):
+            text = (
+                f"goal {goal} is walled in: the moves of planner {planner.name} lead there from no other cell"
+            )
+            hint = "move it to where a robot can come from, or open the map beside it"
             faults.append(fault(workload, ("problem", "goals", index), text, hint))
     if faults or not isinstance(getattr(workload.problem, "starts", None), tuple):
         return faults
-    for index, start in enumerate(starts):
+    reach = planner.reachable(problem, parameters)
+    for index, start in enumerate(problem.starts):
         if not reach[start]:
             near = maps.nearest_free(reach, start)
-            hint = f"the nearest cell from which a way leads to a goal is {near}"
-            text = f"no way leads from start {start} to a goal"
+            hint = f"the nearest cell from which a path leads to a goal is {near}"
+            text = f"no path leads from start {start} to a goal"
             faults.append(fault(workload, ("problem", "starts", index), text, hint))
     return faults
 
 
-def _has_free_neighbour(grid: OccupancyGrid, cell: tuple[int, int]) -> bool:
+def _has_free_neighbour(free: NDArray[np.bool_], cell: tuple[int, int]) -> bool:
     row, column = cell
     around = ((row - 1, column), (row + 1, column), (row, column - 1), (row, column + 1))
     return any(
-        0 <= beside < grid.rows and 0 <= across < grid.columns and bool(grid.free[beside, across])
+        0 <= beside < free.shape[0] and 0 <= across < free.shape[1] and bool(free[beside, across])
         for beside, across in around
     )
 
@@ -261,7 +271,11 @@ def _has_free_neighbour(grid: OccupancyGrid, cell: tuple[int, int]) -> bool:
 def _drawn(
     grid: OccupancyGrid, goals: tuple[tuple[int, int], ...], count: int, seed: int
 ) -> tuple[tuple[int, int], ...]:
-    """Starts drawn without replacement from the cells that some way joins to a goal; all of them where fewer."""
+    """Starts drawn without replacement from the cells with a path to a goal; all of them where there are fewer.
+
+    A path crosses the sides of cells here, whatever the planner's moves are. So all planners are judged by the same
+    starts.
+    """
     cells = maps.reachable(grid.free, goals)
     for row, column in goals:
         cells[row, column] = False

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +19,16 @@ from codesign.system.bind import bind
 from codesign.system.result import Result
 
 
-def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | None = None) -> list[Fault]:
+def check_files(
+    sources: Sequence[str | Path],
+    settings: Mapping[str, Any] | None = None,
+    tell: Callable[[str], None] | None = None,
+) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
     A source is a shipped name or a path; its kind is told from what it is. Each variant of a workload is checked with
-    the platform, unless ``settings``, raw values by axis that are put into both, choose one.
+    the platform, unless ``settings``, raw values by axis that are put into both, choose one. ``tell`` takes each note
+    (``Architecture.notes``) of a design without a fault, once.
 
     Raises:
         InputError: settings, and no platform and workload to put them into.
@@ -45,16 +50,29 @@ def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | Non
                 workloads.append(found)
     if settings and not faults and not (platforms and workloads):
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
+    notes: dict[str, None] = {}
     for workload in workloads:
         for platform in platforms:
             for point in _points_checked(workload, settings or {}):
-                # The axes are those of the variants explored: they are held against the first point alone.
-                put_in = spec.pin if point == (settings or {}) else spec.override
-                try:
-                    bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
-                except SpecError as wrong:
-                    faults += [fault for fault in wrong.faults if fault not in faults]
+                here, told = _bound(platform, workload, point, settings or {})
+                faults += [fault for fault in here if fault not in faults]
+                notes |= dict.fromkeys(told)
+    if tell is not None:
+        for note in notes:
+            tell(note)
     return faults
+
+
+def _bound(
+    platform: Platform, workload: Workload, point: dict[str, Any], settings: Mapping[str, Any]
+) -> tuple[Sequence[Fault], tuple[str, ...]]:
+    """The faults of a platform with a workload once ``point`` is put into them, or the notes of what they come to."""
+    # The axes are those of the variants explored: they are held against the first point alone.
+    put_in = spec.pin if point == settings else spec.override
+    try:
+        return (), bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload)).notes
+    except SpecError as wrong:
+        return wrong.faults, ()
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:

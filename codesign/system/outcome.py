@@ -35,6 +35,7 @@ def head_fields(system: System) -> dict[str, Any]:
         "external_memory": None if system.external is None else system.external.name,
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,
+        "notes": system.notes,
         "blocks": None if count is None else count(system.problem.rows, system.problem.columns),
     }
 

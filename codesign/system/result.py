@@ -153,7 +153,13 @@ class Result(_Model):
         default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
     )
     part: str | None = Field(description="part and speed grade of that component; None for a processor")
-    parameters: dict[str, dict[str, Any]] = Field(description="parameters of each task")
+    parameters: dict[str, dict[str, Any]] = Field(
+        description="parameters of each task, as the style runs with them"
+    )
+    notes: tuple[str, ...] = Field(
+        default=(),
+        description="where the design does other work than its parameters let one expect: key, then a sentence",
+    )
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
     feasible: bool = Field(description="whether the design fits; where not, figures of a run are None")
     reasons: tuple[Reason, ...] = Field(default=(), description="why it does not fit, or is not wanted")

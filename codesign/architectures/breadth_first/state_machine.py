@@ -22,7 +22,7 @@ from codesign.architectures.breadth_first.steps import (
     steps,
 )
 from codesign.architectures.external import ExternalMemoryLaw, Traffic
-from codesign.architectures.interface import Demand, Memory, Step, is_done
+from codesign.architectures.interface import Demand, Memory, Step, StyleBase, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.breadth_first.parameters import MemoryPlace, SearchParameters
@@ -36,7 +36,7 @@ slice is of designs whose power is mostly logic and wires, this one is mostly me
 SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
 
 
-class StateMachine:
+class StateMachine(StyleBase):
     """The paper's circuit. Its laws are in ``timing`` and ``resources``; beside an external memory, in ``external``.
 
     ``external`` is the memory that the mapping names. Without it, ``search.external_cycles`` stands for one.

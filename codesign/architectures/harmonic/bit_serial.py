@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.harmonic import levers, resources, timing
-from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, relax_steps, task_step
-from codesign.architectures.interface import Demand, Memory, Step, is_done
+from codesign.architectures.harmonic.steps import DECIDE, LOAD, Costs, block_notes, relax_steps, task_step
+from codesign.architectures.interface import Demand, Memory, Step, StyleBase, is_done
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.harmonic.fixed_point import Field, LowerBound
@@ -19,7 +19,7 @@ from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
 
-class BitSerial:
+class BitSerial(StyleBase):
     """The paper's circuit. Its laws are in ``resources`` and ``timing``, the remedies in ``levers``."""
 
     planner = "harmonic"
@@ -29,6 +29,10 @@ class BitSerial:
     )
     component_type = "fpga"
     kernel = ""
+
+    def notes(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+        """A block that is larger than the map."""
+        return block_notes(problem, parameters)
 
     def demand(
         self,

@@ -112,7 +112,7 @@ def _depth_levers(
 def _block_lever(
     map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
 ) -> Lever:
-    smaller = largest_block(block, precision, part, decision)
+    smaller = largest_block(_clipped(block, map_shape), precision, part, decision)
     if smaller is None:
         return Lever("relax.block", f"no block fits {part.name}: what stands beside it is too large")
     blocks = block_count(map_shape, smaller)

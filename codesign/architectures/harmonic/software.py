@@ -17,7 +17,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.harmonic.steps import DECIDE, Costs, relax_steps
+from codesign.architectures.harmonic.steps import DECIDE, Costs, block_notes, relax_steps
 from codesign.architectures.host_task import HostStyle
 from codesign.architectures.interface import Step, is_done
 from codesign.memo import Memo
@@ -68,6 +68,10 @@ class Software(HostStyle):
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs(precision) if self._limbs else 1
+
+    def notes(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+        """A block that is larger than the map."""
+        return block_notes(problem, parameters)
 
     def work(
         self,

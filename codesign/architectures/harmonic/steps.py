@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.architectures.interface import Exchange, Step, is_done
+from codesign.architectures.interface import Exchange, Step, beyond_map, is_done
 from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.fixed_point import Field, LowerBound
@@ -28,6 +28,12 @@ DETECT = "detect"
 
 MOST_SWEEPS = 1 << 16
 """Sweeps after which a stage that went on from old values is given up. Assumed: a watchdog of 16 bits."""
+
+
+def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+    """A note where a block is larger than the map."""
+    map_shape = problem.rows, problem.columns
+    return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
 
 
 class VisitCost(Protocol):
@@ -184,8 +190,10 @@ def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
 def _each_stage(run: _Run, costs: Costs, memo: Memo) -> _Told:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
+    height, width = parameters.block_shape(problem.rows, problem.columns)
     partition = (
-        parameters.block_shape(problem.rows, problem.columns),
+        # Blocks that hold the same cells have the same visits.
+        (min(height, problem.rows), min(width, problem.columns)),
         parameters.iterations,
         parameters.termination,
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from codesign.architectures.interface import Demand, Memory, Step
+from codesign.architectures.interface import Demand, Memory, Step, StyleBase
 from codesign.architectures.velocity_obstacle import levers, power, resources, timing
 from codesign.architectures.velocity_obstacle.published import Style
 from codesign.architectures.velocity_obstacle.updates import Updates
@@ -30,7 +30,7 @@ class CircuitDemand(Demand):
     robots: int = 2
 
 
-class Circuit:
+class Circuit(StyleBase):
     """One of the three styles: units, scheduled by ``schedule``; laws in ``resources``, ``power``, ``timing``.
 
     The memory of an exploration keeps whole runs: units and styles change cycles, never a choice.

@@ -18,7 +18,7 @@ from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.grid import check_cells
-from codesign.planners.wavefront.parameters import Paths, PropagateParameters
+from codesign.planners.wavefront.parameters import Paths, PropagateParameters, Stop
 from codesign.planners.wavefront.plan import plan_key, problem_map
 from codesign.planners.wavefront.wave import obstacle_map
 from codesign.spec.part import Part
@@ -31,6 +31,19 @@ class AdderComparator(ArrayStyle):
 
     style = "adder_comparator"
     description = "a node with adders and comparators for every cell (Hassoun and Sanghvi)"
+
+    def settled(self, parameters: PropagateParameters) -> PropagateParameters:
+        """With ``stop: whole_map``: only when no potential changes any more is that of a start known to be final."""
+        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+
+    def notes(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, ...]:
+        """That it does not stop at the starts, where it is asked to."""
+        if parameters.stop is Stop.WHOLE_MAP or not problem.starts:
+            return ()
+        return (
+            f"propagate.stop: style {self.style} runs as with whole_map, as it cannot stop at a start: a smaller"
+            " potential may still come by a path of more steps",
+        )
 
     def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
         """The largest potential of the whole map: nothing stops the updates before."""

@@ -7,7 +7,7 @@ from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import Any
 
-from codesign.architectures.interface import Bound, Demand, Item, Memory, Step, is_done
+from codesign.architectures.interface import Bound, Demand, Item, Memory, Step, StyleBase, is_done
 from codesign.architectures.wavefront import levers, resources, timing
 from codesign.architectures.wavefront.resources import Layout
 from codesign.architectures.wavefront.steps import LOAD, TRACK, planned, task_step, tracked_steps
@@ -23,7 +23,7 @@ QUIET_ACTIVITY = 0.1
 """Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
 
 
-class ArrayStyle(ABC):
+class ArrayStyle(StyleBase, ABC):
     """A node of the array for every node of the map or of a tile."""
 
     planner = "wavefront"
@@ -123,6 +123,7 @@ class ArrayStyle(ABC):
         Every wave begins anew: ``start`` changes nothing.
         """
         kept = Memo() if memo is None else memo
+        parameters = self.settled(parameters)
         plan = planned(problem, parameters, kept)
         # Safe paths load the map twice: obstacles as sources first (all nodes free), then the free space.
         passes = 2 if plan.obstacle_potentials is not None else 1

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from codesign.architectures.interface import Item, Memory, Step
+from codesign.architectures.interface import Item, Memory, Step, beyond_map
 from codesign.architectures.wavefront import resources, timing
 from codesign.architectures.wavefront.array import ArrayStyle
 from codesign.architectures.wavefront.resources import Layout
@@ -41,6 +41,11 @@ class Tiled(ArrayStyle):
         if parameters.paths is Paths.SAFE:
             largest = max(largest, longest_distance((problem.rows, problem.columns), parameters.delays))
         return max(largest, visits.largest)
+
+    def notes(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, ...]:
+        """A tile that is larger than the map."""
+        map_shape = problem.rows, problem.columns
+        return beyond_map("propagate.tile", "tile", parameters.tile_shape(*map_shape), map_shape)
 
     def array_shape(self, problem: Problem, parameters: PropagateParameters) -> tuple[int, int]:
         """Rows and columns of a tile."""

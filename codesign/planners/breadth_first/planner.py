@@ -19,7 +19,7 @@ from codesign.planners.breadth_first.parameters import LoadParameters, SearchPar
 from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
+from codesign.planners.ways import by_sides, cell_of, from_position, judge_ways, share_of
 from codesign.task_graph import Flow
 
 NO_START = "no start is given"
@@ -61,6 +61,10 @@ class BreadthFirst:
         """A search begins at a start: there has to be one."""
         return None if problem.starts else ("starts", NO_START)
 
+    def reachable(self, problem: Problem, parameters: SearchParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """The search looks at the four neighbours of a cell."""
+        return by_sides(problem)
+
     def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
         """Search without a clock. Raises InputError where the problem has no start."""
         return plan_search(problem)
@@ -78,20 +82,23 @@ class BreadthFirst:
             Flow("track", "command", "path", max(STEP_BITS, STEP_BITS * steps)),
         )
 
-    def quality(self, problem: Problem, plan: Search) -> Quality:  # noqa: ARG002
-        """What a search from each start of the problem is worth.
+    def quality(self, problem: Problem, plan: Search) -> Quality:
+        """What the plan is worth, and a search from each start of the problem.
 
-        Every reachable cell has its way, as the search is complete; ``local_maxima`` and ``wrong_cells`` are 0.
+        The plan covers the cells that its search came to before it ended: each of them has its way back to the path. So
+        ``local_maxima`` and ``wrong_cells`` are 0. A search that finds no goal covers none. Starts are judged by a
+        search each.
         """
-        from codesign.maps.reach import reachable
-
         found = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
         ways = ((way.start, way.path if way.reached else None) for way in found)
-        count = int(reachable(problem.free, problem.goals).sum()) - len(set(problem.goals))
+        reachable = by_sides(problem)
+        reachable[tuple(np.array(problem.goals).T)] = False
+        planned = int(reachable.ravel()[plan.pushed].sum())
         return Quality(
-            reachable_cells=count,
+            reachable_cells=int(reachable.sum()),
+            planned_cells=planned,
             local_maxima=0,
-            share_reaching_goal=share_of(count, count),
+            share_reaching_goal=share_of(planned, planned),
             wrong_cells=0,
             **judge_ways(problem, ways),
         )

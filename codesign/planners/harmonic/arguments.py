@@ -27,7 +27,7 @@ class Arguments:
     """Checked arguments of ``relax``.
 
     ``free``: bool, rows × columns, goals included. ``goals``: (row, column) pairs on free cells, each once.
-    ``block``: rows and columns of a full block. ``schedule``: rising precisions. ``start``: a field at
+    ``block``: rows and columns of a full block, cut to the map. ``schedule``: rising precisions. ``start``: a field at
     ``schedule[0]`` with goals at 2^p and obstacles at 0.
     """
 
@@ -144,12 +144,8 @@ def _check_block(block: Any, free: NDArray[np.bool_]) -> tuple[int, int]:
     rows, columns = free.shape
     if height < 1 or width < 1:
         raise InputError(f"block of {height} × {width} nodes has no nodes", "block")
-    if height > rows or width > columns:
-        raise InputError(
-            f"block of {height} × {width} nodes is larger than the map of {rows} × {columns} cells",
-            "block",
-            f"at most {rows} × {columns}",
-        )
+    # Beyond the map all nodes are obstacles, which nothing is computed for.
+    height, width = min(height, rows), min(width, columns)
     blocks = -(-rows // height) * -(-columns // width)
     if blocks > MAX_BLOCKS:
         raise InputError(

@@ -70,7 +70,8 @@ class RelaxParameters(SpecModel):
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
 
     block: Annotated[
-        tuple[Side, Side] | None, Field(description="rows and columns of one block, in nodes")
+        tuple[Side, Side] | None,
+        Field(description="rows and columns of one block, in nodes; those beyond the map hold obstacles"),
     ] = None
     blocks: Annotated[tuple[Side, Side] | None, Field(description="number of blocks, down and across")] = None
     iterations: Annotated[

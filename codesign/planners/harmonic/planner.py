@@ -22,7 +22,7 @@ from codesign.planners.harmonic.parameters import (
 )
 from codesign.planners.harmonic.relax import Relaxation, relax
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import cell_of
+from codesign.planners.ways import by_sides, cell_of
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
@@ -63,14 +63,11 @@ class Harmonic:
         }
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
-        """A block must not be larger than the map, and equal blocks must be able to part it as often as asked."""
+        """Equal blocks must be able to part the map as often as asked.
+
+        A block larger than the map is one more partial one: the rest of it is obstacle.
+        """
         height, width = parameters.block_shape(problem.rows, problem.columns)
-        if height > problem.rows or width > problem.columns:
-            key = "block" if parameters.block is not None else "blocks"
-            return (
-                key,
-                f"a block of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells",
-            )
         if parameters.blocks is not None:
             made = -(-problem.rows // height), -(-problem.columns // width)
             if made != parameters.blocks:
@@ -81,6 +78,10 @@ class Harmonic:
                 )
                 return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
         return None
+
+    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """A value spreads to the four neighbours of its cell."""
+        return by_sides(problem)
 
     def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
         """Relax the field without a clock."""

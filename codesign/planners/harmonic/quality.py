@@ -42,6 +42,7 @@ def quality(
     ways = ((start, way.points if way.arrived else None) for start, way in found)
     return Quality(
         reachable_cells=count,
+        planned_cells=count,
         local_maxima=int((cells & (ascent.best < 0)).sum()),
         share_reaching_goal=share_of(int((ascent.climbs_to_goal() & cells).sum()), count),
         wrong_cells=wrong_cells(problem, field, from_below=from_below),

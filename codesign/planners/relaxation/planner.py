@@ -16,7 +16,7 @@ from codesign.planners.interface import Policy, Problem, Quality
 from codesign.planners.relaxation.parameters import LoadParameters, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.search import Search
 from codesign.planners.relaxation.solve import Solution, refusal, solve
-from codesign.planners.ways import cell_of, from_position
+from codesign.planners.ways import by_sides, cell_of, from_position
 from codesign.task_graph import Flow
 
 CELL_BITS = 2
@@ -58,6 +58,10 @@ class Relaxation:
         """The method must suit the map."""
         reason = refusal(parameters.method, problem.free.shape, problem.goals)
         return None if reason is None else ("method", reason)
+
+    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """A step of the search never cuts a corner, with four neighbours or with eight."""
+        return by_sides(problem)
 
     def plan(
         self, problem: Problem, parameters: RelaxParameters, start: NDArray[np.float64] | None = None

@@ -22,6 +22,7 @@ def quality(problem: Problem, search: Search) -> Quality:
     ways = ((start, way.cells if way.arrived else None) for start, way in found)
     return Quality(
         reachable_cells=count,
+        planned_cells=count,
         local_maxima=int(search.flat().sum()),
         share_reaching_goal=share_of(int((search.arriving() & cells).sum()), count),
         wrong_cells=None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -37,6 +38,11 @@ class VelocityObstacle:
     def check(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
         """The array of velocities must be fine enough for the acceleration, and the words wide enough."""
         return fault_of(problem, parameters)
+
+    def reachable(self, problem: RobotsProblem, parameters: AvoidParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """Every cell of the arena, which has no obstacles: bool rows × columns."""
+        width, height = problem.arena
+        return np.ones((math.ceil(height), math.ceil(width)), np.bool_)
 
     def plan(self, problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
         """Run all robots in the closed loop, without a clock."""

@@ -41,6 +41,11 @@ class Neighbours:
     delays: NDArray[np.int32]
     beside: NDArray[np.int32]
 
+    @property
+    def corner_cutting(self) -> bool:
+        """Whether a diagonal step may pass between obstacles."""
+        return int(self.beside.shape[1]) == 0
+
     def flat(self, shape: Sequence[int]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
         """``steps`` and ``beside`` as offsets in a flat array of ``shape``."""
         strides = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(len(shape))], np.int32)

@@ -102,9 +102,11 @@ class PropagateParameters(SpecModel):
         return self
 
     def tile_shape(self, rows: int, columns: int) -> tuple[int, int]:
-        """Rows and columns of a tile on a map of ``rows`` × ``columns``; never larger than the map."""
-        height, width = self.tile or (rows, columns)
-        return min(height, rows), min(width, columns)
+        """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default those of the map.
+
+        A tile larger than the map is one more partial one: its other nodes hold obstacles.
+        """
+        return self.tile or (rows, columns)
 
     def tile_count(self, rows: int, columns: int) -> int:
         """How many tiles cover a map of ``rows`` × ``columns``."""

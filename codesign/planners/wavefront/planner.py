@@ -46,14 +46,9 @@ class Wavefront:
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
     def check(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, str] | None:
-        """A wave that waits for its starts has to reach them; tiles are no larger than the map, nor too many."""
+        """A wave that waits for its starts has to reach them; tiles are not too many."""
         if parameters.tile is not None:
             height, width = parameters.tile
-            if height > problem.rows or width > problem.columns:
-                text = (
-                    f"a tile of {height} × {width} nodes on a map of {problem.rows} × {problem.columns} cells"
-                )
-                return "tile", text
             count = parameters.tile_count(problem.rows, problem.columns)
             if count > MAX_TILES:
                 return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
@@ -62,6 +57,12 @@ class Wavefront:
         except MapError as fault:
             return "stop", fault.what
         return None
+
+    def reachable(self, problem: Problem, parameters: PropagateParameters) -> NDArray[np.bool_]:
+        """The wave passes between two obstacles that touch at a corner where it may cut corners."""
+        from codesign.maps.reach import reachable
+
+        return reachable(problem.free, problem.goals, corner_cutting=parameters.corner_cutting)
 
     def plan(self, problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
         """Run the wave without a clock."""

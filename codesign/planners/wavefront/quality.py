@@ -12,25 +12,27 @@ from codesign.planners.ways import judge_ways, share_of
 def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     """The quality of ``plan`` on ``problem``.
 
-    A cell that the wave reached has a way (equation 2 always finds a neighbour), so ``share_reaching_goal`` is the
-    share of reachable cells that it reached before it was stopped, and ``local_maxima`` counts the others. Ways are
-    tracked from the starts by the rule of the plan. Lengths are octile; a way that cuts corners can be shorter than the
-    shortest one that does not, so ratios below 1 occur. The mean clearance weighs every step by its length.
+    The plan covers the cells that the wave reached before it was stopped. Each of them has a way, as equation 2 always
+    finds a neighbour: ``local_maxima`` is 0, and ``share_reaching_goal`` 1 where there is such a cell. Of the cells
+    beyond the wave nothing is known.
+
+    Ways are tracked from the starts by the rule of the plan. Lengths are octile; a way that cuts corners can be shorter
+    than the shortest one that does not, so ratios below 1 occur. The mean clearance weighs every step by its length.
     """
     from codesign.maps.reach import reachable
 
-    cells = reachable(problem.free, problem.goals)
+    cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
     cells[tuple(np.array(problem.goals).T)] = False
-    count = int(cells.sum())
-    left = int((cells & (plan.potentials < 0)).sum())
+    planned = int((cells & (plan.potentials >= 0)).sum())
     ways = (
         (start, plan.tracker.follow(start) if plan.potentials[start] >= 0 else None)
         for start in problem.starts
     )
     return Quality(
-        reachable_cells=count,
-        local_maxima=left,
-        share_reaching_goal=share_of(count - left, count),
+        reachable_cells=int(cells.sum()),
+        planned_cells=planned,
+        local_maxima=0,
+        share_reaching_goal=share_of(planned, planned),
         wrong_cells=0,
         **judge_ways(problem, ways),
     )

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import simpy
 
-from codesign import maps
 from codesign.components import PreemptedError
 from codesign.errors import InputError, RunError
 from codesign.memo import Memo
@@ -209,10 +208,10 @@ class Replanner:
         if not goals:
             return self.goals.none_left()
         free = scene.belief.planning_free(here)
-        if not maps.reachable(free, goals)[here]:
-            return f"no way leads from {here} to a goal in what the robot knows"
         problem = Problem(free=free, goals=tuple(goals), starts=(here,), resolution=scene.resolution)
         with planner_code(system.planner):
+            if not system.planner.reachable(problem, system.planning)[here]:
+                return f"no way leads from {here} to a goal in what the robot knows"
             wrong = system.planner.check(problem, system.planning)
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 
