@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,17 +14,21 @@ from codesign.spec import Part, Platform, Spec, Workload
 from codesign.spec.locate import is_path
 from codesign.spec.marks import read_document
 from codesign.spec.part import load_part_file
-from codesign.spec.variants import VARIANT_AXIS
+from codesign.spec.variants import VARIANT_AXIS, choose_variant
 from codesign.system import catalog
-from codesign.system.bind import bind
+from codesign.system.bind import bind, plannable
+from codesign.system.ready import ready
+from codesign.system.refusals import platform_faults
 from codesign.system.result import Result
 
 
 def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | None = None) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
-    A source is a shipped name or a path; its kind is told from what it is. Each variant of a workload is checked with
-    the platform, unless ``settings``, raw values by axis that are put into both, choose one.
+    A source is a shipped name or a path; its kind is told from what it is. A platform and a workload are bound and
+    built as ``simulate`` does it, so that both refuse the same. Each variant of a workload is checked too, unless
+    ``settings``, raw values by axis that are put into both, choose one. Files of one kind are checked as far as that is
+    possible without the other kind.
 
     Raises:
         InputError: settings, and no platform and workload to put them into.
@@ -33,28 +38,46 @@ def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | Non
     workloads: list[Workload] = []
     for source in sources:
         try:
-            found = _load(source)
+            loaded = _load(source)
         except SpecError as wrong:
             faults += wrong.faults
         except CodesignError as wrong:
             faults.append(Fault(str(source), 0, 0, "", wrong.what, wrong.hint))
         else:
-            if isinstance(found, Platform):
-                platforms.append(found)
-            elif isinstance(found, Workload):
-                workloads.append(found)
+            if isinstance(loaded, Platform):
+                platforms.append(loaded)
+            elif isinstance(loaded, Workload):
+                workloads.append(loaded)
     if settings and not faults and not (platforms and workloads):
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
-    for workload in workloads:
-        for platform in platforms:
-            for point in _points_checked(workload, settings or {}):
-                # The axes are those of the variants explored: they are held against the first point alone.
-                put_in = spec.pin if point == (settings or {}) else spec.override
-                try:
-                    bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
-                except SpecError as wrong:
-                    faults += [fault for fault in wrong.faults if fault not in faults]
+    pairs = list(itertools.product(workloads, platforms))
+    found: list[Iterable[Fault]] = [
+        _faults_of_pair(platform, workload, settings or {}) for workload, platform in pairs
+    ]
+    if not pairs:
+        found += [platform_faults(platform) for platform in platforms]
+        found += [_faults_of_workload(workload) for workload in workloads]
+    for fault in itertools.chain.from_iterable(found):
+        faults += [fault] if fault not in faults else []
     return faults
+
+
+def _faults_of_pair(platform: Platform, workload: Workload, settings: Mapping[str, Any]) -> Iterator[Fault]:
+    """Whatever keeps the workload, or a variant of it, from being simulated on the platform."""
+    for point in _points_checked(workload, settings):
+        # The axes are those of the variants explored: they are held against the first point alone.
+        put_in = spec.pin if point == settings else spec.override
+        try:
+            ready(bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload)))
+        except SpecError as wrong:
+            yield from wrong.faults
+
+
+def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
+    """What can be told of a workload and its variants without a platform."""
+    yield from plannable(workload)[1]
+    for name in workload.variants:
+        yield from plannable(choose_variant(workload, name, ""))[1]
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:
