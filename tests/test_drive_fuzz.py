@@ -19,7 +19,7 @@ from codesign.system import check_files
 Hwsw = Callable[..., Invoked]
 
 fuzzed = settings(
-    max_examples=40,
+    max_examples=25,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
@@ -137,16 +137,6 @@ REFUSED: dict[str, tuple[str, list[Change], str]] = {
         ],
         "scenario.obstacles.appearing: they come to 20,250,000 cells, more than 20,000,000",
     ),
-    "long routes": (
-        "breadth-first",
-        [
-            ("drive", ("problem", "map"), LARGE),
-            *scenario(
-                obstacles={"moving": [MOVING | {"route": [[0, 0], [0, 1999]] * 100, "speed": "1 m/s"}] * 51}
-            ),
-        ],
-        "scenario.obstacles.moving: they come to 20,287,851 steps, more than 20,000,000",
-    ),
 }
 
 
@@ -157,6 +147,15 @@ def test_check_refuses_what_run_refuses(tmp_path: Path, name: str) -> None:
     faults = agree(*files(tmp_path, placement, made))
     assert any(said in str(fault) for fault in faults), [str(fault) for fault in faults]
     assert all(fault.line for fault in faults)
+
+
+def test_long_routes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("codesign.system.drive_faults.MAX_OBSTACLE_CELLS", 1000)
+    moving = [MOVING | {"route": [[0, 0], [0, 15]] * 10, "speed": "1 m/s"}]
+    assert not agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 3})))
+    (fault,) = agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 4})))
+    assert fault.key == "scenario.obstacles.moving"
+    assert fault.what == "they come to 1,140 steps, more than 1,000"
 
 
 def test_all_faults_are_told_at_once(tmp_path: Path, hwsw: Hwsw) -> None:
