@@ -18,6 +18,7 @@ from codesign.spec.components import (
 from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
 from codesign.system.ledger import Ledger, Spent
+from codesign.system.progress import ProgressOfMission
 from codesign.system.refusals import building_order, refused
 from codesign.system.routes import Hop, Routes
 from codesign.task_graph import Flow
@@ -66,7 +67,8 @@ class Machine:
     """A platform come to life on one simulation environment.
 
     ``by_name``: components, ``links``: links, by name. ``planner``: the component that plans. The robot of a drive
-    is put in by its scenario, which knows where it stands (``by_name`` again).
+    is put in by its scenario, which knows where it stands (``by_name`` again). ``progress``: who is told how far a
+    mission is, None: nobody.
     """
 
     def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
@@ -81,6 +83,7 @@ class Machine:
         self.granularity = granularity
         self.environment = simpy.Environment()
         self._listeners = tuple(listeners)
+        self.progress: ProgressOfMission | None = None
         self.by_name: dict[str, Any] = {}
         for name in building_order(system.platform):
             try:

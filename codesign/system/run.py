@@ -14,6 +14,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
 from codesign.system.outcome import drive_fields, head_fields, plan_fields, use_fields
+from codesign.system.progress import ProgressOfMission
 from codesign.system.ready import ready
 from codesign.system.result import Power, Result
 
@@ -29,6 +30,7 @@ def simulate(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
     grid: OccupancyGrid | None = None,
+    progress: ProgressOfMission | None = None,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
@@ -39,7 +41,7 @@ def simulate(
         SpecError: platform, workload and map do not belong together.
     """
     system = bind(platform, workload, grid=grid)
-    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo)
+    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo, progress=progress)
 
 
 def simulate_system(
@@ -48,6 +50,7 @@ def simulate_system(
     listeners: Sequence[Listener] = (),
     granularity: str = "run_ahead",
     memo: Memo | None = None,
+    progress: ProgressOfMission | None = None,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it.
 
@@ -66,6 +69,7 @@ def simulate_system(
     head, machine = head_fields(system) | prepared.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.reasons)
+    machine.progress = progress
     result = Result(**head, feasible=True, **_run(machine, head.get("power"), memo))
     for component in machine.components:
         component.report_utilisation()
