@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from click.testing import Result as Invoked
 from drive_fuzz import DISPLAY, MEMORY, Change, bounded, changes, files, placements
 from hypothesis import HealthCheck, given, settings
@@ -14,6 +16,7 @@ from mission_specs import Ground, rectangle
 
 import codesign
 from codesign.errors import EXIT_BAD_SPEC, CodesignError, Fault
+from codesign.spec.locate import data_folder
 from codesign.system import check_files
 
 Hwsw = Callable[..., Invoked]
@@ -164,6 +167,20 @@ def test_all_faults_are_told_at_once(tmp_path: Path, hwsw: Hwsw) -> None:
     assert done.exit_code == EXIT_BAD_SPEC
     for said in ("screen.total_columns", "scenario.resolution", "scenario.tour[0]"):
         assert said in done.output
+
+
+@pytest.mark.parametrize("scenario", ["plan_once", "drive", "fleet"])
+@pytest.mark.parametrize("name", ["labyrinth", "robots-2"])
+def test_a_scenario_is_for_the_planner_or_refused(tmp_path: Path, name: str, scenario: str) -> None:
+    """A drive of a planner of robots asked its problem for a map, and ended with a ValueError."""
+    source = data_folder("workloads") / f"{name}.yaml"
+    tree = yaml.safe_load(source.read_text(encoding="utf-8"))
+    kept = {key: value for key, value in tree.items() if key not in {"variants", "explore"}}
+    file = tmp_path / "drive.yaml"
+    file.write_text(json.dumps(kept | {"scenario": {"type": scenario}}), encoding="utf-8")
+    faults = check_files(["virtex4-pci", file])
+    refused = {"drive", "fleet"} - {"fleet" if name == "robots-2" else "drive"}
+    assert any("is not for planner" in fault.what for fault in faults) == (scenario in refused)
 
 
 @pytest.mark.parametrize(("name", "file"), [("a long line", 0), ("many blocks", 1), ("small cells", 1)])
