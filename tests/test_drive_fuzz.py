@@ -53,7 +53,7 @@ def test_check_and_run_agree(tmp_path: Path, placement: str, made: list[Change])
 
 
 @pytest.mark.slow
-@settings(fuzzed, max_examples=2500)
+@settings(fuzzed, max_examples=400)
 @given(placements, changes(most=6))
 def test_check_and_run_agree_on_many(tmp_path: Path, placement: str, made: list[Change]) -> None:
     agree(*files(tmp_path, placement, made, limit="20 s", events=3000))
@@ -102,6 +102,14 @@ REFUSED: dict[str, tuple[str, list[Change], str]] = {
         "breadth-first",
         robot(sensor={"type": "radius", "range": "51 km"}),
         "components.robot.sensor.range: a radius of 5.1e+05 cells",
+    ),
+    "a wide robot": (
+        "breadth-first",
+        [
+            ("drive", ("problem", "map"), EMPTY | {"generate": "random", "density": 0.3, "seed": 1}),
+            *robot(radius="15.1 m"),
+        ],
+        "components.robot.radius: a robot with a radius of 151 cells is larger than the map of 300 × 300 cells",
     ),
     "no start": (
         "breadth-first",
@@ -197,6 +205,17 @@ def test_variants_of_a_workload_alone_are_checked(tmp_path: Path) -> None:
     _, drive = Ground(tmp_path).files(workload={"variants": varied})
     (fault,) = check_files([drive])
     assert fault.key == "variants.far.scenario.tour[0]"
+
+
+def test_a_wide_robot_is_refused_soon(tmp_path: Path) -> None:
+    """To grow 75,000 obstacles one by one, each by 125,000 cells, took a minute."""
+    places = {"map": {"generate": "random", "rows": 500, "columns": 500, "density": 0.3, "seed": 1}}
+    made = [
+        ("drive", ("problem",), places | {"goals": [[0, 0]], "starts": {"count": 1}}),
+        *robot(radius="20 m"),
+    ]
+    (fault,) = agree(*files(tmp_path, "breadth-first", made))
+    assert "does not fit at its start" in fault.what
 
 
 @pytest.mark.parametrize("metres", ["40 m", "100 m"])

@@ -26,7 +26,7 @@ Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]
 
 fuzzed = settings(
-    max_examples=12,
+    max_examples=8,
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
@@ -230,7 +230,7 @@ def test_any_file_of_points(
 
 
 @pytest.mark.slow
-@settings(fuzzed, max_examples=600)
+@settings(fuzzed, max_examples=120)
 @given(st.data())
 def test_many_files_of_points(
     hwsw: Hwsw, explored: tuple[Path, Specs], tmp_path: Path, data: st.DataObject

@@ -250,8 +250,9 @@ def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Pro
     obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
     path = ("problem", "starts", 0)
     radius = float(spec.radius.value) / resolution
-    if radius > max(problem.free.shape):
-        text = f"a robot with a radius of {radius:.3g} cells is larger than the map"
+    if 2 * radius > min(problem.free.shape):
+        size = " × ".join(str(side) for side in problem.free.shape)
+        text = f"a robot with a radius of {radius:.3g} cells is larger than the map of {size} cells"
         return [fault(platform, ("components", name, "radius"), text, "make it smaller, or the cells larger")]
     blocked = Inflation(obstacles, radius).blocked
     if blocked[start]:
