@@ -128,7 +128,7 @@ REFUSED: dict[str, tuple[str, list[Change], str]] = {
     "a standing robot": (
         "breadth-first",
         robot(kinematics={"type": "point", "speed": "1e-300 m/s"}),
-        "components.robot.kinematics.speed: 1e-300 m/s is too slow for cells of 0.1 m",
+        "components.robot.kinematics.speed: 1e-300 m/s is too slow: the robot needs 1000 h for a cell of 0.1 m",
     ),
     "no acceleration": (
         "breadth-first",
@@ -146,7 +146,7 @@ REFUSED: dict[str, tuple[str, list[Change], str]] = {
             ("drive", ("problem", "map"), LARGE),
             *scenario(obstacles={"appearing": [rectangle(99, 99, 1500, 1500, at="1 s")] * 9}),
         ],
-        "scenario.obstacles.appearing: they come to 20,250,000 cells, more than 20,000,000",
+        "scenario.obstacles.appearing: these obstacles cover 20,250,000 cells, more than 20,000,000",
     ),
 }
 
@@ -166,7 +166,7 @@ def test_long_routes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert not agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 3})))
     (fault,) = agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 4})))
     assert fault.key == "scenario.obstacles.moving"
-    assert fault.what == "they come to 1,140 steps, more than 1,000"
+    assert fault.what == "the routes have 1,140 steps, more than 1,000"
 
 
 def test_all_faults_are_told_at_once(tmp_path: Path, hwsw: Hwsw) -> None:
@@ -228,10 +228,11 @@ def test_a_wide_sensor_takes_no_more_memory_than_the_map(tmp_path: Path, metres:
         load(file)
         for load, file in zip(
             (codesign.load_platform, codesign.load_workload),
-            files(tmp_path, "breadth-first", made, events=3000),
+            files(tmp_path, "breadth-first", made, events=300),
             strict=True,
         )
     ]
+    codesign.simulate(*point)  # Whatever is imported or compiled once is not the sensor's.
     tracemalloc.start()
     result = codesign.simulate(*point)
     peak = tracemalloc.get_traced_memory()[1]

@@ -103,7 +103,8 @@ def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
         fault(
             workload,
             (*_OBSTACLES, key),
-            f"they come to {count:,} {'steps' if key == 'moving' else 'cells'}, more than {MAX_OBSTACLE_CELLS:,}",
+            f"{'the routes have' if key == 'moving' else 'these obstacles cover'} {count:,}"
+            f" {'steps' if key == 'moving' else 'cells'}, more than {MAX_OBSTACLE_CELLS:,}",
             "shorten the routes" if key == "moving" else "take fewer obstacles, or smaller ones",
         )
         for key, count in counts.items()
@@ -232,7 +233,9 @@ def _pace(platform: Platform, name: str, spec: RobotComponent, resolution: float
             continue
         unit = {"speed": "m/s", "acceleration": "m/s²", "turn_rate": "rad/s"}[key]
         least = SLOWEST * (vars(told)[key] / vars(in_cells)[key])
-        text = f"{vars(told)[key]:g} {unit} is too slow for cells of {resolution:g} m: a mission ends within 1000 h"
+        text = (
+            f"{vars(told)[key]:g} {unit} is too slow: the robot needs 1000 h for a cell of {resolution:g} m"
+        )
         path = ("components", name, "kinematics", key)
         faults.append(fault(platform, path, text, f"at least {least:.3g} {unit}"))
     return faults
