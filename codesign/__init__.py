@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from codesign.explore import Progress, Study
     from codesign.records import Listener
     from codesign.spec import Platform, Workload
-    from codesign.system import Result
+    from codesign.system import MissionProgress, Result
     from codesign.trace import Trace
 
 __version__ = "0.1.0"
@@ -59,11 +59,13 @@ def simulate(
     granularity: str = "run_ahead",
     trace: str | Path | None = None,
     listeners: Sequence[Listener] = (),
+    progress: Callable[[MissionProgress], None] | None = None,
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
-    ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run. A
-    design that does not fit gives a result with ``feasible`` False and its reasons, and leaves no trace.
+    ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run.
+    ``progress`` is called now and then while a drive goes on. A design that does not fit gives a result with
+    ``feasible`` False and its reasons, and leaves no trace.
 
     Raises:
         SpecError: platform, workload and map do not belong together. TraceError: the trace cannot be written.
@@ -71,7 +73,9 @@ def simulate(
     from codesign import system
 
     if trace is None:
-        return system.simulate(platform, workload, granularity=granularity, listeners=listeners)
+        return system.simulate(
+            platform, workload, granularity=granularity, listeners=listeners, progress=progress
+        )
     from codesign.trace import McapListener
 
     identity = {
@@ -82,7 +86,10 @@ def simulate(
         "codesign": __version__,
     }
     with McapListener(trace, identity) as writer:
-        result = system.simulate(platform, workload, granularity=granularity, listeners=(*listeners, writer))
+        told = (*listeners, writer)
+        result = system.simulate(
+            platform, workload, granularity=granularity, listeners=told, progress=progress
+        )
         if not result.feasible:
             writer.abort()
     return result

@@ -16,7 +16,6 @@ import pytest
 from click.testing import Result
 
 from codesign import files, kernel_cache
-from codesign.cli import explore as explore_command
 from codesign.cli.outputs import check_folder, check_outputs
 from codesign.errors import CodesignError, Fault, InputError, RunError, SpecError, TraceError
 from codesign.files import write_atomically
@@ -318,12 +317,12 @@ main()
 def test_progress_is_told_by_time_too(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from codesign.explore import Progress
+    from codesign.cli import progress
 
     clock = [1000.0]
-    monkeypatch.setattr(explore_command.time, "monotonic", lambda: clock[0])
-    lines = explore_command._PlainLines()
+    monkeypatch.setattr(progress.time, "monotonic", lambda: clock[0])
+    lines = progress.PlainLines()
     for done, now in ((0, 1000.0), (1, 1001.0), (2, 1011.0), (3, 1012.0)):
         clock[0] = now
-        lines(Progress(total=1000, done=done, cached=0, feasible=0, failed=0, elapsed_s=0.0, left_s=None))
+        lines(progress.Advance(done, 1000, "points"))
     assert [line.split()[0] for line in capsys.readouterr().err.splitlines()] == ["0/1000", "2/1000"]

@@ -246,9 +246,9 @@ def test_a_run_that_no_memory_holds_is_refused_with_its_size(specs: Specs) -> No
         "generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3", "file: m.txt"
     )
     text = text.replace("{first: 7, step: 8, last: 63}", "[1023]").replace("{count: 12, seed: 1}", "[[3, 3]]")
-    text = text.replace("component: fpga", "component: host")
+    text = text.replace("component: fpga", "component: host").replace("[12, 18]", "[64, 64]")
     specs[1].write_text(text, encoding="utf-8")
     (specs[1].parent / "m.txt").write_text("...\n...\n...\n", encoding="utf-8")
     big = OccupancyGrid(np.ones((4096, 4096), np.bool_))
-    with pytest.raises(InputError, match=r"16,777,216 cells at 1023 bits would need about 9\.0 GiB"):
+    with pytest.raises(SpecError, match=r"16,777,216 cells at 1023 bits would need about 9\.0 GiB"):
         simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), grid=big)

@@ -55,7 +55,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("iterations: 6", "iterations: true"),
-            "w.yaml:11:17: mapping.relax.iterations: true is not a whole number",
+            "w.yaml:11:17: mapping.relax.iterations: true is not a whole number\n  hint: write a whole number",
         ),
         (
             ("iterations: 6", "iterations: 1_000"),
@@ -72,7 +72,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("iterations: 6", "iterations: 6\n    share: yes"),
-            "w.yaml:12:12: mapping.relax.share: 'yes' is not a number",
+            "w.yaml:12:12: mapping.relax.share: 'yes' is not a number\n  hint: write a number",
         ),
         (
             ("block: [20, 30]", "block: [20, 30]\n    blocks: [2, 2]"),
@@ -86,7 +86,8 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("schedule: {first: 7, step: 8, last: 63}", "schedule: all"),
-            "w.yaml:12:15: mapping.relax.schedule: 'all' is not a mapping or a list",
+            "w.yaml:12:15: mapping.relax.schedule: 'all' is not a mapping or a list\n"
+            "  hint: write a mapping or a list",
         ),
         (
             ("last: 63}", "last: 6}"),
@@ -139,6 +140,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("relax.block: [[20, 30], [10, 15]]", "relax.block: [[20, 30], [10, a], [20, 30]]"),
             "w.yaml:15:34: explore.axes.relax.block[1][1]: 'a' is not a whole number\n"
+            "  hint: write a whole number\n"
             "w.yaml:15:38: explore.axes.relax.block[2]: [20, 30] is listed twice\n  hint: list it once",
         ),
         (

@@ -86,7 +86,7 @@ def written(folder: Path, task: str) -> Path:
             "w.yaml:8:6: tasks[0].nme: unknown key\n"
             "  hint: did you mean name? accepted: after, kernel, name, units\n",
         ),
-        ("3", "8:5: tasks[0]: 3 is not a mapping\n"),
+        ("3", "8:5: tasks[0]: 3 is not a mapping\n  hint: write a mapping\n"),
     ],
 )
 def test_each_fault_stands_at_its_place_and_alone(

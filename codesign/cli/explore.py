@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,7 +13,6 @@ from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
 if TYPE_CHECKING:
     from codesign.explore import Progress, Study
 
-_SECONDS_BETWEEN_LINES = 10.0
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
 
@@ -53,6 +49,7 @@ def explore(
     """
     import codesign
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import Advance, progress_shown
     from codesign.cli.run import settings_of
     from codesign.spec import pin
 
@@ -66,7 +63,11 @@ def explore(
         (platform, workload, workload_spec.map_file),
         store=("--store", file),
     )
-    with _progress_shown() as progress:
+    with progress_shown() as show:
+
+        def progress(told: Progress) -> None:
+            show(Advance(told.done, told.total, _words(told), told.left_s))
+
         study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
     _deliver(study, csv_file, page, as_json)
     if not as_json:
@@ -118,44 +119,6 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
     for name, path in (("csv", csv_file), ("page", page)):
         if path is not None:
             click.echo(f"{name}: {printable(str(path), None)}")
-
-
-@contextmanager
-def _progress_shown() -> Iterator[Any]:
-    """A callback for progress: a bar with the time left on a terminal, a plain line now and then elsewhere."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield _PlainLines()
-        return
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bar
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Bar(*columns, console=console) as bar:
-        task = bar.add_task("points", total=None)
-
-        def show(progress: Progress) -> None:
-            bar.update(task, total=progress.total, completed=progress.done, description=_words(progress))
-
-        yield show
-
-
-class _PlainLines:
-    """One line on standard error at each tenth of the way, and after ten seconds without one."""
-
-    def __init__(self) -> None:
-        self.told = -1
-        self.at = 0.0
-
-    def __call__(self, progress: Progress) -> None:
-        tenth = 10 * progress.done // max(1, progress.total)
-        now = time.monotonic()
-        if tenth > self.told or now - self.at >= _SECONDS_BETWEEN_LINES:
-            self.told, self.at = tenth, now
-            left = "" if progress.left_s is None else f", {progress.left_s:.0f} s left"
-            click.echo(f"{progress.done}/{progress.total} {_words(progress)}{left}", err=True)
 
 
 def _words(progress: Progress) -> str:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from codesign.errors import EXIT_INFEASIBLE, InputError, printable
+
+if TYPE_CHECKING:
+    from codesign.cli.progress import Show
+    from codesign.system import MissionProgress
+
+_QUIET_SECONDS = 5.0
+"""A run that is over sooner shows no progress."""
 
 
 @click.command(short_help="Simulate one design point.")
@@ -44,8 +53,9 @@ def run(
     import codesign
     from codesign.cli.again import command_line
     from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import progress_shown
     from codesign.report import render_text, result_page, result_tables, run_pictures
-    from codesign.system import point_of
+    from codesign.system import outlook, point_of
     from codesign.trace import MemoryListener
 
     values = settings_of(settings)
@@ -57,9 +67,17 @@ def run(
     )
     point = point_of(codesign.load_platform(platform), workload_spec, values)
     memory = MemoryListener()
-    result = codesign.simulate(
-        *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
-    )
+    long = outlook(point[1])
+    if long is not None:
+        click.echo(long, err=True)
+    with progress_shown(after_s=_QUIET_SECONDS) as show:
+        result = codesign.simulate(
+            *point,
+            granularity=granularity,
+            trace=trace_file,
+            listeners=() if page is None else (memory,),
+            progress=mission_progress(show),
+        )
     if page is not None:
         result_page(result, page, pictures=run_pictures(memory.records), command=command_line())
     if as_json:
@@ -72,6 +90,21 @@ def run(
                 click.echo(f"{name}: {printable(str(path), None)}")
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
+    """What shows the progress of a mission as per mille of the longest one possible, with the time left at most."""
+    from codesign.cli.progress import Advance
+
+    begun = time.monotonic()
+
+    def progress(told: MissionProgress) -> None:
+        words = f"‰ of the longest drive, {told.time / 1e12:,.0f} s simulated, {told.turns:,} turns"
+        spent = time.monotonic() - begun
+        left = spent * (1 / told.share - 1) if told.share else None
+        show(Advance(int(1000 * told.share), 1000, words, left))
+
+    return progress
 
 
 def settings_of(texts: Iterable[str]) -> dict[str, object]:

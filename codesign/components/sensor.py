@@ -25,6 +25,9 @@ BITS_A_RAY = Figure(
 )
 BITS_A_CELL = Figure(1, "bit", Status.ASSUMED, "a cell within range is sent as free or not free", 1, 8)
 
+MAX_RADIUS = 500_000
+"""Cells: assumed. The scan of a larger disc would be a message of more than 0.8 · 10¹² bits."""
+
 CORNER = 1e-9
 """Cells: a ray that comes so near to where four cells meet goes through the corner itself."""
 
@@ -104,18 +107,27 @@ class RadiusSensor:
     have it).
 
     Raises:
-        InputError: a range below 0 or not finite.
+        InputError: a range below 0, or above ``MAX_RADIUS``.
     """
 
     range_cells: float
 
     def __post_init__(self) -> None:
         _check_range(self.range_cells)
+        if self.range_cells > MAX_RADIUS:
+            what = f"a radius of {self.range_cells:.4g} cells, each of them sent at every scan"
+            raise InputError(
+                what, "sensor.range", f"at most {MAX_RADIUS:,} cells: a shorter range, or larger cells"
+            )
 
-    @property
+    @cached_property
     def bits(self) -> int:
         """Size of the message that carries a scan, bits: one a cell of the disc (assumed, see ``BITS_A_CELL``)."""
-        return len(_disc(0.0, 0.0, self.range_cells)) * int(BITS_A_CELL.value)
+        # Row y of the disc holds the whole x with x² ≤ r² - y². All of these are exact in a double.
+        most = math.floor(self.range_cells * self.range_cells)
+        rows = np.arange(-math.floor(self.range_cells), math.floor(self.range_cells) + 1)
+        widths = 2 * np.floor(np.sqrt(most - rows * rows)).astype(np.int64) + 1
+        return int(widths.sum()) * int(BITS_A_CELL.value)
 
     def scan(self, free: NDArray[np.bool_], position: Point) -> Scan:
         """The cells of ``free`` (bool, rows × columns) within range of ``position``, which must lie inside the map.
@@ -126,22 +138,26 @@ class RadiusSensor:
         _check_inside(free, position)
         if self.range_cells == 0.0:
             return NOTHING
-        cells = _disc(position[0], position[1], self.range_cells)
-        inside = (cells >= 0).all(axis=1) & (cells < free.shape).all(axis=1)
-        cells = cells[inside]
-        seen = free[cells[:, 0], cells[:, 1]]
-        return Scan(cells[seen], cells[~seen])
+        corner, within = _disc(position, self.range_cells, free.shape)
+        window = free[corner[0] : corner[0] + within.shape[0], corner[1] : corner[1] + within.shape[1]]
+        return Scan(np.argwhere(within & window) + corner, np.argwhere(within & ~window) + corner)
 
 
 Sensor = RaySensor | RadiusSensor
 
 
-def _disc(y: float, x: float, reach: float) -> Cells:
-    rows = np.arange(math.ceil(y - reach), math.floor(y + reach) + 1)
-    columns = np.arange(math.ceil(x - reach), math.floor(x + reach) + 1)
-    within = (rows[:, None] - y) ** 2 + (columns - x) ** 2 <= reach * reach
-    cells: Cells = np.argwhere(within) + np.array((math.ceil(y - reach), math.ceil(x - reach)))
-    return cells
+def _disc(middle: Point, reach: float, shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """The part of a disc that lies on a map of ``shape``: its first row and column, and the cells within, bool.
+
+    A cell is within where (row - y)² + (column - x)² ≤ reach². Time and memory grow with the map, not with the disc.
+    """
+    spans = [
+        np.arange(max(math.ceil(at - reach), 0), min(math.floor(at + reach), side - 1) + 1)
+        for at, side in zip(middle, shape, strict=True)
+    ]
+    rows, columns = spans
+    within = (rows[:, None] - middle[0]) ** 2 + (columns - middle[1]) ** 2 <= reach * reach
+    return np.array([span[0] if span.size else 0 for span in spans]), within
 
 
 def _check_range(cells: float) -> None:

@@ -148,7 +148,7 @@ class FileStore:
                 query = f"SELECT key, state, text, checksum FROM point WHERE key IN ({marks})"
                 for key, state, text, checksum in self._connection.execute(query, some):
                     self._check_row(checksum, key, state, text)
-                    found[key] = Entry(key, State(state), text)
+                    found[key] = Entry(key, self._state(state), text)
         return found
 
     def put(self, entries: Iterable[Entry]) -> None:
@@ -237,6 +237,13 @@ class FileStore:
     def _check_row(self, checksum: object, *texts: object) -> None:
         if not all(isinstance(text, str) for text in texts) or checksum != _checksum(*map(str, texts)):
             raise StoreError("is damaged: a row does not match its checksum", str(self.path), _OURS)
+
+    def _state(self, word: str) -> State:
+        try:
+            return State(word)
+        except ValueError:
+            text = f"holds a point in state {word!r:.40}, which is none of {', '.join(State)}"
+            raise StoreError(text, str(self.path), _OURS) from None
 
     @contextlib.contextmanager
     def _transaction(self) -> Iterator[None]:

@@ -41,16 +41,13 @@ class Inflation:
         if not self._grows:
             self.blocked = obstacles.copy()
             return
-        from codesign.mission import inflation_kernels
-
         # The outside counts once for each cell that is too near to it: it never leaves.
         edge = np.minimum.outer(
             np.minimum(np.arange(rows), np.arange(rows)[::-1]), np.full(columns, rows + columns)
         )
         edge = np.minimum(edge, np.minimum(np.arange(columns), np.arange(columns)[::-1]))
-        self._covers = (edge < radius - _ROUNDING).astype(np.int32)
+        self._covers = (edge < radius - _ROUNDING).astype(np.int32) + _counts(obstacles, self.footprint)
         self.blocked = self._covers > 0
-        inflation_kernels.stamp(self._covers, self.blocked, np.argwhere(obstacles), self.footprint, 1)
 
     def change(self, appeared: NDArray[np.int64], gone: NDArray[np.int64]) -> None:
         """Obstacle cells appeared, others are gone: int64 n × 2 each, cells that changed and no others."""
@@ -62,6 +59,26 @@ class Inflation:
 
         inflation_kernels.stamp(self._covers, self.blocked, appeared, self.footprint, 1)
         inflation_kernels.stamp(self._covers, self.blocked, gone, self.footprint, -1)
+
+
+def _counts(obstacles: NDArray[np.bool_], footprint: NDArray[np.int64]) -> NDArray[np.int32]:
+    """How many obstacle cells lie under the footprint around each cell: int32, rows × columns.
+
+    A row of the footprint is one run of cells, as wide to the left as to the right. The obstacles under it are a
+    difference of two running sums, so that the time grows with the footprint's rows, not with its cells.
+    """
+    rows, columns = obstacles.shape
+    reach = int(footprint[:, 1].max())
+    sums = np.zeros((rows, reach + columns + 1 + reach), np.int32)
+    sums[:, reach + 1 : reach + 1 + columns] = np.cumsum(obstacles, axis=1)
+    sums[:, reach + 1 + columns :] = sums[:, reach + columns, None]
+    counts = np.zeros((rows, columns), np.int32)
+    for down in range(max(-reach, 1 - rows), min(reach, rows - 1) + 1):
+        half = int(footprint[footprint[:, 0] == down, 1].max())
+        right, left = reach + half + 1, reach - half
+        run = sums[:, right : right + columns] - sums[:, left : left + columns]
+        counts[max(-down, 0) : rows - max(down, 0)] += run[max(down, 0) : rows - max(-down, 0)]
+    return counts
 
 
 def footprint(radius: float) -> NDArray[np.int64]:

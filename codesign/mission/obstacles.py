@@ -17,6 +17,9 @@ Cell = tuple[int, int]
 SECOND = 10**12
 """Picoseconds."""
 
+SLOWEST, FASTEST = 1 / 3.6e6, SECOND / 2
+"""Cells a second that an obstacle may move: one cell in 1000 h, the longest time of a spec, to one in 2 ps."""
+
 
 def rectangle(top: int, left: int, rows: int, columns: int) -> NDArray[np.int64]:
     """The cells of a rectangle, int64 n × 2, in raster order.
@@ -87,9 +90,11 @@ class Moving:
                 "moving",
                 "give a size of 1 × 1 or more, one cell or more, and a time from 0",
             )
-        if not (math.isfinite(self.speed) and 0.0 < self.speed <= SECOND / 2):
+        if not SLOWEST <= self.speed <= FASTEST:
             raise InputError(
-                f"a speed of {self.speed} cells/s", "moving.speed", "give a finite number above 0"
+                f"a speed of {self.speed:g} cells/s is out of bounds",
+                "moving.speed",
+                f"from {SLOWEST:.3g} to {FASTEST:.3g} cells/s: a cell in 1000 h to a cell in 2 ps",
             )
 
     @property

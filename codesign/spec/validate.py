@@ -206,7 +206,7 @@ def _explain(line: _Line) -> tuple[str, str | None]:
             return explain(line, shown)
     expected = context.get("expected") if line.type == "union" else _kind(line)
     if expected:
-        return f"{shown} is not {expected}", f"write {expected}" if line.value is None else _type_hint(line)
+        return f"{shown} is not {expected}", _type_hint(line) or f"write {expected}"
     message = line.message.removeprefix("Value error, ")
     # The parser's place and key say which list or mapping; a validator's own words say the rest.
     return message if isinstance(line.value, list | dict) else f"{shown}: {message}", None

@@ -8,16 +8,19 @@ answer. Simulated time is integer picoseconds. Watching is separate: a listener 
 from codesign.system.bind import System, bind
 from codesign.system.comparison import applicable, problem_from_map, problem_of, with_problem
 from codesign.system.inspect import at_hand, check_files, point_of, schema_of
+from codesign.system.progress import MissionProgress, outlook
 from codesign.system.result import Result
 from codesign.system.run import simulate, simulate_system
 
 __all__ = [
+    "MissionProgress",
     "Result",
     "System",
     "applicable",
     "at_hand",
     "bind",
     "check_files",
+    "outlook",
     "point_of",
     "problem_from_map",
     "problem_of",

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from codesign.architectures.external import ExternalMemoryLaw
 from codesign.records import Listener
 from codesign.spec.components import (
+    Component,
     DifferentialKinematics,
     DisplayComponent,
+    FpgaComponent,
     MemoryComponent,
     OmnidirectionalKinematics,
     ProcessorComponent,
@@ -24,6 +26,35 @@ if TYPE_CHECKING:
 
     from codesign import components
     from codesign.components.motion import Kinematics
+
+
+def component_of(
+    environment: simpy.Environment,
+    name: str,
+    spec: Component,
+    by_name: Mapping[str, components.Component],
+    listeners: Sequence[Listener],
+) -> components.Component | None:
+    """The component that ``spec`` declares, beside one of ``by_name``; None: a robot, which its scenario builds.
+
+    An FPGA has no block RAM here, and a display beside it a copy of its own: both depend on the planner.
+
+    Raises:
+        CodesignError: the component refuses a value of ``spec``; see ``refusals``.
+    """
+    from codesign.components import ClockDomain, ExternalMemory, Fpga
+
+    if isinstance(spec, RobotComponent):
+        return None
+    if isinstance(spec, FpgaComponent):
+        return Fpga(environment, name, ClockDomain(int(spec.clock.value)), listeners, None)
+    if isinstance(spec, MemoryComponent):
+        return ExternalMemory(environment, name, memory_law(name, spec), listeners)
+    if isinstance(spec, DisplayComponent):
+        beside = by_name[spec.beside]
+        memory = None if isinstance(beside, Fpga) else beside
+        return display_of(environment, name, spec, memory, None, listeners)
+    return processor_of(environment, name, spec, listeners)
 
 
 def processor_of(

@@ -26,9 +26,10 @@ from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scenario import Drive
 from codesign.system import catalog
-from codesign.system.drive_faults import drive_faults
+from codesign.system.drive_faults import drive_faults, robot_faults
 from codesign.system.external import external_of, memory_faults
-from codesign.system.place import Placement, a_type, place
+from codesign.system.place import Placement, a_type, place, scenario_faults
+from codesign.system.refusals import platform_faults
 
 _grids = Memo(max_bytes=256 * 2**20)
 
@@ -73,34 +74,25 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
     """
     cross_check(platform, workload)
     planner = catalog.planner(workload.planner)
-    faults: list[Fault] = []
     task = workload.mapping.get(planner.planning_task)
     if task is None:
-        text = f"planner {planner.name} needs task {planner.planning_task}, which no component is given"
-        faults.append(fault(workload, ("mapping",), text, f"add {planner.planning_task}: {{component: ...}}"))
-        raise SpecError(faults)
-    architecture, style_fault = _architecture(platform, workload, planner)
-    faults += style_fault
+        raise SpecError([*plannable(workload, grid=grid)[1], *platform_faults(platform)])
+    architecture, faults = _architecture(platform, workload, planner)
     declared = task.parameters
     if architecture is not None:
+        # Planner, laws and results are given what the style makes of the parameters.
         task = task.model_copy(update={"parameters": architecture.settled(declared)})
         workload = workload.model_copy(update={"mapping": {**workload.mapping, planner.planning_task: task}})
-    problem, problem_faults = _problem(workload, planner, task.parameters, grid)
-    faults += problem_faults
-    if problem is not None:
-        wrong = planner.check(_to_check(workload, planner, task.parameters, problem), task.parameters)
-        if wrong is not None:
-            key, what = wrong
-            own = key in type(workload.problem).model_fields
-            path = ("problem", key) if own else ("mapping", planner.planning_task, key)
-            faults.append(fault(workload, path, what, f"change {key}, or the problem"))
-    if faults or problem is None or architecture is None:
-        raise SpecError(faults)
-    placement, faults = place(platform, workload, planner, architecture, problem)
-    faults += memory_faults(platform, workload, architecture)
-    if not faults:
-        faults += drive_faults(platform, workload, problem)
-    if faults or placement is None:
+    problem, of_workload = plannable(workload, grid=grid)
+    faults += [*of_workload, *platform_faults(platform)]
+    placement = None
+    if problem is not None and architecture is not None and not of_workload:
+        of_robot = robot_faults(platform, workload, problem)
+        faults += of_robot
+        if not of_robot:
+            placement, more = place(platform, workload, planner, architecture, problem)
+            faults += more + memory_faults(platform, workload, architecture)
+    if faults or problem is None or architecture is None or placement is None:
         raise SpecError(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
@@ -118,6 +110,32 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
         notes=architecture.notes(problem, declared),
     )
+
+
+def plannable(workload: Workload, *, grid: OccupancyGrid | None = None) -> tuple[Problem | None, list[Fault]]:
+    """What is to be planned, and every fault of a workload that needs no platform to be told.
+
+    ``grid``: as for ``bind``. The problem is None where its planner cannot be asked to plan it.
+    """
+    planner = catalog.planner(workload.planner)
+    task = workload.mapping.get(planner.planning_task)
+    if task is None:
+        text = f"planner {planner.name} needs task {planner.planning_task}, which no component is given"
+        hint = f"add {planner.planning_task}: {{component: ...}}"
+        return None, [fault(workload, ("mapping",), text, hint)]
+    faults = scenario_faults(workload, planner)
+    if faults:
+        return None, faults
+    problem, faults = _problem(workload, planner, task.parameters, grid)
+    if problem is None:
+        return None, faults
+    wrong = planner.check(_to_check(workload, planner, task.parameters, problem), task.parameters)
+    if wrong is not None:
+        key, what = wrong
+        own = key in type(workload.problem).model_fields
+        path = ("problem", key) if own else ("mapping", planner.planning_task, key)
+        faults.append(fault(workload, path, what, f"change {key}, or the problem"))
+    return None if faults else problem, faults + drive_faults(workload, problem)
 
 
 def _architecture(

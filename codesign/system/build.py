@@ -7,24 +7,24 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.architectures.interface import Exchange, Step
-from codesign.errors import CodesignError, RunError
+from codesign.errors import CodesignError, RunError, SpecError
 from codesign.planners.interface import Planner
 from codesign.records import Listener, Record, TaskRecord
 from codesign.spec.components import (
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
-    ProcessorComponent,
-    RobotComponent,
 )
-from codesign.system.assemble import display_of, link_of, memory_law, processor_of
+from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
 from codesign.system.ledger import Ledger, Spent
+from codesign.system.progress import ProgressOfMission
+from codesign.system.refusals import building_order, refused
 from codesign.system.routes import Hop, Routes
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity, Link
+    from codesign.components import BlockRam, ClockDomain, Component, Granularity, Link
 
 PLANNING, CONTROL, SIDE = 10, 0, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
@@ -67,19 +67,30 @@ class Machine:
     """A platform come to life on one simulation environment.
 
     ``by_name``: components, ``links``: links, by name. ``planner``: the component that plans. The robot of a drive
-    is put in by its scenario, which knows where it stands (``by_name`` again).
+    is put in by its scenario, which knows where it stands (``by_name`` again). ``progress``: who is told how far a
+    mission is, None: nobody.
     """
 
     def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
+        """Build all but the robot.
+
+        Raises:
+            SpecError: a component refuses what planner and map ask of it, such as a display every cycle of a memory.
+        """
         import simpy
 
         self.system = system
         self.granularity = granularity
         self.environment = simpy.Environment()
         self._listeners = tuple(listeners)
+        self.progress: ProgressOfMission | None = None
         self.by_name: dict[str, Any] = {}
-        for name in sorted(system.platform.components, key=self._building_order):
-            made = self._component(name)
+        for name in building_order(system.platform):
+            try:
+                made = self._component(name)
+            except CodesignError as wrong:
+                spec = system.platform.components[name]
+                raise SpecError([refused(system.platform, ("components", name), spec, wrong)]) from wrong
             if made is not None:
                 self.by_name[name] = made
         self.links = {
@@ -318,39 +329,27 @@ class Machine:
         yield from self.perform(task, style.steps(system.problem, system.planning, None, (0.0, 0.0)), ledger)
         yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits), ledger)
 
-    def _building_order(self, name: str) -> int:
-        """What others stand beside comes first: FPGA, then memories, then displays."""
-        kind = self.system.platform.components[name].type
-        return {"memory": 1, "display": 2}.get(kind, 0)
-
     def _component(self, name: str) -> Any:
-        from codesign.components import ClockDomain, ExternalMemory, Fpga
+        from codesign.components import ClockDomain, Fpga
 
-        spec = self.system.platform.components[name]
-        if isinstance(spec, RobotComponent):
-            return None
-        if isinstance(spec, FpgaComponent):
+        spec, system = self.system.platform.components[name], self.system
+        if isinstance(spec, FpgaComponent) and name == system.component:
             clock = ClockDomain(int(spec.clock.value))
-            ram = self._block_ram(name, clock) if name == self.system.component else None
-            return Fpga(self.environment, name, clock, self._listeners, ram)
-        if isinstance(spec, MemoryComponent):
-            memory = ExternalMemory(self.environment, name, memory_law(name, spec), self._listeners)
-            external = self.system.external
-            if external is not None and external.name == name:
-                self.by_name[spec.beside].use(memory)
-            return memory
+            return Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
         if isinstance(spec, DisplayComponent):
             return self._display(name, spec)
-        assert isinstance(spec, ProcessorComponent), "no other type is left"
-        return processor_of(self.environment, name, spec, self._listeners)
+        made = component_of(self.environment, name, spec, self.by_name, self._listeners)
+        if isinstance(spec, MemoryComponent) and system.external is not None and system.external.name == name:
+            self.by_name[spec.beside].use(made)
+        return made
 
-    def _display(self, name: str, spec: DisplayComponent) -> Display:
+    def _display(self, name: str, spec: DisplayComponent) -> Any:
         """A display; one beside an FPGA reads a pixel a cell from its block RAM, where it has one."""
         from codesign.components import Fpga
 
         beside, problem = self.by_name[spec.beside], self.system.problem
         if not isinstance(beside, Fpga):
-            return display_of(self.environment, name, spec, beside, None, self._listeners)
+            return component_of(self.environment, name, spec, self.by_name, self._listeners)
         window = problem.rows, problem.columns
         return display_of(self.environment, name, spec, beside.block_ram, window, self._listeners)
 

@@ -3,34 +3,113 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import Fault, outside_map
+from codesign.errors import Fault, InputError, outside_map
 from codesign.maps import nearest_free
 from codesign.planners.interface import LOWER_BOUND, Problem
 from codesign.spec import Platform, Workload, fault
 from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.system import catalog
+from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.place import resolution_of, robot_of
+from codesign.system.refusals import refused
+
+if TYPE_CHECKING:
+    from codesign.mission.obstacles import Moving
 
 _SCENARIO = ("scenario",)
+_OBSTACLES = (*_SCENARIO, "obstacles")
+
+CELL_SIDES = (1e-6, 1e3)
+"""Least and greatest side of a cell, m: assumed. Beyond these no robot is planned for in cells."""
+
+SLOWEST = 1 / 3.6e6
+"""One unit in 1000 h, the longest time that a spec may state: cells/s for a speed, rad/s for a turn."""
+
+MAX_OBSTACLE_CELLS = 20_000_000
+"""Cells of all obstacles that appear, and steps of all routes: about 1 GiB of memory."""
 
 
-def drive_faults(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
-    """Every fault of a drive; none where the scenario is another."""
+def drive_faults(workload: Workload, problem: Problem) -> list[Fault]:
+    """Every fault of a drive that needs no platform to be told; none where the scenario is another."""
     scenario = workload.scenario
     if not isinstance(scenario, Drive):
         return []
     faults = _places(workload, scenario, problem) + _planner(workload, problem) + _policy(workload, scenario)
-    if scenario.resolution is None and problem.resolution is None:
-        text = "the map does not say how large a cell is"
-        faults.append(fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell"))
+    faults += _resolution(workload, scenario, problem) + _amount(workload, scenario)
+    if not problem.starts:
+        text = "no cell leads to a goal, so that no start can be drawn"
+        hint = "name a start as [[row, column]], or open the map around a goal"
+        faults.append(fault(workload, ("problem", "starts"), text, hint))
     if not faults:
-        faults += _random(workload, scenario, problem) + _start(platform, workload, scenario, problem)
+        faults += _random(workload, scenario, problem) + _moving(workload, scenario, problem)
+        faults += _over_start(workload, scenario, problem)
     return faults
+
+
+def robot_faults(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
+    """What keeps the robot of a drive from this map: its sensor, its pace, its size.
+
+    To be asked where ``drive_faults`` found none. None where the scenario is no drive; ``place`` refuses a platform
+    without a robot.
+    """
+    scenario, name = workload.scenario, robot_of(platform, workload)
+    if not isinstance(scenario, Drive) or name is None:
+        return []
+    spec = platform.components[name]
+    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    faults = _pace(platform, name, spec, resolution_of(workload, problem))
+    try:
+        sensor_of(spec.sensor, resolution_of(workload, problem))
+    except InputError as wrong:
+        faults.append(refused(platform, ("components", name, "sensor"), spec.sensor, wrong))
+    return faults + _start(platform, workload, scenario, problem)
+
+
+def _resolution(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """Cells whose side is not known, or that are too small or too large."""
+    declared = scenario.resolution is not None
+    side = scenario.resolution if declared else problem.resolution
+    least, most = CELL_SIDES
+    if side is None:
+        text = "the map does not say how large a cell is"
+        return [fault(workload, _SCENARIO, text, "set resolution, such as 0.1 m, the side of a cell")]
+    if least <= side <= most:
+        return []
+    text = f"{side:g} m is out of bounds for the side of a cell"
+    path = (*_SCENARIO, "resolution") if declared else ("problem", "map")
+    return [fault(workload, path, text, f"from {least:g} m to {most:g} m")]
+
+
+def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
+    """More obstacles, or longer routes, than there is memory for."""
+    obstacles, random = scenario.obstacles, scenario.obstacles.random
+    counts = {
+        "appearing": sum(one.rows * one.columns for one in obstacles.appearing),
+        "random": 0 if random is None else random.count * random.size**2,
+        "moving": sum(
+            max(abs(one - other) for one, other in zip(begin, end, strict=True))
+            for moving in obstacles.moving
+            for begin, end in pairwise(moving.route)
+        ),
+    }
+    return [
+        fault(
+            workload,
+            (*_OBSTACLES, key),
+            f"{'the routes have' if key == 'moving' else 'these obstacles cover'} {count:,}"
+            f" {'steps' if key == 'moving' else 'cells'}, more than {MAX_OBSTACLE_CELLS:,}",
+            "shorten the routes" if key == "moving" else "take fewer obstacles, or smaller ones",
+        )
+        for key, count in counts.items()
+        if count > MAX_OBSTACLE_CELLS
+    ]
 
 
 def _policy(workload: Workload, scenario: Drive) -> list[Fault]:
@@ -105,17 +184,34 @@ def _planner(workload: Workload, problem: Problem) -> list[Fault]:
     return [fault(workload, ("mapping", planner.planning_task, key), what, hint)]
 
 
-def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
-    """A robot that stands in an obstacle at the start, or a platform whose robot is too large or too fast."""
-    name = robot_of(platform, workload)
-    assert name is not None, "place() refuses a drive without a robot"
-    from codesign.mission.inflation import Inflation
+def _moving(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """Obstacles that move too slowly or too fast for the cells."""
+    faults = []
+    for index in range(len(scenario.obstacles.moving)):
+        try:
+            moving_of(scenario, index, resolution_of(workload, problem))
+        except InputError as wrong:
+            path = (*_OBSTACLES, "moving", index, "speed")
+            faults.append(fault(workload, path, wrong.what, wrong.hint))
+    return faults
 
-    spec = platform.components[name]
-    assert isinstance(spec, RobotComponent), "robot_of names robots"
-    start, resolution = problem.starts[0], resolution_of(workload, problem)
-    obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
-    over = [
+
+def moving_of(scenario: Drive, index: int, resolution: float) -> Moving:
+    """The moving obstacle at ``index`` of the scenario, on cells of ``resolution`` metres.
+
+    Raises:
+        InputError: its speed is out of bounds.
+    """
+    from codesign.mission.obstacles import Moving
+
+    one = scenario.obstacles.moving[index]
+    return Moving(one.size, one.route, one.speed / resolution, one.begin)
+
+
+def _over_start(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """Hidden obstacles where the robot starts."""
+    start = problem.starts[0]
+    return [
         fault(
             workload,
             (*_SCENARIO, "hidden", index),
@@ -125,12 +221,41 @@ def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Pro
         for index, hidden in enumerate(scenario.hidden)
         if covered(problem.free.shape, (hidden,))[start]
     ]
-    if over:
-        return over
+
+
+def _pace(platform: Platform, name: str, spec: RobotComponent, resolution: float) -> list[Fault]:
+    """A robot so slow that it does not leave its cell in 1000 h."""
+    told = kinematics_of(spec)
+    in_cells = told.scaled(1.0 / resolution)
+    faults = []
+    for key in type(spec.kinematics).model_fields:
+        if key == "type" or vars(in_cells)[key] >= SLOWEST:
+            continue
+        unit = {"speed": "m/s", "acceleration": "m/s²", "turn_rate": "rad/s"}[key]
+        least = SLOWEST * (vars(told)[key] / vars(in_cells)[key])
+        text = (
+            f"{vars(told)[key]:g} {unit} is too slow: the robot needs 1000 h for a cell of {resolution:g} m"
+        )
+        path = ("components", name, "kinematics", key)
+        faults.append(fault(platform, path, text, f"at least {least:.3g} {unit}"))
+    return faults
+
+
+def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+    """A robot that is too large for the map, or for the place where it starts."""
+    name = robot_of(platform, workload)
+    assert name is not None, "robot_faults looks"
+    from codesign.mission.inflation import Inflation
+
+    spec = platform.components[name]
+    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    start, resolution = problem.starts[0], resolution_of(workload, problem)
+    obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
     path = ("problem", "starts", 0)
     radius = float(spec.radius.value) / resolution
-    if radius > max(problem.free.shape):
-        text = f"a robot with a radius of {radius:.3g} cells is larger than the map"
+    if 2 * radius > min(problem.free.shape):
+        size = " × ".join(str(side) for side in problem.free.shape)
+        text = f"a robot with a radius of {radius:.3g} cells is larger than the map of {size} cells"
         return [fault(platform, ("components", name, "radius"), text, "make it smaller, or the cells larger")]
     blocked = Inflation(obstacles, radius).blocked
     if blocked[start]:

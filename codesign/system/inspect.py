@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +14,11 @@ from codesign.spec import Part, Platform, Spec, Workload
 from codesign.spec.locate import is_path
 from codesign.spec.marks import read_document
 from codesign.spec.part import load_part_file
-from codesign.spec.variants import VARIANT_AXIS
+from codesign.spec.variants import VARIANT_AXIS, choose_variant
 from codesign.system import catalog
-from codesign.system.bind import bind
+from codesign.system.bind import bind, plannable
+from codesign.system.ready import ready
+from codesign.system.refusals import platform_faults
 from codesign.system.result import Result
 
 
@@ -26,9 +29,10 @@ def check_files(
 ) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
-    A source is a shipped name or a path; its kind is told from what it is. Each variant of a workload is checked with
-    the platform, unless ``settings``, raw values by axis that are put into both, choose one. ``tell`` takes each note
-    (``Architecture.notes``) of a design without a fault, once.
+    A source is a shipped name or a path; its kind is told from what it is. A platform and a workload are bound and
+    built as ``simulate`` does it, so that both refuse the same. Each variant of a workload is checked too, unless
+    ``settings``, raw values by axis that are put into both, choose one. Files of one kind are checked as far as that is
+    possible without the other kind. ``tell`` takes each note (``Architecture.notes``) of designs without a fault.
 
     Raises:
         InputError: settings, and no platform and workload to put them into.
@@ -38,41 +42,56 @@ def check_files(
     workloads: list[Workload] = []
     for source in sources:
         try:
-            found = _load(source)
+            loaded = _load(source)
         except SpecError as wrong:
             faults += wrong.faults
         except CodesignError as wrong:
             faults.append(Fault(str(source), 0, 0, "", wrong.what, wrong.hint))
         else:
-            if isinstance(found, Platform):
-                platforms.append(found)
-            elif isinstance(found, Workload):
-                workloads.append(found)
+            if isinstance(loaded, Platform):
+                platforms.append(loaded)
+            elif isinstance(loaded, Workload):
+                workloads.append(loaded)
     if settings and not faults and not (platforms and workloads):
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
+    pairs = list(itertools.product(workloads, platforms))
     notes: dict[str, None] = {}
-    for workload in workloads:
-        for platform in platforms:
-            for point in _points_checked(workload, settings or {}):
-                here, told = _bound(platform, workload, point, settings or {})
-                faults += [fault for fault in here if fault not in faults]
-                notes |= dict.fromkeys(told)
+    found = [_faults_of_pair(platform, workload, settings or {}, notes) for workload, platform in pairs]
+    if not pairs:
+        found += [iter(platform_faults(platform)) for platform in platforms]
+        found += [_faults_of_workload(workload) for workload in workloads]
+    for fault in itertools.chain.from_iterable(found):
+        faults += [fault] if fault not in faults else []
     if tell is not None:
         for note in notes:
             tell(note)
     return faults
 
 
-def _bound(
-    platform: Platform, workload: Workload, point: dict[str, Any], settings: Mapping[str, Any]
-) -> tuple[Sequence[Fault], tuple[str, ...]]:
-    """The faults of a platform with a workload once ``point`` is put into them, or the notes of what they come to."""
-    # The axes are those of the variants explored: they are held against the first point alone.
-    put_in = spec.pin if point == settings else spec.override
-    try:
-        return (), bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload)).notes
-    except SpecError as wrong:
-        return wrong.faults, ()
+def _faults_of_pair(
+    platform: Platform, workload: Workload, settings: Mapping[str, Any], notes: dict[str, None]
+) -> Iterator[Fault]:
+    """Whatever keeps the workload, or a variant of it, from being simulated on the platform.
+
+    ``notes`` gets as keys what there is to say of the points that nothing keeps from it.
+    """
+    for point in _points_checked(workload, settings):
+        # The axes are those of the variants explored: they are held against the first point alone.
+        put_in = spec.pin if point == settings else spec.override
+        try:
+            system = bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
+            ready(system)
+        except SpecError as wrong:
+            yield from wrong.faults
+        else:
+            notes |= dict.fromkeys(system.notes)
+
+
+def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
+    """What can be told of a workload and its variants without a platform."""
+    yield from plannable(workload)[1]
+    for name in workload.variants:
+        yield from plannable(choose_variant(workload, name, ""))[1]
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:

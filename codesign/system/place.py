@@ -75,7 +75,7 @@ def place(
     Raises:
         InputError: the planner lists flows that cannot be.
     """
-    faults = _scenario_faults(platform, workload, planner)
+    faults = _robot_faults(platform, workload)
     if faults:
         return None, faults
     places = _places(platform, workload, planner)
@@ -109,13 +109,19 @@ def place(
     return (None if faults else Placement(places, graph, inside, styles)), faults
 
 
-def _scenario_faults(platform: Platform, workload: Workload, planner: Planner) -> list[Fault]:
-    """What the scenario needs and platform or planner have not."""
+def scenario_faults(workload: Workload, planner: Planner) -> list[Fault]:
+    """A scenario that is not for the planner."""
     scenario = workload.scenario
     wanted = "drive" if planner.problem_model is None else "fleet"
-    if scenario.type not in {"plan_once", wanted}:
-        text = f"scenario {scenario.type} is not for planner {planner.name}"
-        return [fault(workload, ("scenario", "type"), text, f"scenario {wanted}, or another planner")]
+    if scenario.type in {"plan_once", wanted}:
+        return []
+    text = f"scenario {scenario.type} is not for planner {planner.name}"
+    return [fault(workload, ("scenario", "type"), text, f"scenario {wanted}, or another planner")]
+
+
+def _robot_faults(platform: Platform, workload: Workload) -> list[Fault]:
+    """A drive that no robot of the platform can do, or several."""
+    scenario = workload.scenario
     if not isinstance(scenario, Drive) or robot_of(platform, workload) is not None:
         return []
     robots = [name for name, spec in platform.components.items() if isinstance(spec, RobotComponent)]

@@ -10,21 +10,16 @@ from codesign.memo import Memo
 from codesign.records import Listener, SummaryRecord
 from codesign.spec import Platform, Workload
 from codesign.system.bind import System, bind
-from codesign.system.build import Machine, build
+from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
-from codesign.system.outcome import drive_fields, fitted_fields, head_fields, plan_fields, use_fields
+from codesign.system.outcome import drive_fields, head_fields, plan_fields, use_fields
+from codesign.system.progress import ProgressOfMission
+from codesign.system.ready import ready
 from codesign.system.result import Power, Result
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
-
-MAX_BYTES = 4 * 2**30
-"""Most memory that the field of one run may need, by an estimate."""
-
-# Assumed: the field of a stage, that of the stage before, its planes and the block under way; distances and labels.
-_WORDS_AT_ONCE = 4
-_BYTES_A_CELL = 64
 
 
 def simulate(
@@ -35,6 +30,7 @@ def simulate(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
     grid: OccupancyGrid | None = None,
+    progress: ProgressOfMission | None = None,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
@@ -45,7 +41,7 @@ def simulate(
         SpecError: platform, workload and map do not belong together.
     """
     system = bind(platform, workload, grid=grid)
-    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo)
+    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo, progress=progress)
 
 
 def simulate_system(
@@ -54,11 +50,12 @@ def simulate_system(
     listeners: Sequence[Listener] = (),
     granularity: str = "run_ahead",
     memo: Memo | None = None,
+    progress: ProgressOfMission | None = None,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it.
 
     Raises:
-        InputError: an unknown granularity, or a run that would need more than ``MAX_BYTES`` of memory.
+        SpecError: see ``ready``. InputError: an unknown granularity.
     """
     from codesign.components import Granularity
 
@@ -68,39 +65,17 @@ def simulate_system(
             "granularity",
             choose_hint(granularity, list(Granularity)),
         )
-    head = head_fields(system)
-    fields, reasons = fitted_fields(system)
-    head |= fields
-    if reasons:
-        return Result(**head, feasible=False, reasons=reasons)
-    _check_memory(system)
-    machine = build(system, listeners, Granularity(granularity))
+    prepared = ready(system, listeners, Granularity(granularity))
+    head, machine = head_fields(system) | prepared.fields, prepared.machine
+    if machine is None:
+        return Result(**head, feasible=False, reasons=prepared.reasons)
+    machine.progress = progress
     result = Result(**head, feasible=True, **_run(machine, head.get("power"), memo))
     for component in machine.components:
         component.report_utilisation()
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result
-
-
-def _check_memory(system: System) -> None:
-    """Refuse what this machine would be ended for: a field of long words on a large map.
-
-    Raises:
-        InputError: with the size.
-    """
-    precisions = getattr(system.planning, "precisions", None)
-    if not precisions or not hasattr(system.problem, "free"):
-        return
-    words = max(precisions) // 64 + 1
-    needed = system.problem.free.size * (_WORDS_AT_ONCE * 8 * words + _BYTES_A_CELL)
-    if needed > MAX_BYTES:
-        raise InputError(
-            f"{system.problem.free.size:,} cells at {max(precisions)} bits would need about"
-            f" {needed / 2**30:.1f} GiB of memory, more than {MAX_BYTES // 2**30}",
-            f"mapping.{system.planner.planning_task}",
-            "end the schedule at a lower precision, or take a smaller map",
-        )
 
 
 def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:

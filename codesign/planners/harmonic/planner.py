@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel
 
+from codesign.planners.harmonic.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.parameters import (
     DecideParameters,
@@ -63,7 +64,7 @@ class Harmonic:
         }
 
     def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
-        """Equal blocks must be able to part the map as often as asked.
+        """Equal blocks must be able to part the map as often as asked, and not be too many.
 
         A block larger than the map is one more partial one: the rest of it is obstacle.
         """
@@ -77,6 +78,10 @@ class Harmonic:
                     f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 )
                 return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
+        count = parameters.block_count(problem.rows, problem.columns)
+        if count > MAX_BLOCKS:
+            key = "block" if parameters.block is not None else "blocks"
+            return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
         return None
 
     def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import RunError
 from codesign.memo import Memo
+from codesign.system.progress import EVENTS_OF_A_TURN, MissionProgress
 from codesign.system.scenarios.drive.goals import Exploration, Tour
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.pilot import Pilot
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 
-EVENTS_OF_A_TURN = 20
-"""Events that a turn of the control loop counts for beside its own: its scan and its way take about as long."""
+_EVENTS_BETWEEN_CALLS = 256
+"""Events between two calls of ``Machine.progress``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,10 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
             except RunError as failed:
                 log.end(failed.what)
             events += 1
+            if machine.progress is not None and events % _EVENTS_BETWEEN_CALLS == 0:
+                counted = events + EVENTS_OF_A_TURN * log.turns
+                told = MissionProgress(machine.now, scenario.limit, counted, scenario.events, log.turns)
+                machine.progress(told)
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()

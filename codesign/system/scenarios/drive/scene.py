@@ -17,7 +17,7 @@ from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRec
 from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
-from codesign.system.drive_faults import covered, kept_clear
+from codesign.system.drive_faults import covered, kept_clear, moving_of
 from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
@@ -177,10 +177,8 @@ class Scene:
         return made
 
     def _moving(self) -> list[Moving]:
-        return [
-            Moving(one.size, one.route, one.speed / self.resolution, one.begin)
-            for one in self.scenario.obstacles.moving
-        ]
+        count = len(self.scenario.obstacles.moving)
+        return [moving_of(self.scenario, index, self.resolution) for index in range(count)]
 
 
 def clearance(free: NDArray[np.bool_], position: tuple[float, float]) -> float:

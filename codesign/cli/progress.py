@@ -1,0 +1,77 @@
+"""Progress with the time left on long work: a bar on a terminal, plain lines on standard error elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Protocol
+
+import click
+
+_SECONDS_BETWEEN_LINES = 10.0
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How far some work is: ``done`` of ``total``, what is counted in ``words``, and the seconds left, if known."""
+
+    done: int
+    total: int
+    words: str
+    left_s: float | None = None
+
+
+class Show(Protocol):
+    """Takes an advance and shows it, not more often than anybody could read."""
+
+    def __call__(self, advance: Advance) -> None:
+        """Show how far the work is."""
+
+
+@contextmanager
+def progress_shown(*, after_s: float = 0.0) -> Iterator[Show]:
+    """What shows progress until the end of the block; nothing in the first ``after_s`` seconds, for short work."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield PlainLines(after_s)
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    bar = Progress(*columns, console=console)
+    task = bar.add_task("", total=None)
+    begun = time.monotonic()
+
+    def show(advance: Advance) -> None:
+        if time.monotonic() - begun >= after_s:
+            bar.start()
+            bar.update(task, total=advance.total, completed=advance.done, description=advance.words)
+
+    try:
+        yield show
+    finally:
+        bar.stop()
+
+
+class PlainLines:
+    """One line on standard error at each tenth of the work, and after ten seconds without one."""
+
+    def __init__(self, after_s: float = 0.0) -> None:
+        self.told = -1
+        self.at = time.monotonic() + after_s - _SECONDS_BETWEEN_LINES
+        self.after = time.monotonic() + after_s
+
+    def __call__(self, advance: Advance) -> None:
+        """Write a line if one is due."""
+        now = time.monotonic()
+        if now < self.after:
+            return
+        tenth = 10 * advance.done // max(1, advance.total)
+        if tenth > self.told or now - self.at >= _SECONDS_BETWEEN_LINES:
+            self.told, self.at = tenth, now
+            left = "" if advance.left_s is None else f", {advance.left_s:.0f} s left"
+            click.echo(f"{advance.done}/{advance.total} {advance.words}{left}", err=True)
