@@ -71,8 +71,9 @@ class Circuit:
         return timing.clock_limit(part)
 
     def memory(self, problem: RobotsProblem, parameters: AvoidParameters) -> Memory:  # noqa: ARG002
-        """One component of each velocity of the array, in each of two block RAMs."""
-        return Memory(parameters.width, {"velocities": parameters.speeds * parameters.directions})
+        """One component of each velocity of the array; a deep array has its words cut over several block RAMs."""
+        words = parameters.speeds * parameters.directions
+        return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
 
     def work(
         self,
