@@ -246,10 +246,21 @@ def test_gains_beyond_a_robots_limits_are_refused_with_place_range_and_remedy(
 ) -> None:
     with pytest.raises(ValidationError) as raised:
         AvoidParameters.model_validate({"gains": gains})
-    what, hint, at = raised.value.errors()[0]["ctx"]["error"].args
+    (error,) = raised.value.errors()
+    what, hint, _ = error["ctx"]["error"].args
     assert f"{gains[place]:g}" in what
     assert hint.startswith(said)
-    assert at == (place,)
+    assert error["loc"] == ("gains", place)
+
+
+def test_all_gains_beyond_a_limit_are_told_at_once() -> None:
+    with pytest.raises(ValidationError) as raised:
+        Gains(proportional=1.5, integral=0.1, derivative=0.3)
+    assert [error["loc"] for error in raised.value.errors()] == [
+        ("proportional",),
+        ("integral",),
+        ("derivative",),
+    ]
 
 
 # What is missing

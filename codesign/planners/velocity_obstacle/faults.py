@@ -99,10 +99,11 @@ def _wide_constants(problem: RobotsProblem, parameters: AvoidParameters) -> tupl
         mend = f"a margin below {most:.4g} cells" if most > 0.0 else "smaller robots, or a larger arena"
         return "margin", f"robots that keep {apart:g} cells apart have no room, as {words}: {mend}"
     if parameters.tolerance >= reach:
-        return "tolerance", f"a robot {parameters.tolerance:g} cells away has not arrived, as {words}"
+        away = f"no robot is {parameters.tolerance:g} cells from its target"
+        return "tolerance", f"{away}, as {words}: below {reach:g} cells"
     if parameters.range is not None and parameters.range >= 2.0 * math.sqrt(2.0) * reach:
         return (
             "range",
-            f"no two robots are {parameters.range:g} cells apart, as {words}: left out, all others count",
+            f"no two robots are {parameters.range:g} cells apart, as {words}: less, or no range at all",
         )
     return None

@@ -6,7 +6,7 @@ import math
 from enum import StrEnum
 from typing import Annotated, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError
 from codesign.planners.velocity_obstacle.problem import (
@@ -52,6 +52,10 @@ class Unit(StrEnum):
     PARALLEL = "parallel"
 
 
+_MOST_DAMPED = 0.25
+"""The proportional gain with which the derivative gain may be greatest."""
+
+
 class Gains(SpecModel):
     """Gains P, I and D of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update.
 
@@ -71,36 +75,39 @@ class Gains(SpecModel):
         default=0.0, description="Of the error's change: from 0 to √proportional - proportional."
     )
 
-    @model_validator(mode="after")
-    def _within_limits(self) -> Self:
-        if not 0.0 <= self.proportional <= 1.0:
+    @field_validator("proportional", mode="after")
+    @classmethod
+    def _no_more_than_wanted(cls, value: float) -> float:
+        if not 0.0 <= value <= 1.0:
             raise RefusalError(
-                f"a proportional gain of {self.proportional:g} commands {self.proportional:g} times the change of"
-                " velocity that is wanted, which is up to all that the acceleration allows",
+                f"a proportional gain of {value:g} commands {value:g} times the change of velocity that is wanted,"
+                " which is up to all that the acceleration allows",
                 "from 0 to 1",
-                ("proportional",),
             )
-        if self.integral != 0.0:
-            raise RefusalError(
-                f"an integral gain of {self.integral:g} drives a robot beyond its greatest speed, as the sum of errors"
-                " returns to 0 only beyond the velocity that is wanted",
-                "0, or leave it out: the velocity follows the acceleration without a lasting error",
-                ("integral",),
-            )
-        most = self.most_derivative
-        if not 0.0 <= self.derivative <= most:
-            raise RefusalError(
-                f"with a derivative gain of {self.derivative:g} and a proportional gain of {self.proportional:g} a"
-                " robot can exceed its greatest speed or its acceleration",
-                f"from 0 to {most:.4g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
-                ("derivative",),
-            )
-        return self
+        return value
 
-    @property
-    def most_derivative(self) -> float:
-        """√P - P: the greatest derivative gain with which no choices lead beyond a limit."""
-        return math.sqrt(self.proportional) - self.proportional
+    @field_validator("integral", mode="after")
+    @classmethod
+    def _no_overshoot(cls, value: float) -> float:
+        if value != 0.0:
+            raise RefusalError(
+                f"an integral gain of {value:g} drives a robot beyond its greatest speed, as the sum of errors returns"
+                " to 0 only beyond the velocity that is wanted",
+                "0, or leave it out: the velocity follows the acceleration without a lasting error",
+            )
+        return value
+
+    @field_validator("derivative", mode="after")
+    @classmethod
+    def _no_negative_response(cls, value: float, info: ValidationInfo) -> float:
+        proportional = info.data.get("proportional", _MOST_DAMPED)
+        most = math.sqrt(proportional) - proportional
+        if not 0.0 <= value <= most:
+            raise RefusalError(
+                f"with a derivative gain of {value:g} a robot can exceed its greatest speed or its acceleration",
+                f"from 0 to {most:.4g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
+            )
+        return value
 
 
 UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]

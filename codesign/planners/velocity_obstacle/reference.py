@@ -292,6 +292,7 @@ def run(
         if not history.overflow:
             history.overflow = act(numbers, robots, choices)
             history.note(robots, 1)
+        if not history.overflow:
             history.choices.append(choices)
         at_rest = all(one.arrived and not any(one.velocity) for one in robots)
         if history.overflow or at_rest:
