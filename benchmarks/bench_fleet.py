@@ -9,7 +9,10 @@ from time import perf_counter
 from typing import Any
 
 from benchmarks.fleet_twins import DesmodFleet, Pattern, PlainFleet, count_events
+from codesign.architectures.velocity_obstacle.published import Style
+from codesign.architectures.velocity_obstacle.timing import update_costs
 from codesign.components import Granularity
+from codesign.planners.velocity_obstacle import avoid
 from codesign.spec import load_platform
 from codesign.system import bind, catalog
 from codesign.system.build import build
@@ -38,11 +41,12 @@ def bound(name: str, robots: int) -> Any:
 
 def pattern_of(system: Any, loaded: int) -> Pattern:
     """The same robots, line and display as numbers."""
-    updates = system.architecture.updates(system.problem, system.planning)
+    plan = avoid(system.problem, system.planning)
+    costs = update_costs(Style(system.architecture.style), system.problem.count, system.planning)
     line, display = system.platform.links["serial"], system.platform.components["pc"]
     robots = system.problem.count
     return Pattern(
-        cycles=updates.cycles.tolist(),
+        cycles=costs.of_robot(plan.checks, plan.trials).tolist(),
         cycle=10**12 // system.clock,
         baud=int(line.baud.value),
         characters=robots * 4,

@@ -24,7 +24,7 @@ from codesign.planners.velocity_obstacle import (
 )
 from codesign.planners.velocity_obstacle.agreement import Verdict, compare
 from codesign.planners.velocity_obstacle.arithmetic import double, fixed
-from codesign.planners.velocity_obstacle.avoid import fault_of, least_range
+from codesign.planners.velocity_obstacle.faults import fault_of, least_range
 from codesign.planners.velocity_obstacle.kernels import on_course
 from codesign.planners.velocity_obstacle.parameters import Detection, Detector, Unit
 from codesign.spec.part import load_part

@@ -48,6 +48,8 @@ def a_fleet(
         "completed": True,
         "updates": 100,
         "span_ps": round(100 * period * SECOND),
+        "robots_ps": 100 * SECOND // 10,
+        "arrived_ps": round(90 * period * SECOND),
         "time_step_ps": SECOND // 10,
         "decide": spans(101, 102, 103),
         "period": spans(201, 202, 203),

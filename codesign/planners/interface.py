@@ -126,7 +126,7 @@ class RobotsQuality:
     updates: Annotated[
         int, Field(description="updates of the velocities, until all arrived or the run was given up")
     ]
-    collisions: Annotated[int, Field(description="pairs of robots that touched at some update")]
+    collisions: Annotated[int, Field(description="pairs of robots that touched, at an update or between two")]
     closest_approach: Annotated[
         float,
         Field(
@@ -135,7 +135,10 @@ class RobotsQuality:
     ]
     time_to_targets_s: Annotated[
         float | None,
-        Field(description="simulated driving time of the last robot that arrived, s; None where none did"),
+        Field(
+            description="driving time of the last robot that arrived, by the clock of the robots, s; None where none"
+            " did"
+        ),
     ]
     velocity_changes: Annotated[int, Field(description="updates at which a robot left the velocity it had")]
     path_length_ratio_mean: Annotated[
@@ -143,6 +146,18 @@ class RobotsQuality:
         Field(description="way driven over the straight line, mean over the robots that arrived"),
     ]
     path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
+    shortfall: Annotated[
+        str | None,
+        Field(
+            description="which robots did not arrive and why, or what left its word; None where all arrived"
+        ),
+    ] = None
+    remedy: Annotated[
+        str | None,
+        Field(
+            description="parameters with which all robots arrive, as tried; None where none of those tried does"
+        ),
+    ] = None
 
 
 class Planner(Protocol):

@@ -133,8 +133,8 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
     if fleet.missed_updates and fleet.decide is not None:
         told = (
             f"the robots' decisions: {plural(fleet.missed_updates, 'update')} of {fleet.updates:,} took longer than the"
-            f" time step of {_seconds(step)}. With {_times(fleet.decide.worst_ps / fleet.time_step_ps)} times the clock"
-            " none would"
+            f" time step of {_seconds(step)}, and act late: the robots drive on meanwhile. With"
+            f" {_times(fleet.decide.worst_ps / fleet.time_step_ps)} times the clock none would"
         )
     else:
         told = (
@@ -167,6 +167,11 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
         ("FPGAs", count_cell(fleet.fpgas)),
         ("updates", count_cell(fleet.updates)),
         ("time of all updates", time_cell(fleet.span_ps)),
+        (
+            "until the last robot that arrived had",
+            time_cell(fleet.arrived_ps) if fleet.arrived_ps is not None else Cell(ABSENT),
+        ),
+        ("time that passed for the robots", time_cell(fleet.robots_ps)),
         ("time step", time_cell(fleet.time_step_ps)),
         ("updates a second", number_cell(fleet.updates_a_second)),
         ("updates a second that FPGAs and line allow, at most", number_cell(fleet.reachable_a_second)),

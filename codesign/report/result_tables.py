@@ -280,13 +280,15 @@ def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
 
 def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
     arrived = Cell(f"{quality.robots_arrived} of {quality.robots}", quality.robots_arrived)
+    told = {"why robots are missing": quality.shortfall, "what mends it": quality.remedy}
     return [
         ("robots that arrive", arrived),
         ("updates of the velocities", count_cell(quality.updates)),
         ("pairs of robots that collided", count_cell(quality.collisions)),
         ("closest approach in cells", number_cell(quality.closest_approach)),
-        ("seconds until the last arrived", number_cell(quality.time_to_targets_s)),
+        ("seconds until the last arrived, by the robots' clock", number_cell(quality.time_to_targets_s)),
         ("changes of velocity", count_cell(quality.velocity_changes)),
+        *((name, word(text)) for name, text in told.items() if text is not None),
     ]
 
 

@@ -103,7 +103,7 @@ def _drive(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str
 def _fleet(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.fleet import fly
 
-    flight = fly(machine, memo=memo)
+    flight = fly(machine)
     problem = machine.system.problem
     ended = flight.ends[-1] if len(flight.ends) else flight.loaded
     answer = Answer(problem, flight.plan, flight.loaded, ended, ended, Ledger())

@@ -176,6 +176,19 @@ def array_rams(parameters: AvoidParameters, part: Part) -> tuple[int, int]:
     return 2 * -(-parameters.width // width), depth
 
 
+def ram_width(words: int) -> int:
+    """Bits of a word of the block RAM that is deep enough for ``words``.
+
+    Virtex and Spartan-3 parts have the same shapes, of 18 kbit: 1 bit at 16,384 words, 18 at 1,024. Parity bits serve
+    words of 9 bits and more.
+
+    >>> [ram_width(words) for words in (640, 1024, 1025, 5120, 32_768)]
+    [18, 18, 9, 2, 1]
+    """
+    shapes = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2))
+    return next((width for depth, width in shapes if words <= depth), 1)
+
+
 def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> tuple[Item, ...]:
     """All lines of the demand."""
     units = units_of(style, robots, parameters)

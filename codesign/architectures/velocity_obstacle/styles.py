@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from codesign.architectures.interface import Demand, Memory, Step, StyleBase
 from codesign.architectures.velocity_obstacle import levers, power, resources, timing
 from codesign.architectures.velocity_obstacle.published import Style
-from codesign.architectures.velocity_obstacle.updates import Updates
-from codesign.errors import RunError
 from codesign.figures import Figure
 from codesign.memo import Memo
-from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, avoid_up_to_overflow
+from codesign.planners.velocity_obstacle.avoid import avoid
+from codesign.planners.velocity_obstacle.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.records import TaskRecord
 from codesign.spec.part import Part
+
+if TYPE_CHECKING:
+    from codesign.architectures.velocity_obstacle.updates import Updates
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,9 @@ class Circuit(StyleBase):
         return timing.clock_limit(part)
 
     def memory(self, problem: RobotsProblem, parameters: AvoidParameters) -> Memory:  # noqa: ARG002
-        """One component of each velocity of the array, in each of two block RAMs."""
-        return Memory(parameters.width, {"velocities": parameters.speeds * parameters.directions})
+        """One component of each velocity of the array; a deep array has its words cut over several block RAMs."""
+        words = parameters.speeds * parameters.directions
+        return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
 
     def work(
         self,
@@ -102,13 +105,11 @@ class Circuit(StyleBase):
                 yield Step(phase, np.array([amount], np.int64), ram_addresses=timing.addresses(phase))
         return plan
 
-    def updates(
-        self, problem: RobotsProblem, parameters: AvoidParameters, memo: Memo | None = None
-    ) -> Updates:
-        """The run, with the cycles of every robot's own circuit in every update: for scenario ``fleet``."""
-        plan, overflow = _kept(problem, parameters, Memo() if memo is None else memo)
-        left = None if overflow is None else overflow.what
-        return Updates(plan, timing.update_costs(self._style, problem.count, parameters), left)
+    def updates(self, problem: RobotsProblem, parameters: AvoidParameters) -> Updates:
+        """The closed loop with the cycles of every robot's own circuit, update by update: for scenario ``fleet``."""
+        from codesign.architectures.velocity_obstacle.updates import Updates
+
+        return Updates(problem, parameters, timing.update_costs(self._style, problem.count, parameters))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
@@ -117,20 +118,10 @@ class Circuit(StyleBase):
 
 
 def _whole(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
-    """The run from the memory of an exploration."""
-    plan, overflow = _kept(problem, parameters, memo)
-    if overflow is not None:
-        raise overflow.with_traceback(None)
-    return plan
-
-
-def _kept(
-    problem: RobotsProblem, parameters: AvoidParameters, memo: Memo
-) -> tuple[Avoidance, RunError | None]:
-    """The run, which units do not change, up to where a value left its word."""
+    """The run from the memory of an exploration: units do not change it."""
     units = {"detector", "unit", "update_units", "detect_units"}
     key = ("velocity_obstacle", problem.digest, parameters.model_dump_json(exclude=units))
-    return memo.get(key, lambda: avoid_up_to_overflow(problem, parameters))
+    return memo.get(key, lambda: avoid(problem, parameters))
 
 
 def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Step, None, None]:

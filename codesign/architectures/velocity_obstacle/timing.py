@@ -25,7 +25,7 @@ from codesign.architectures.velocity_obstacle.published import CLOCK, PAPER, Sty
 from codesign.architectures.velocity_obstacle.resources import units_of
 from codesign.architectures.velocity_obstacle.schedule import DETECT, UPDATE, module_cycles, trial_cycles
 from codesign.figures import Figure, Status
-from codesign.planners.velocity_obstacle.avoid import Avoidance
+from codesign.planners.velocity_obstacle.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, Detection
 from codesign.spec.part import Part
 

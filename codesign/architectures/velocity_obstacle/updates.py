@@ -3,50 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.architectures.interface import Step
 from codesign.architectures.velocity_obstacle import timing
-from codesign.planners.velocity_obstacle.avoid import Avoidance
+from codesign.planners.velocity_obstacle.loop import Loop
+from codesign.planners.velocity_obstacle.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.problem import RobotsProblem
 
 
-@dataclass(frozen=True, eq=False)
 class Updates:
-    """A run of n robots over u updates, and the cycles that each robot's circuit takes for each of them.
+    """The closed loop of n robots, and the cycles that each robot's circuit takes for the update under way.
 
-    ``overflow``: what left its word in the update after the last one, and ended the run; None where nothing did.
+    The caller goes through the updates of ``loop`` by its ``hold`` and ``act``, and decides each by ``decide`` here.
+    ``cycles``: int64 n, of the decision that was made last.
     """
 
-    plan: Avoidance
-    costs: timing.UpdateCosts
-    overflow: str | None = None
+    def __init__(
+        self, problem: RobotsProblem, parameters: AvoidParameters, costs: timing.UpdateCosts
+    ) -> None:
+        self.loop = Loop(problem, parameters)
+        self.costs = costs
+        self.cycles: NDArray[np.int64] = np.zeros(problem.count, np.int64)
 
-    @cached_property
-    def cycles(self) -> NDArray[np.int64]:
-        """Cycles of each update and robot, int64 u × n."""
-        return self.costs.of_robot(self.plan.checks, self.plan.trials)
+    def decide(self) -> None:
+        """Let all robots decide the next update."""
+        self.loop.decide()
+        self.cycles = self.costs.of_robot(self.loop.checks, self.loop.trials)
 
-    @cached_property
-    def slowest(self) -> NDArray[np.int64]:
-        """The robot that the others wait for in each update, int64 u: of equals the first."""
-        return np.asarray(np.argmax(self.cycles, axis=1))
+    @property
+    def slowest(self) -> int:
+        """The robot that the others wait for: of equals the first."""
+        return int(np.argmax(self.cycles))
 
-    def steps(self, update: int, robot: int, *, visits: bool) -> Generator[Step, None, None]:
+    def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
         """The phases of one robot's update.
 
         ``visits``: each trial is a unit of its own; else a phase is one. The cycles are the same.
         """
-        checks, trials = int(self.plan.checks[update, robot]), int(self.plan.trials[update, robot])
+        checks, trials = int(self.loop.checks[robot]), int(self.loop.trials[robot])
         for phase, amount in self.costs.phases(checks, trials).items():
             if amount:
                 split = visits and phase == timing.VERIFY
                 units = np.full(trials, self.costs.trial, np.int64) if split else np.array([amount], np.int64)
                 yield Step(phase, units, ram_addresses=timing.addresses(phase))
 
-    def whole(self, update: int, robot: int) -> Generator[Step, None, None]:
+    def whole(self, robot: int) -> Generator[Step, None, None]:
         """One robot's update as a step of one unit: for a circuit whose phases nobody asks for."""
-        yield Step("update", self.cycles[update, robot : robot + 1])
+        yield Step("update", self.cycles[robot : robot + 1])

@@ -11,10 +11,13 @@ Where the paper is silent, and what was taken here:
 - The paper takes the other robots as passive, each for itself. ``responsibility: half`` tests 2v' - v in place of
   v' (reciprocal velocity obstacles, van den Berg et al. 2008): no product more.
 - Order of the array of velocities: all directions at the greatest speed, rotating both ways, then the next speed.
-- No safe velocity: the robot brakes as hard as one axis at a time can. Having arrived, it brakes too, and rests.
+- No safe velocity: the robot brakes, each axis by itself. Having arrived, it brakes too, and rests.
+- A decision that takes longer than its time step: the robots drive on with the velocities that they have, and take
+  the new ones in the step after it (``Loop.hold``).
 """
 
-from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid
+from codesign.planners.velocity_obstacle.avoid import avoid
+from codesign.planners.velocity_obstacle.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsSpec, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem, generate
 from codesign.planners.velocity_obstacle.quality import quality

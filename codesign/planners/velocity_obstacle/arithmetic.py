@@ -200,7 +200,8 @@ def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None
         raise InputError(fault, "width", _width_hint(problem, parameters))
     formats = formats_of(problem, parameters, width)
     exact = double(problem, parameters)
-    change = math.floor(math.ldexp(problem.acceleration * parameters.step, formats.velocity))
+    # No two velocities are farther apart than two words: a greater change allows no more.
+    change = min(math.floor(math.ldexp(problem.acceleration * parameters.step, formats.velocity)), 2 << width)
     radius = math.ceil(math.ldexp(2.0 * problem.radius + parameters.margin, formats.position))
     return Arithmetic(
         formats=formats,
@@ -236,6 +237,12 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
     greatest change of velocity must be some units: with less, rounding decides.
     """
     formats = formats_of(problem, parameters, width)
+    shifts = shifts_of(formats)
+    worst = [value for value in vars(shifts).values() if not 0 <= value <= MOST_SHIFT]
+    if worst:
+        return (
+            f"arena, speed, acceleration and time step are too far apart in scale: a shift by {worst[0]} bits"
+        )
     slowest = problem.speed / parameters.speeds
     travel = math.ldexp(slowest * parameters.step, formats.position)
     if travel < 1.0:
@@ -246,12 +253,6 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
     if math.ldexp(problem.acceleration * parameters.step, formats.velocity) < 4.0:
         return (
             f"at {width} bits the greatest change of velocity in one step is less than 4 steps of a velocity"
-        )
-    shifts = shifts_of(formats)
-    worst = [value for value in vars(shifts).values() if not 0 <= value <= MOST_SHIFT]
-    if worst:
-        return (
-            f"arena, speed, acceleration and time step are too far apart in scale: a shift by {worst[0]} bits"
         )
     return None
 

@@ -202,75 +202,176 @@ def _move(
 
 
 @njit(cache=True, nogil=True)
+def decide(
+    position: Any,
+    velocity: Any,
+    targets: Any,
+    arrived: Any,
+    stepped: Any,
+    wanted: Any,
+    array: Any,
+    bounds: Any,
+    constants: Any,
+    shifts: Any,
+    approaching: bool,
+    half: bool,
+    candidates: Any,
+    checks: Any,
+    trials: Any,
+) -> Any:
+    """Every robot's choice from one common state; writes arrived, stepped, wanted, candidates, checks and trials.
+
+    Returns the robot that leaves the words of a position if it drives on for one step, or -1. The choices stand anyway.
+    """
+    count = len(position)
+    outside = -1
+    for robot in range(count):
+        # Target check: |target - r|^2 against the square of the tolerance.
+        x, y = targets[robot, 0] - position[robot, 0], targets[robot, 1] - position[robot, 1]
+        arrived[robot] |= x * x + y * y <= constants[TOLERANCE_SQUARED]
+        # Equation 2b without acceleration: where the others see this robot after one step.
+        for axis in range(2):
+            moved = _rescale(velocity[robot, axis] * constants[STEP], shifts[VELOCITY_STEP])
+            stepped[robot, axis] = position[robot, axis] + moved
+            if not _fits(stepped[robot, axis], constants[LIMIT]) and outside < 0:
+                outside = robot
+    for robot in range(count):
+        candidate, checks[robot], trials[robot] = SELECT_STAY, 0, 0
+        if not arrived[robot]:
+            candidate, checks[robot], trials[robot], x, y = _choose(
+                robot,
+                position,
+                velocity,
+                stepped,
+                targets,
+                array,
+                bounds,
+                constants,
+                shifts,
+                approaching,
+                half,
+            )
+            wanted[robot, 0], wanted[robot, 1] = x, y
+        if candidate < 0:
+            # No safe velocity, or arrived: nearer to rest, each axis by itself.
+            for axis in range(2):
+                v = velocity[robot, axis]
+                wanted[robot, axis] = v - max(-constants[BRAKE], min(constants[BRAKE], v))
+        candidates[robot] = candidate
+    return outside
+
+
+@njit(cache=True, nogil=True)
+def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) -> Any:
+    """Drive all robots on for some steps with the velocities that they have (equation 2b without acceleration).
+
+    Returns the robot that leaves its words first and the step after which it does, or (-1, 0): then ``position`` is
+    that step's.
+    """
+    count, limit = len(position), constants[LIMIT]
+    moved = np.zeros((count, 2), np.int64)
+    outside, first = -1, steps
+    for robot in range(count):
+        for axis in range(2):
+            r = position[robot, axis]
+            d = _rescale(velocity[robot, axis] * constants[STEP], shifts[VELOCITY_STEP])
+            moved[robot, axis] = d
+            # The first whole number of steps after which r + steps * d leaves [-limit, limit).
+            leaves = steps + 1
+            if d > 0:
+                leaves = (limit - 1 - r) // d + 1
+            elif d < 0:
+                leaves = (r + limit) // -d + 1
+            if leaves <= steps and (outside < 0 or leaves < first):
+                outside, first = robot, leaves
+    for robot in range(count):
+        for axis in range(2):
+            position[robot, axis] += first * moved[robot, axis]
+    return outside, (first if outside >= 0 else 0)
+
+
+@njit(cache=True, nogil=True)
+def act(
+    position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, constants: Any, shifts: Any
+) -> Any:
+    """One step in which every robot's PID control drives it to the velocity that it wants.
+
+    Returns what left its word first (0: nothing) and the robot.
+    """
+    overflow, overflown = 0, 0
+    for robot in range(len(position)):
+        outside = _move(robot, wanted, position, velocity, sums, errors, constants, shifts)
+        if outside != 0 and overflow == 0:
+            overflow, overflown = outside, robot
+    return overflow, overflown
+
+
+@njit(cache=True, nogil=True)
+def at_rest(velocity: Any, arrived: Any) -> Any:
+    """Whether all robots have arrived and stand."""
+    for robot in range(len(velocity)):
+        if not arrived[robot] or velocity[robot, 0] != 0 or velocity[robot, 1] != 0:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def run(
-    start: NDArray[np.int64],
+    position: NDArray[np.int64],
+    velocity: NDArray[np.int64],
     targets: NDArray[np.int64],
+    arrived: NDArray[np.bool_],
+    sums: NDArray[np.int64],
+    errors: NDArray[np.int64],
     array: NDArray[np.int64],
     bounds: NDArray[np.int64],
     constants: NDArray[np.int64],
     shifts: NDArray[np.int64],
-    updates: int,
     approaching: bool,
     half: bool,
+    updates: int,
 ) -> Any:
-    """The closed loop of n robots for at most ``updates`` updates.
+    """The closed loop of n robots for at most ``updates`` updates, each decided within its time step.
 
-    ``start``, ``targets``: int64 n × 2. ``array``: int64 speeds × directions × 2. ``bounds``: int64 k × 2.
-    Returns the number of updates done; positions and velocities after each, int64 (updates + 1) × n × 2, the start
-    first; candidate, checks and trials, int32 updates × n; what overflowed (0: nothing) and
-    for which robot.
+    ``position``, ``velocity``, ``sums``, ``errors``: int64 n × 2, left in the state at the end; ``targets`` likewise.
+    ``array``: int64 speeds × directions × 2. ``bounds``: int64 k × 2.
+    Returns the number of updates done; positions and velocities after each, int64 updates × n × 2; candidate, checks
+    and trials, int32 updates × n; what overflowed in the update after them (0: nothing) and for which robot.
     """
-    count = len(start)
-    positions = np.zeros((updates + 1, count, 2), np.int64)
-    velocities = np.zeros((updates + 1, count, 2), np.int64)
+    count = len(position)
+    positions = np.zeros((updates, count, 2), np.int64)
+    velocities = np.zeros((updates, count, 2), np.int64)
     candidates = np.zeros((updates, count), np.int32)
     checks = np.zeros((updates, count), np.int32)
     trials = np.zeros((updates, count), np.int32)
-    position, velocity = start.copy(), np.zeros((count, 2), np.int64)
-    sums, errors = np.zeros((count, 2), np.int64), np.zeros((count, 2), np.int64)
     stepped, wanted = np.zeros((count, 2), np.int64), np.zeros((count, 2), np.int64)
-    arrived = np.zeros(count, np.bool_)
-    positions[0] = position
-    done, overflow, overflown = 0, 0, 0
+    overflow, overflown = 0, 0
     for number in range(updates):
-        for robot in range(count):
-            x, y = targets[robot, 0] - position[robot, 0], targets[robot, 1] - position[robot, 1]
-            arrived[robot] |= x * x + y * y <= constants[TOLERANCE_SQUARED]
-            for axis in range(2):
-                moved = _rescale(velocity[robot, axis] * constants[STEP], shifts[VELOCITY_STEP])
-                stepped[robot, axis] = position[robot, axis] + moved
-                if not _fits(stepped[robot, axis], constants[LIMIT]) and overflow == 0:
-                    overflow, overflown = POSITION_OVERFLOW, robot
-        for robot in range(count):
-            candidate = SELECT_STAY
-            if not arrived[robot]:
-                candidate, checks[number, robot], trials[number, robot], x, y = _choose(
-                    robot,
-                    position,
-                    velocity,
-                    stepped,
-                    targets,
-                    array,
-                    bounds,
-                    constants,
-                    shifts,
-                    approaching,
-                    half,
-                )
-                wanted[robot, 0], wanted[robot, 1] = x, y
-            if candidate < 0:
-                for axis in range(2):
-                    v = velocity[robot, axis]
-                    wanted[robot, axis] = v - max(-constants[BRAKE], min(constants[BRAKE], v))
-            candidates[number, robot] = candidate
-        still = True
-        for robot in range(count):
-            outside = _move(robot, wanted, position, velocity, sums, errors, constants, shifts)
-            if outside != 0 and overflow == 0:
-                overflow, overflown = outside, robot
-            still &= arrived[robot] and velocity[robot, 0] == 0 and velocity[robot, 1] == 0
-        positions[number + 1], velocities[number + 1] = position, velocity
-        done = number + 1
-        if overflow != 0 or still:
-            break
-    return done, positions, velocities, candidates, checks, trials, overflow, overflown
+        outside = decide(
+            position,
+            velocity,
+            targets,
+            arrived,
+            stepped,
+            wanted,
+            array,
+            bounds,
+            constants,
+            shifts,
+            approaching,
+            half,
+            candidates[number],
+            checks[number],
+            trials[number],
+        )
+        if outside >= 0:
+            position[outside] = stepped[outside]
+            overflow, overflown = POSITION_OVERFLOW, outside
+        else:
+            overflow, overflown = act(position, velocity, sums, errors, wanted, constants, shifts)
+        if overflow != 0:
+            return number, positions, velocities, candidates, checks, trials, overflow, overflown
+        positions[number], velocities[number] = position, velocity
+        if at_rest(velocity, arrived):
+            return number + 1, positions, velocities, candidates, checks, trials, 0, 0
+    return updates, positions, velocities, candidates, checks, trials, 0, 0

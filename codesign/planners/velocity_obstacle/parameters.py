@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from typing import Annotated, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError
 from codesign.planners.velocity_obstacle.problem import (
@@ -20,6 +21,7 @@ from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 
 LEAST_WIDTH, MOST_WIDTH = 8, 24
 MOST_DIRECTIONS, MOST_SPEEDS = 512, 64
+MOST_UPDATES = 100_000
 
 
 class Detection(StrEnum):
@@ -50,16 +52,62 @@ class Unit(StrEnum):
     PARALLEL = "parallel"
 
 
-class Gains(SpecModel):
-    """Gains of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update."""
+_MOST_DAMPED = 0.25
+"""The proportional gain with which the derivative gain may be greatest."""
 
-    proportional: Annotated[float, Field(ge=0.0, le=2.0)] = Field(default=1.0, description="Of the error.")
-    integral: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
-        default=0.0, description="Of the sum of errors."
+
+class Gains(SpecModel):
+    """Gains P, I and D of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update.
+
+    Accepted are those with which no robot exceeds its limits, whatever it chooses. In z the velocity follows the
+    choices by H = ((P + D) z - D) / (z² - (1 - P - D) z - D) where I = 0. A velocity stays within the greatest speed
+    for every sequence of choices if the impulse response of H has no negative value (they sum up to 1), which is
+    D ≤ √P - P. A choice is within one step's acceleration of the velocity, so a step changes it by P + 2 D of that at
+    most, and with D ≤ √P - P that is no more than 1. With I > 0 the velocity overshoots every choice that is kept: the
+    sum of errors returns to 0 only beyond it.
+    """
+
+    proportional: float = Field(default=1.0, description="Of the error: from 0 to 1.")
+    integral: float = Field(
+        default=0.0, description="Of the sum of errors: 0, as any other overshoots the greatest speed."
     )
-    derivative: Annotated[float, Field(ge=0.0, le=1.0)] = Field(
-        default=0.0, description="Of the error's change."
+    derivative: float = Field(
+        default=0.0, description="Of the error's change: from 0 to √proportional - proportional."
     )
+
+    @field_validator("proportional", mode="after")
+    @classmethod
+    def _no_more_than_wanted(cls, value: float) -> float:
+        if not 0.0 <= value <= 1.0:
+            raise RefusalError(
+                f"a proportional gain of {value:g} commands {value:g} times the change of velocity that is wanted,"
+                " which is up to all that the acceleration allows",
+                "from 0 to 1",
+            )
+        return value
+
+    @field_validator("integral", mode="after")
+    @classmethod
+    def _no_overshoot(cls, value: float) -> float:
+        if value != 0.0:
+            raise RefusalError(
+                f"an integral gain of {value:g} drives a robot beyond its greatest speed, as the sum of errors returns"
+                " to 0 only beyond the velocity that is wanted",
+                "0, or leave it out: the velocity follows the acceleration without a lasting error",
+            )
+        return value
+
+    @field_validator("derivative", mode="after")
+    @classmethod
+    def _no_negative_response(cls, value: float, info: ValidationInfo) -> float:
+        proportional = info.data.get("proportional", _MOST_DAMPED)
+        most = math.sqrt(proportional) - proportional
+        if not 0.0 <= value <= most:
+            raise RefusalError(
+                f"with a derivative gain of {value:g} a robot can exceed its greatest speed or its acceleration",
+                f"from 0 to {most:.4g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
+            )
+        return value
 
 
 UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
@@ -75,7 +123,7 @@ class AvoidParameters(SpecModel):
     time_step: Annotated[str, Field(max_length=40)] = Field(
         default="100 ms", description="Time between two updates, such as 100 ms."
     )
-    updates: Annotated[int, Field(ge=1, le=100_000)] = Field(
+    updates: Annotated[int, Field(ge=1, le=MOST_UPDATES)] = Field(
         default=1500,
         description="Most updates of a run; it ends before, once all robots stand at their targets.",
     )

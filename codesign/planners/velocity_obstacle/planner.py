@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign.planners.interface import Policy, RobotsQuality
-from codesign.planners.velocity_obstacle.avoid import Avoidance, avoid, fault_of
+from codesign.planners.velocity_obstacle.avoid import avoid
+from codesign.planners.velocity_obstacle.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.faults import fault_of
 from codesign.planners.velocity_obstacle.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.reference import BRAKE
@@ -63,8 +65,8 @@ class VelocityObstacle:
         return quality(problem, plan)
 
     def identity(self, plan: Avoidance) -> str:
-        """The digest of all states of the run."""
-        return plan.digest
+        """The digest of all states of the run, and its parameters, which its remedy depends on."""
+        return f"{plan.digest} {plan.parameters.model_dump_json()}"
 
     def figures(self, plan: Avoidance) -> dict[str, Any]:
         """How many decisions the run took, of how many candidates, and how fine its words are."""

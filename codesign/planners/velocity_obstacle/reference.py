@@ -5,7 +5,7 @@ Modules are those of Dubey et al. 2013, sections III and IV; the equations are t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from codesign.planners.velocity_obstacle.arithmetic import Arithmetic, Number
@@ -47,12 +47,19 @@ class Choice:
 
 @dataclass
 class History:
-    """States after each update, beginning with the start, and the choices that led from one to the next."""
+    """The states of a run, beginning with the start, when each is reached, in time steps, and the choices."""
 
     positions: list[list[tuple[Number, Number]]] = field(default_factory=list)
     velocities: list[list[tuple[Number, Number]]] = field(default_factory=list)
+    times: list[int] = field(default_factory=list)
     choices: list[list[Choice]] = field(default_factory=list)
     overflow: bool = False
+
+    def note(self, robots: Sequence[Robot], steps: int) -> None:
+        """The state of the robots, so many steps after the one before."""
+        self.positions.append([one.position for one in robots])
+        self.velocities.append([one.velocity for one in robots])
+        self.times.append(steps + (self.times[-1] if self.times else 0))
 
 
 def pos_vel_update(
@@ -204,24 +211,51 @@ def fits(numbers: Arithmetic, *values: Number) -> bool:
     return all(-limit <= value < limit for value in values)
 
 
-def update(
+def decide(
     numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
 ) -> tuple[list[Choice], bool]:
-    """One update of all robots, who decide at the same time from the same state: their choices, and an overflow.
+    """What all robots choose, at the same time and from the same state, and an overflow.
 
-    ``robots`` are left in the new state.
+    A robot that one step at its present velocity takes out of its words is an overflow. Only ``arrived`` changes.
     """
     for robot in robots:
         robot.arrived = robot.arrived or target_check(numbers, robot)
     choices = [choose(numbers, robots, index, parameters) for index in range(len(robots))]
-    overflow = not all(
+    return choices, not all(
         fits(numbers, *pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))[0]) for robot in robots
     )
+
+
+def hold(numbers: Arithmetic, robots: Sequence[Robot], steps: int) -> bool:
+    """Drive on for ``steps`` time steps with the velocities that the robots have; whether one left its words."""
+    for _ in range(steps):
+        for robot in robots:
+            robot.position, _ = pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))
+        if not all(fits(numbers, *robot.position) for robot in robots):
+            return True
+    return False
+
+
+def act(numbers: Arithmetic, robots: Sequence[Robot], choices: Sequence[Choice]) -> bool:
+    """One time step in which PID control drives each robot to the velocity that it chose; whether a value left its
+    word."""
+    overflow = False
     for robot, choice in zip(robots, choices, strict=True):
         acceleration, robot.error_sum, robot.last_error = pid(numbers, robot, choice.velocity)
         robot.position, robot.velocity = pos_vel_update(numbers, robot.position, robot.velocity, acceleration)
         overflow |= not fits(numbers, *robot.position, *robot.velocity, *robot.last_error, *choice.velocity)
-    return choices, overflow
+    return overflow
+
+
+def update(
+    numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
+) -> tuple[list[Choice], bool]:
+    """One update that is decided within its time step: the choices, and an overflow.
+
+    ``robots`` are left in the new state.
+    """
+    choices, overflow = decide(numbers, robots, parameters)
+    return choices, act(numbers, robots, choices) or overflow
 
 
 def start(numbers: Arithmetic, problem: RobotsProblem) -> list[Robot]:
@@ -235,15 +269,31 @@ def start(numbers: Arithmetic, problem: RobotsProblem) -> list[Robot]:
     ]
 
 
-def run(numbers: Arithmetic, problem: RobotsProblem, parameters: AvoidParameters) -> History:
-    """The closed loop: updates until all robots stand at their targets, or ``parameters.updates`` are done."""
+def run(
+    numbers: Arithmetic,
+    problem: RobotsProblem,
+    parameters: AvoidParameters,
+    held: Callable[[Sequence[Choice]], int] = lambda _: 0,
+) -> History:
+    """The closed loop: updates until all robots stand at their targets, or ``parameters.updates`` are done.
+
+    ``held``: for how many time steps robots that made these choices drive on before they act; by default none. Where
+    there are any, the history has the states at their end as well.
+    """
     robots = start(numbers, problem)
-    history = History([[one.position for one in robots]], [[one.velocity for one in robots]])
+    history = History()
+    history.note(robots, 0)
     for _ in range(parameters.updates):
-        choices, history.overflow = update(numbers, robots, parameters)
-        history.choices.append(choices)
-        history.positions.append([one.position for one in robots])
-        history.velocities.append([one.velocity for one in robots])
+        choices, history.overflow = decide(numbers, robots, parameters)
+        steps = held(choices)
+        if not history.overflow and steps:
+            history.overflow = hold(numbers, robots, steps)
+            history.note(robots, steps)
+        if not history.overflow:
+            history.overflow = act(numbers, robots, choices)
+            history.note(robots, 1)
+        if not history.overflow:
+            history.choices.append(choices)
         at_rest = all(one.arrived and not any(one.velocity) for one in robots)
         if history.overflow or at_rest:
             break

@@ -6,26 +6,33 @@ and here it takes no time. Then the coordinates of all robots are one message to
 ("the co-ordinates of all the robots are being transmitted through an on-board serial port", Dubey et al. 2013, section
 VI): the first robot's board sends it, the one that the platform file declares.
 
-- ``real_time``: an update begins with each time step, as the planner assumes. One that takes longer is missed, and
-  the next begins with the first time step after it. Nobody waits for the line: while it has not taken over a message,
-  later ones are skipped.
-- ``free_running``: an update begins once all have decided the one before and its message stands in the line's FIFO.
+Planner and timing run in step: each update's time follows from its own candidates and trials, and the state that the
+next one is decided from follows from that time.
 
-What the robots decide is the planner's run, whatever the time is: that they drive on is not held against the time
-that an update took. FPGAs beyond the first are no components of the platform; they tell nobody anything.
+- ``real_time``: the robots drive in the time of the simulation. An update begins with a time step. One that is decided
+  within it acts in that step, as the planner assumes and as the paper has it. One that takes longer is missed and acts
+  late: the robots drive on with the velocities that they have until the end of the time step in which the last of
+  them has decided, and only then take the new ones, in one more step. The next update begins after that. Nobody waits
+  for the line: while it has not taken over a message, later ones are skipped.
+- ``free_running``: the robots are simulated by the boards themselves, as in the paper's test bed, so they stand still
+  while the boards decide, and every update takes them one time step on. An update begins once all have decided the one
+  before and its message stands in the line's FIFO. So the robots' clock is not that of the boards:
+  ``FleetFigures.robots_ps`` is the one and ``span_ps`` the other.
+
+A run that is stopped reaches up to the end of the last update that was over. FPGAs beyond the first are no components
+of the platform; they tell nobody anything.
 """
 
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.architectures.velocity_obstacle.updates import Updates
 from codesign.errors import InputError
-from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD
-from codesign.planners.velocity_obstacle.avoid import Avoidance
+from codesign.planners.velocity_obstacle.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.quality import arrival_updates
 from codesign.spec.scenario import Fleet
@@ -45,7 +52,7 @@ ARRIVED = "all robots stand at their targets"
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """A fleet's run: the planner's run up to the last update that was done, its figures, and the FPGAs.
+    """A fleet's run up to the last update that was over, its figures, and the FPGAs.
 
     ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
     update began, ps; ``ends``: when each update was over. ``events``: of the simulation, which are no figure of the
@@ -60,7 +67,7 @@ class Flight:
     events: int
 
 
-def fly(machine: Machine, *, memo: Memo | None = None) -> Flight:
+def fly(machine: Machine) -> Flight:
     """Run scenario ``fleet`` on a machine that has done nothing yet.
 
     A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
@@ -68,13 +75,13 @@ def fly(machine: Machine, *, memo: Memo | None = None) -> Flight:
     Raises:
         InputError: the style does not say what each robot takes for an update.
     """
-    return _Run(machine, memo).run()
+    return _Run(machine).run()
 
 
 class _Run:
     """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
 
-    def __init__(self, machine: Machine, memo: Memo | None) -> None:
+    def __init__(self, machine: Machine) -> None:
         from codesign.components import Fpga
 
         system = machine.system
@@ -88,7 +95,7 @@ class _Run:
             )
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
-        self.work: Updates = system.architecture.updates(system.problem, system.planning, memo)
+        self.work: Updates = system.architecture.updates(system.problem, system.planning)
         problem: Any = system.problem
         assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
         self.trace = FleetTrace(machine, self.work, problem)
@@ -142,42 +149,58 @@ class _Run:
             self._failure = f"{lost.what} on {lost.where}"
             return
         self.loaded = self.machine.now
-        for update in range(self.work.plan.updates):
-            yield from self._update(update)
+        while not self.work.loop.over:
+            yield from self._update()
 
-    def _update(self, update: int) -> Generator[Any, Any, None]:
+    def _update(self) -> Generator[Any, Any, None]:
         """Process generator: one update, up to where the next one begins."""
-        begin = self.machine.now
+        begin, loop = self.machine.now, self.work.loop
+        self.work.decide()
+        self.trace.began()
+        if loop.departure is not None:
+            return
         self.begins.append(begin)
         self._barrier, self._deciding = self.environment.event(), len(self.fpgas)
         start, self._starting = self._starting, self.environment.event()
-        start.succeed(update)
+        start.succeed()
         yield self._barrier
         decided = self.machine.now
         self.decided.append(decided)
         missed = decided - begin > self.step_ps
         self.missed += missed
-        self.trace.decided(update, begin, self.fpgas, missed)
+        self.trace.decided(begin, self.fpgas, missed)
         self.machine.follow_up(self.machine.system.planner.planning_task)
         if self.scenario.pace == "real_time":
             if self.frames is not None:
                 self.frames.offer()
-            steps = max(1, -(-(decided - begin) // self.step_ps))
-            if begin + steps * self.step_ps > decided:
-                yield self.environment.timeout(begin + steps * self.step_ps - decided)
+            yield from self._step_out(begin, decided, missed)
         elif self.frames is not None:
             yield from self.frames.hand_over()
-        self.ends.append(self.machine.now)
-        self.trace.ended_update(update)
+        if loop.departure is None:
+            loop.act()
+        if loop.departure is None:
+            self.ends.append(self.machine.now)
+            self.trace.moved(len(self.begins))
+
+    def _step_out(self, begin: int, decided: int, missed: bool) -> Generator[Any, Any, None]:
+        """Process generator: to the end of the time step in which the robots take their new velocities."""
+        steps = max(1, -(-(decided - begin) // self.step_ps))
+        if begin + steps * self.step_ps > decided:
+            yield self.environment.timeout(begin + steps * self.step_ps - decided)
+        if missed:
+            self.work.loop.hold(steps)
+            if self.work.loop.departure is None:
+                self.trace.moved(len(self.begins))
+                yield self.environment.timeout(self.step_ps)
 
     def _robot(self, robot: int) -> Generator[Any, Any, None]:
         """Process generator: one robot's FPGA decides whenever an update begins; the last one ends it for all."""
         fpga, visits = self.fpgas[robot], self.machine.granularity == "visit"
         while True:
-            update = yield self._starting
+            yield self._starting
             # Nobody asks for the phases of the others: one event an update is all that they take.
             whole = robot > 0 and not visits
-            steps = self.work.whole(update, robot) if whole else self.work.steps(update, robot, visits=visits)
+            steps = self.work.whole(robot) if whole else self.work.steps(robot, visits=visits)
             yield from fpga.execute(steps, self.machine.granularity)
             self._deciding -= 1
             if not self._deciding:
@@ -192,33 +215,25 @@ class _Run:
         return FrameSender(self.machine, receiver, len(self.fpgas))
 
     def _flight(self, stopped: str | None, events: int) -> Flight:
-        updates = len(self.ends)
-        whole = self.work.plan
-        plan = replace(
-            whole,
-            positions=whole.positions[: updates + 1],
-            velocities=whole.velocities[: updates + 1],
-            candidates=whole.candidates[:updates],
-            checks=whole.checks[:updates],
-            trials=whole.trials[:updates],
-        )
-        there = sum(arrival is not None for arrival in arrival_updates(plan)) if updates else 0
-        overflow = self.work.overflow if updates == whole.updates else None
+        plan = self.work.loop.plan()
+        arrivals = arrival_updates(plan)
+        there = sum(arrival is not None for arrival in arrivals)
         completed = there == len(self.fpgas)
+        departure = plan.departure
         ended = (
             self._failure
             or stopped
-            or overflow
-            or (ARRIVED if completed else _waiting(updates, there, len(self.fpgas)))
+            or (None if departure is None else str(departure))
+            or (ARRIVED if completed else _waiting(plan.updates, there, len(self.fpgas)))
         )
-        self.trace.ended(ended, updates)
-        return Flight(
-            plan, self._figures(ended, completed), self.fpgas, self.loaded, tuple(self.ends), events
-        )
+        self.trace.ended(ended, plan)
+        figures = self._figures(ended, completed, arrivals, int(plan.times[-1]))
+        return Flight(plan, figures, self.fpgas, self.loaded, tuple(self.ends), events)
 
-    def _figures(self, ended: str, completed: bool) -> FleetFigures:
+    def _figures(self, ended: str, completed: bool, arrivals: list[int | None], steps: int) -> FleetFigures:
         updates = len(self.ends)
         span = self.ends[-1] - self.loaded if updates else 0
+        last = max((arrival for arrival in arrivals if arrival is not None), default=None)
         deciding = [done - begin for done, begin in zip(self.decided, self.begins, strict=False)][:updates]
         periods = [end - begin for end, begin in zip(self.ends, self.begins, strict=False)]
         spent = {"fpga": sum(deciding), "line": 0, "time_step": 0}
@@ -236,6 +251,8 @@ class _Run:
             completed=completed,
             updates=updates,
             span_ps=span,
+            robots_ps=steps * self.step_ps,
+            arrived_ps=None if last is None else self.begins[last] - self.loaded,
             time_step_ps=self.step_ps,
             decide=spread(deciding),
             period=spread(periods),

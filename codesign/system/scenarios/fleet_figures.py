@@ -52,9 +52,19 @@ class FleetFigures(_Model):
     completed: bool = Field(description="whether all robots stand at their targets")
     updates: int = Field(description="updates of all velocities that were done")
     span_ps: int = Field(description="from the begin of the first update to the end of the last")
+    robots_ps: int = Field(
+        description="time that passed for the robots, ps: of a fleet in real time the same as span_ps; a free-running"
+        " fleet simulates its robots, and takes them one time step on with every update"
+    )
+    arrived_ps: int | None = Field(
+        description="from the begin of the first update until the last robot that arrived had, ps, by the clock of"
+        " span_ps; None where none did"
+    )
     time_step_ps: int = Field(description="time step of the planner, ps")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
-    period: Spread | None = Field(description="from the begin of an update to that of the next")
+    period: Spread | None = Field(
+        description="from the begin of an update to its end, where the next one begins"
+    )
     updates_a_second: float = Field(description="that were done")
     reachable_a_second: float = Field(
         description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by"
@@ -64,7 +74,9 @@ class FleetFigures(_Model):
     shares: dict[Pacemaker, float] = Field(
         description="shares of the time: robots decided, waited for the line, waited for the time step"
     )
-    missed_updates: int = Field(description="that took longer than the time step")
+    missed_updates: int = Field(
+        description="that took longer to decide than the time step; in real time they act late"
+    )
     frames: Frames | None = Field(
         description="coordinates on their way to the display; None where there is none"
     )
