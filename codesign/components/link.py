@@ -14,6 +14,7 @@ import simpy
 from codesign.components.component import Component
 from codesign.components.line import Line, Message
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability
+from codesign.components.moment import checked_priority
 from codesign.errors import RunError, choose_hint
 from codesign.records import Listener, MessageRecord
 
@@ -58,8 +59,10 @@ class Link(Component):
     share one line (half duplex), or else each has its own (full duplex).
 
     A sender's messages arrive in the order in which they were asked for, the urgent ones first (a lower
-    ``priority``; nothing on the wire is broken off). A message that was lost or found damaged is sent again
-    after the timeout (stop and wait: later ones of its sender wait, others do not). Late messages may be overtaken.
+    ``priority``, of which 0 is the most urgent; nothing on the wire is broken off). Of messages that are asked for
+    in the same picosecond the most urgent goes first, whoever asks first. A message that was lost or found damaged
+    is sent again after the timeout (stop and wait: later ones of its sender wait, others do not). Late messages may
+    be overtaken.
 
     Outages. A message that would begin in an outage waits for its end, and is dropped at once where there is
     none. One that is on the wire when an outage begins is cut off there and counts as damaged, checksum or not.
@@ -116,7 +119,7 @@ class Link(Component):
         "abandoned", and goes on to the caller.
 
         Raises:
-            RunError: the message is empty, or its sender or receiver is no end of the link.
+            RunError: the message is empty, its sender or receiver is no end of the link, or its priority is below 0.
         """
         return (yield from self._carry(self._accept(sender, receiver, name, bits, priority)))
 
@@ -184,6 +187,7 @@ class Link(Component):
         for end in (sender, receiver):
             if self.between and end not in self.between:
                 raise RunError(f"{end!r} is no end of this link", self.name, choose_hint(end, self.between))
+        checked_priority(priority, self.name)
         luck = [] if self._luck is None else self._luck.draw()
         message = Message(self.sent, sender, receiver, name, bits, priority, self.now, luck, self.now)
         self.sent += 1
@@ -253,9 +257,17 @@ class Link(Component):
 
     def _cross(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
         """Process generator: one attempt, from the queue to the last bit; returns why it failed, or None."""
-        yield from line.wait_turn(message)
-        if not (yield from self._wait_up()):
-            return LINK_DOWN
+        while True:
+            yield from line.wait_turn(message)
+            granted = self.now
+            if not (yield from self._wait_up()):
+                return LINK_DOWN
+            if self.now == granted:
+                break
+            # The choice falls when a message can begin, not before: a more urgent one may have come meanwhile.
+            line.give_way(message)
+            if line.holder is message:
+                break
         self._begin(message)
         end = self._end(message)
         line.tell_change(message.sender)

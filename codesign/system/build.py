@@ -26,9 +26,9 @@ from codesign.task_graph import Flow
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity, Link
 
-PLANNING, CONTROL, SIDE = 10, 0, 20
+CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
-the tasks that nothing waits for."""
+the tasks that nothing waits for, also where all ask in the same picosecond (``components.moment``)."""
 
 
 class LostMessageError(CodesignError):
@@ -73,6 +73,8 @@ class Machine:
     def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
         import simpy
 
+        from codesign.components.moment import Turns
+
         self.system = system
         self.granularity = granularity
         self.environment = simpy.Environment()
@@ -89,7 +91,7 @@ class Machine:
         self.routes = Routes(system.platform)
         self.planner = self.by_name[system.component]
         self._turns = {
-            name: simpy.PriorityResource(self.environment, capacity=1)
+            name: Turns(self.environment, name)
             for name, spec in system.platform.components.items()
             if isinstance(spec, FpgaComponent)
         }
@@ -245,7 +247,7 @@ class Machine:
         self, name: str, steps: Generator[Step, None, Any], priority: int, ledger: Ledger
     ) -> Generator[Any, Any, Any]:
         fpga = self.by_name[name]
-        with self._turns[name].request(priority=priority) as turn:
+        with self._turns[name].turn(priority) as turn:
             yield turn
             while True:
                 busy = fpga.busy
@@ -255,7 +257,7 @@ class Machine:
                     ledger.book(Spent.COMPUTE, name, fpga.busy - busy)
                 if asked is None:
                     return made
-                yield from self._exchange(asked, ledger)
+                yield from self._exchange(asked, ledger, priority)
 
     def _on_processor(
         self, name: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger
@@ -295,7 +297,7 @@ class Machine:
             except StopIteration as done:
                 return done.value
             if isinstance(step, Exchange):
-                yield from self._exchange(step, ledger)
+                yield from self._exchange(step, ledger, priority)
                 continue
             begin, units = self.now, int(step.cycles.sum())
             if units:
@@ -309,14 +311,17 @@ class Machine:
             if record is not None and not (units and isinstance(record, TaskRecord)):
                 self.tell(record)
 
-    def _exchange(self, step: Exchange, ledger: Ledger) -> Generator[Any, Any, None]:
-        """The round trip of an ``Exchange``: a question, the other task, its answer."""
+    def _exchange(self, step: Exchange, ledger: Ledger, priority: int) -> Generator[Any, Any, None]:
+        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as who asks."""
         asker, task = self.system.planner.planning_task, step.to
         placement, system = self.system.placement, self.system
-        yield from self.carry(Flow(asker, task, f"{task} request", step.bits), ledger)
+        request = Flow(asker, task, f"{task} request", step.bits)
+        yield from self.carry(request, ledger, priority=priority)
         style = placement.styles[task]
-        yield from self.perform(task, style.steps(system.problem, system.planning, None, (0.0, 0.0)), ledger)
-        yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits), ledger)
+        steps = style.steps(system.problem, system.planning, None, (0.0, 0.0))
+        yield from self.perform(task, steps, ledger, priority=priority)
+        answer = Flow(task, asker, f"{task} answer", step.answer_bits)
+        yield from self.carry(answer, ledger, priority=priority)
 
     def _building_order(self, name: str) -> int:
         """What others stand beside comes first: FPGA, then memories, then displays."""
