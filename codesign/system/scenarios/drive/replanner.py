@@ -14,8 +14,8 @@ from codesign import maps
 from codesign.components import PreemptedError
 from codesign.errors import InputError, RunError
 from codesign.memo import Memo
-from codesign.planners.interface import Problem
-from codesign.records import TrajectoryRecord
+from codesign.planners.interface import POSE, Problem
+from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.system.build import LostMessageError, planner_code
 from codesign.system.chain import Answer, plan_chain
@@ -23,7 +23,7 @@ from codesign.system.ledger import Ledger
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.plan_once import tell_field
 from codesign.units import format_time
 
@@ -65,6 +65,7 @@ class Replanner:
         self._unseen: Sight | None = None
         self._pending: Request | None = None
         self._wake = machine.environment.event()
+        self._again = any(flow.name == POSE for flow in machine.system.placement.graph.flows)
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
         self.process = machine.environment.process(self._run())
 
@@ -113,9 +114,9 @@ class Replanner:
 
     def _blocked(self, active: ActivePlan) -> bool:
         """Whether anything believed blocked lies on what is left of the way."""
-        position = self.scene.robot.position
-        free = self.scene.belief.planning_free(self.scene.robot.cell)
-        return active.from_here(position, free).first_closed(free, 1) >= 0
+        known = self.scene.known
+        free = self.scene.belief.planning_free(known.cell)
+        return active.from_here(known.position, free).first_closed(free, 1) >= 0
 
     def _run(self) -> Generator[Any, Any, None]:
         while True:
@@ -137,6 +138,7 @@ class Replanner:
         scene, machine = self.scene, self.machine
         scene.advance()
         self._since = machine.now, scene.robot.moving
+        asked = machine.now, scene.known
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
@@ -163,11 +165,24 @@ class Replanner:
             self.ask_again()
             return
         try:
-            active = ActivePlan(answer, machine.system.planner, scene.robot.position)
+            active = self._active(answer, asked[1])
         except RunError as failed:
             self._cannot(request, failed.what)
             return
+        self._tell_plan(active, *asked)
         self._install(request, active)
+
+    def _active(self, answer: Answer, asked: Look) -> ActivePlan:
+        """The plan as task ``command`` knows it; ``asked``: the last look when it was asked for."""
+        look = self.scene.known if self._again else asked
+        planner, number = self.machine.system.planner, self.log.plans + 1
+        return ActivePlan(answer, planner, look.position, again=self._again, number=number)
+
+    def _tell_plan(self, active: ActivePlan, asked: int, look: Look) -> None:
+        machine, answer = self.machine, active.answer
+        if machine.listening:
+            times = {"asked": asked, "seen": look.at, "loaded": answer.loaded, "planned": answer.planned}
+            machine.tell(PlanRecord(machine.now, machine.system.component, active.number, **times))
 
     def settle(self) -> None:
         """Book the waiting for a plan under way up to now: when it stands, or when the mission ends without it."""
@@ -202,8 +217,7 @@ class Replanner:
     def _problem(self) -> Problem | str:
         """What is to be planned now, or why nothing can be."""
         system, scene = self.machine.system, self.scene
-        scene.advance()
-        here = scene.robot.cell
+        here = scene.known.cell
         goals = self.goals.goals()
         if not goals:
             return self.goals.none_left()
