@@ -52,7 +52,7 @@ class MessageRecord(Record):
 
     ``outcome``: "delivered" or "dropped"; one that was dropped says why in ``reason``, and ``end`` is when it was given
     up (``begin`` too, where it never was on the wire). ``bits``: what the sender gave, without framing and checksum.
-    ``attempts``: how often it was on the wire.
+    ``attempts``: how often it was on the wire. ``damaged``: it was delivered with wrong bits that nobody noticed.
     """
 
     sender: str
@@ -64,6 +64,7 @@ class MessageRecord(Record):
     outcome: str = "delivered"
     reason: str | None = None
     attempts: int = 1
+    damaged: bool = False
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ def test_the_variants_of_the_partition_study(variant: str) -> None:
 
 
 @settings(
-    max_examples=40,
+    max_examples=25,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
@@ -88,7 +88,7 @@ def test_drives_over_links_and_planners_of_any_speed(
     """Scans and commands that take from microseconds to longer than a period, plans as well, lost messages too."""
     draw = data.draw
     baud = draw(st.sampled_from([4800, 9600, 19_200, 115_200, 2_000_000]))
-    errors = {"bit_error_rate": 1e-5, "drop": 0.05, "retries": 1, "timeout": "3 ms"}
+    errors = {"bit_error_rate": 1e-4, "checksum_bits": 0, "drop": 0.05, "retries": 1, "timeout": "3 ms"}
     faults = errors | {"late": {"share": 0.1, "delay": "20 ms"}} if draw(st.booleans()) else None
     clock = draw(st.sampled_from(["50 kHz", "1 MHz", "50 MHz"]))
     platform = [

@@ -13,7 +13,7 @@ import simpy
 
 from codesign.components.component import Component
 from codesign.components.line import Line, Message
-from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability
+from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
 from codesign.components.moment import checked_priority
 from codesign.errors import RunError, choose_hint
 from codesign.records import Listener, MessageRecord
@@ -40,7 +40,8 @@ class Delivery:
     - ``attempts``: how often it was on the wire.
     - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since it was asked
       for: for the line, an edge, a timeout, the end of an outage, or a late arrival.
-    - ``damaged``: it was delivered with wrong bits that nobody noticed.
+    - ``damaged``: it was delivered with wrong bits that nobody noticed. ``wrong``: those of them that are the
+      message's own, from 0, in order; bits of its checksum and its frames are not among them.
     """
 
     time: int
@@ -50,6 +51,7 @@ class Delivery:
     queued: int
     transferred: int
     damaged: bool = False
+    wrong: tuple[int, ...] = ()
 
 
 class Link(Component):
@@ -72,7 +74,7 @@ class Link(Component):
     - ``sent``, ``delivered``, ``in_flight``: messages. ``dropped``: those given up, by reason.
     - ``bits``: delivered, without framing and checksum.
     - ``retransmissions``: attempts beyond the first of each message. ``late``: messages that came late.
-    - ``undetected``: messages delivered with wrong bits.
+    - ``undetected``: messages delivered with wrong bits; ``unnoticed``: the same by the messages' names.
     - ``queued``, ``transferred``: the sums over all messages that are delivered or dropped, ps.
 
     ``busy`` is the time in which at least one line had a message on it.
@@ -95,6 +97,7 @@ class Link(Component):
         self.sent = self.delivered = self.bits = self.retransmissions = self.undetected = self.late = 0
         self.queued = self.transferred = 0
         self.dropped: Counter[str] = Counter()
+        self.unnoticed: Counter[str] = Counter()
         self._shared = shared
         self._outages = Outages(outages)
         self._luck = Luck(self.errors, name) if self.errors.any else None
@@ -172,6 +175,12 @@ class Link(Component):
     def _missed(self, message: Message) -> float:  # noqa: ARG002  (a link with parity looks at it)
         """The probability that nobody notices, given that an attempt is damaged."""
         return 2.0**-self.errors.checksum_bits
+
+    def _wrong_bits(self, message: Message) -> tuple[int, ...]:
+        """Bits of the message that are wrong, where its last attempt is damaged and nobody notices."""
+        assert self._luck is not None, "damage is a matter of luck"
+        random = self._luck.of(message.number, message.attempts)
+        return wrong_bits(random, message.bits, self.errors.bit_error_rate)
 
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
         """Process generator: wait until the sender need not care any more: the end of the first attempt."""
@@ -311,7 +320,10 @@ class Link(Component):
         outcome = Outcome.DELIVERED if reason is None else Outcome.DROPPED
         queued = self.now - message.asked - message.transferred
         damaged = reason is None and self._arrived_damaged(message)
-        return Delivery(self.now, outcome, reason, message.attempts, queued, message.transferred, damaged)
+        wrong = self._wrong_bits(message) if damaged else ()
+        return Delivery(
+            self.now, outcome, reason, message.attempts, queued, message.transferred, damaged, wrong
+        )
 
     def _close(self, message: Message, reason: str | None) -> Delivery:
         """Book what became of a message, and tell it."""
@@ -323,6 +335,7 @@ class Link(Component):
             self.delivered += 1
             self.bits += message.bits
             self.undetected += delivery.damaged
+            self.unnoticed[message.name] += delivery.damaged
         else:
             self.dropped[reason] += 1
         if self.listening:
@@ -339,6 +352,7 @@ class Link(Component):
                     outcome=delivery.outcome.value,
                     reason=reason,
                     attempts=message.attempts,
+                    damaged=delivery.damaged,
                 )
             )
         return delivery

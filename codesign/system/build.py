@@ -20,19 +20,16 @@ from codesign.spec.components import (
 from codesign.system.assemble import display_of, link_of, memory_law, processor_of
 from codesign.system.bind import System
 from codesign.system.ledger import Ledger, Spent
-from codesign.system.routes import Hop, Routes
+from codesign.system.messages import Content, LostMessageError, Messages
+from codesign.system.routes import Routes
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity, Link
+    from codesign.components import BlockRam, ClockDomain, Component, Display, Granularity
 
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
 the tasks that nothing waits for, also where all ask in the same picosecond (``components.moment``)."""
-
-
-class LostMessageError(CodesignError):
-    """A message that no retransmission brought to its receiver."""
 
 
 @contextmanager
@@ -88,7 +85,7 @@ class Machine:
             name: link_of(self.environment, name, link, self._listeners)
             for name, link in system.platform.links.items()
         }
-        self.routes = Routes(system.platform)
+        self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
         self.planner = self.by_name[system.component]
         self._turns = {
             name: Turns(self.environment, name)
@@ -132,38 +129,24 @@ class Machine:
         return {phase: use.cycles for phase, use in self.planner.phases.items()}
 
     def carry(
-        self, flow: Flow, ledger: Ledger | None = None, *, bits: int | None = None, priority: int = CONTROL
-    ) -> Generator[Any, Any, None]:
+        self,
+        flow: Flow,
+        ledger: Ledger | None = None,
+        *,
+        bits: int | None = None,
+        priority: int = CONTROL,
+        content: Content | None = None,
+    ) -> Generator[Any, Any, Any]:
         """Process generator: a message between two tasks, over every link between their components.
 
-        ``bits``: its size, where it is not the flow's own. Tasks on one component exchange nothing.
+        ``bits``: its size, where it is not the flow's own. ``content``: what it carries; returned as the receiver reads
+        it. Tasks on one component exchange nothing.
 
         Raises:
             LostMessageError: a link gave it up; with the link and its reason.
         """
-        places = self.system.placement.places
-        origin, target = places[flow.sender], places[flow.receiver]
-        if origin == target:
-            return
         size = flow.bits if bits is None else bits
-        for hop in self.routes.between(origin, target):
-            if not hop.links:
-                continue
-            link = self.fastest(hop, size)
-            delivery = yield from link.send(hop.sender, hop.receiver, flow.name, size, priority)
-            if ledger is not None:
-                ledger.book(Spent.WAIT, link.name, delivery.queued)
-                ledger.book(Spent.TRANSFER, link.name, delivery.transferred)
-            if delivery.reason is not None:
-                raise LostMessageError(
-                    f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
-                    link.name,
-                )
-
-    def fastest(self, hop: Hop, bits: int) -> Link:
-        """Of links side by side the one that takes a message of ``bits`` bits the quickest; of equals the first."""
-        name = min(hop.links, key=lambda each: (self.links[each].duration(bits), each))
-        return self.links[name]
+        return (yield from self.messages.carry(flow, ledger, size, priority, content))
 
     def plan(
         self, steps: Generator[Step, None, Any], ledger: Ledger | None = None

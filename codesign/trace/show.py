@@ -138,6 +138,8 @@ def _tell_message(record: MessageRecord) -> _Told:
     details = f"{way}, {format_data(record.bits)}{queue}"
     if record.attempts > 1:
         details += f", {record.attempts} attempts"
+    if record.damaged:
+        details += ", damaged unnoticed"
     if record.outcome != "delivered":
         details += f", {printable(record.outcome, 40)}: {printable(record.reason or 'no reason', 120)}"
     return record.begin, record.end, f"message {record.name}", details

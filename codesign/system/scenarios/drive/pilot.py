@@ -12,15 +12,16 @@ from codesign.components.way import authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.records import CommandRecord
-from codesign.system.build import CONTROL, SIDE, LostMessageError
-from codesign.system.chain import CHANGE_BITS
+from codesign.system.build import CONTROL, SIDE
 from codesign.system.ledger import Ledger
+from codesign.system.messages import Content, LostMessageError
 from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SEEN, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.replanner import Replanner, Sight
 from codesign.system.scenarios.drive.scene import Look, Scene
+from codesign.system.sent_map import CHANGE_BITS
 from codesign.task_graph import Flow
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -109,7 +110,8 @@ class Pilot:
     def _turn(self, turn: Turn) -> Generator[Any, Any, None]:
         look = self.scene.look()
         self.machine.follow_up(SENSE)
-        yield from self._carry(turn, SENSE, LOAD)
+        read = yield from self._carry(turn, SENSE, LOAD, content=self.scene.sent(look))
+        look = read.look
         yield from self.machine.charge(LOAD, OCCUPANCY, look.scan.cells, turn.spent)
         update = self.scene.learn(look)
         self._unsent += len(update.changed)
@@ -129,7 +131,7 @@ class Pilot:
         self.machine.follow_up(COMMAND)
         if DISPLAY in self.machine.system.placement.places:
             self.machine.environment.process(self._show())
-        yield from self._carry(turn, COMMAND, MOVE)
+        command = yield from self._carry(turn, COMMAND, MOVE, content=command)
         self._tell_command(command, turn.plan, look, composed)
         self.scene.obey(command)
         turn.answered = True
@@ -188,7 +190,7 @@ class Pilot:
             closed = way.first_closed(belief.planning_free(look.cell), 1) >= 0
             why = "leads through or between obstacles" if closed else "was never seen to be free"
             self.log.stall = f"the next cell on the way from {look.cell} {why}"
-        return Command(way, end)
+        return Command(way, end, self.scene.resolution)
 
     def _tell_command(self, command: Command, plan: ActivePlan, look: Look, composed: int) -> None:
         machine = self.machine
@@ -206,12 +208,21 @@ class Pilot:
         self.machine.follow_up(DISPLAY)
 
     def _carry(
-        self, turn: Turn, sender: str, receiver: str, *, priority: int = CONTROL
-    ) -> Generator[Any, Any, None]:
-        """Process generator: what flows from one task to another in a turn."""
+        self,
+        turn: Turn,
+        sender: str,
+        receiver: str,
+        *,
+        priority: int = CONTROL,
+        content: Content | None = None,
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: what flows from one task to another in a turn; returns ``content`` as it is read."""
         for flow in self._graph.between(sender, receiver):
             bits = flow.bits + (CHANGE_BITS * self._unsent if flow.name == SEEN else 0)
-            yield from self.machine.carry(flow, turn.spent, bits=bits, priority=priority)
+            content = yield from self.machine.carry(
+                flow, turn.spent, bits=bits, priority=priority, content=content
+            )
+        return content
 
     def _reach(self) -> float:
         """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""

@@ -7,7 +7,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import simpy
 
 from codesign import maps
@@ -17,14 +16,16 @@ from codesign.memo import Memo
 from codesign.planners.interface import POSE, Problem
 from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
-from codesign.system.build import LostMessageError, planner_code
-from codesign.system.chain import Answer, plan_chain
+from codesign.system.build import planner_code
+from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.ledger import Ledger
+from codesign.system.messages import LostMessageError
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.plan_once import tell_field
+from codesign.system.sent_map import SentMap
 from codesign.units import format_time
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ class Replanner:
         self._since: tuple[int, int] | None = None
         self.no_way: Request | None = None
         self.refusal: str | None = None
-        self._sent: Problem | None = None
+        self._sent: dict[str, SentMap] = {}
         self._unseen: Sight | None = None
         self._pending: Request | None = None
         self._wake = machine.environment.event()
@@ -143,12 +144,12 @@ class Replanner:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
             # The request that broke this one off stands for both; what it was sent may be half a map.
-            self._sent = None
+            self._sent.clear()
             if self._pending is not None:
                 self._pending = Request(request.sight, self._pending.why, request.seen)
             return
-        except LostMessageError as lost:
-            self._sent = None
+        except (LostMessageError, MisreadMapError) as lost:
+            self._sent.clear()
             self._cannot(request, f"{lost.where}: {lost.what}")
             answer = None
         except (RunError, InputError) as failed:
@@ -200,8 +201,6 @@ class Replanner:
         if policy is ReplanPolicy.CONTINUE and self.active is not None:
             with planner_code(planner):
                 start = planner.start_of(self.active.answer.plan)
-        changed = None if self._sent is None else _changes(self._sent, problem)
-        self._sent = problem
         return (
             yield from plan_chain(
                 self.machine,
@@ -209,7 +208,7 @@ class Replanner:
                 memo=self._memo,
                 start=start,
                 warm=first or policy is ReplanPolicy.LOWER_BOUND,
-                changed=changed,
+                sent=self._sent,
                 preemptible=self.scene.scenario.replan.when_busy is WhenBusy.RESTART,
             )
         )
@@ -259,8 +258,3 @@ class Replanner:
         sight, self._unseen = self._unseen, None
         if sight is not None:
             self._look(sight)
-
-
-def _changes(before: Problem, after: Problem) -> int:
-    """Cells that differ between two problems: free or not, goal or not."""
-    return int(np.count_nonzero(before.free != after.free)) + len({*before.goals} ^ {*after.goals})

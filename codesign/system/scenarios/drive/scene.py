@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from codesign.components.command import Command
 from codesign.components.robot import PRESSING, Robot
-from codesign.components.sensor import NOTHING, Scan
+from codesign.components.sensor import NOTHING, Scan, Sensor
 from codesign.components.way import Point, cell_of
 from codesign.mission.belief import Belief, Update
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
@@ -22,6 +22,7 @@ from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.drive_faults import covered, kept_clear
+from codesign.system.messages import Wrong
 from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
@@ -49,6 +50,24 @@ class Look:
     def cell(self) -> Cell:
         """The cell in which the robot's middle was."""
         return cell_of(self.position)
+
+
+@dataclass(frozen=True, eq=False)
+class SentLook:
+    """A look on its way: ``look`` as it is read, the ``sensor``, and the true map when it was taken."""
+
+    look: Look
+    sensor: Sensor
+    free: NDArray[np.bool_]
+    wrong: frozenset[int] = frozenset()
+
+    def misread(self, wrong: Wrong) -> SentLook | None:
+        """With a scan of which these bits are wrong as well."""
+        bits = self.wrong ^ frozenset(wrong)
+        scan = self.sensor.misread(self.free, self.look.position, sorted(bits))
+        if scan.same_as(self.look.scan):
+            return None
+        return replace(self, look=replace(self.look, scan=scan), wrong=bits)
 
 
 class Scene:
@@ -99,7 +118,7 @@ class Scene:
             control_period=scenario.control_period,
             listeners=machine.listeners,
         )
-        self.sensor = sensor_of(spec.sensor, self.resolution)
+        self.sensor: Sensor = sensor_of(spec.sensor, self.resolution)
         self.clearances: list[float] = []
         self.known = Look(0, NOTHING, self.robot.position, 0.0)
         machine.by_name[name] = self.robot
@@ -150,6 +169,10 @@ class Scene:
             robot = self.robot
             speed = robot.speed * self.resolution
             self.machine.tell(PoseRecord(self.machine.now, robot.name, *robot.position, robot.heading, speed))
+
+    def sent(self, look: Look) -> SentLook:
+        """A look as the content of its message, in which bits may go wrong."""
+        return SentLook(look, self.sensor, self.world.free_now.copy())
 
     def learn(self, look: Look) -> Update:
         """Believe what was seen; what that changed."""
