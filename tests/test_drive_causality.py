@@ -76,7 +76,7 @@ def test_the_variants_of_the_partition_study(variant: str) -> None:
 
 
 @settings(
-    max_examples=25,
+    max_examples=20,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
