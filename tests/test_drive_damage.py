@@ -270,6 +270,17 @@ def test_a_link_without_a_checksum_does_not_improve_a_noisy_mission(tmp_path: Pa
     assert bare[2] > checked[2]
 
 
+def test_one_plan_is_judged_by_the_map_that_it_is_of(tmp_path: Path) -> None:
+    """Without a drive nothing is acted upon; the damage is said to be ignored."""
+    errors = {"bit_error_rate": 0.01, "checksum_bits": 0}
+    once = {"scenario": {"=": {"type": "plan_once"}}}
+    result = Ground(tmp_path).run(platform={"links": {"pci": {"errors": errors}}}, workload=once)
+    assert result.links is not None
+    use = result.links["pci"]
+    assert use.undetected == sum(use.ignored_damage.values()) > 0
+    assert result.quality is not None
+
+
 @pytest.mark.parametrize("granularity", ["run_ahead", "visit"])
 def test_damage_changes_what_is_acted_upon(tmp_path: Path, granularity: str) -> None:
     ground = Ground(tmp_path)

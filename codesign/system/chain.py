@@ -50,14 +50,15 @@ def plan_chain(
         memo: shares functional work.
         start: values to go on from.
         warm: have task ``lower_bound`` make the start, where it is mapped.
-        sent: by task, what it was sent of the map before, so that only the changes are sent; kept up. None: nothing.
+        sent: by task, what it was sent of the map before, so that only the changes are sent; kept up. None: the whole
+            map is sent, and damage to it that nobody notices is ignored: one plan is judged by the map it is of.
         preemptible: somebody may break it off, so that it must be computed in detail.
 
     Raises:
         LostMessageError: a message of it was lost.
         MisreadMapError: the map that the planner holds after damage is none that it can plan on.
     """
-    chain = _Chain(machine, problem, {} if sent is None else sent)
+    chain = _Chain(machine, problem, sent)
     planning = machine.system.planner.planning_task
     if warm and LOWER_BOUND in machine.system.placement.styles:
         start = yield from chain.make_start()
@@ -80,7 +81,7 @@ class _Chain:
     ``problem``: what is planned. The map is the one that was handed to the first link, as the planner read it.
     """
 
-    def __init__(self, machine: Machine, problem: Problem, sent: dict[str, SentMap]) -> None:
+    def __init__(self, machine: Machine, problem: Problem, sent: dict[str, SentMap] | None) -> None:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
         self._sent = sent
         system = machine.system
@@ -105,7 +106,7 @@ class _Chain:
 
         What ``lower_bound`` reads wrong is not simulated: a start above the answer would have no meaning.
         """
-        if not isinstance(self.problem, Problem):
+        if self._sent is None:
             yield from self.carry(LOAD, task)
             return
         held, plans = self._sent.setdefault(task, SentMap()), task != LOWER_BOUND
