@@ -52,7 +52,7 @@ class MessageRecord(Record):
 
     ``outcome``: "delivered" or "dropped"; one that was dropped says why in ``reason``, and ``end`` is when it was given
     up (``begin`` too, where it never was on the wire). ``bits``: what the sender gave, without framing and checksum.
-    ``attempts``: how often it was on the wire.
+    ``attempts``: how often it was on the wire. ``damaged``: it was delivered with wrong bits that nobody noticed.
     """
 
     sender: str
@@ -64,6 +64,7 @@ class MessageRecord(Record):
     outcome: str = "delivered"
     reason: str | None = None
     attempts: int = 1
+    damaged: bool = False
 
 
 @dataclass(frozen=True)
@@ -143,10 +144,46 @@ class ObstacleRecord(Record):
 
 @dataclass(frozen=True)
 class BeliefRecord(Record):
-    """What the robot learnt of the map: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each."""
+    """What the robot learnt of the map: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each.
+
+    ``seen``: when the scan was taken that showed it, ps; None in files that do not say.
+    """
 
     cells: NDArray[np.int32]
     blocked: NDArray[np.bool_]
+    seen: int | None = None
+
+
+@dataclass(frozen=True)
+class PlanRecord(Record):
+    """A plan of a drive that is ready at ``time``; ``source`` made it. All times in ps.
+
+    ``number``: counts the drive's plans from 1. ``asked``: when the map that it is made from was taken. ``seen``: when
+    the last scan in that map was taken. ``loaded``: when the map had reached the planner. ``planned``: when the plan
+    stood.
+    """
+
+    number: int
+    asked: int
+    seen: int
+    loaded: int
+    planned: int
+
+
+@dataclass(frozen=True)
+class CommandRecord(Record):
+    """A command that robot ``source`` takes up at ``time`` (ps), as it arrived.
+
+    ``plan``: the number of the plan that it follows. ``seen``: when the scan was taken that it is made from, ps.
+    ``composed``: when it was made and handed to the links, ps. ``points``: the way, float64 n × 2, (row, column) in
+    cells, from where the robot was at ``seen``. ``end``: the arc length of it, cells, at which the robot is to stand.
+    """
+
+    plan: int
+    seen: int
+    composed: int
+    points: NDArray[np.float64]
+    end: float
 
 
 @dataclass(frozen=True)

@@ -152,7 +152,9 @@ def test_it_emits_its_utilisation_last_and_its_times_are_integers(build: Build) 
     assert heard[-1] == component.utilisation()
     for record in heard:
         assert record.source == "unit"
-        assert all(type(getattr(record, field.name)) in (int, str, NoneType) for field in fields(record))
+        assert all(
+            type(getattr(record, field.name)) in (int, str, bool, NoneType) for field in fields(record)
+        )
         assert 0 <= record.time <= component.now
 
 

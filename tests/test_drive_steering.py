@@ -134,9 +134,10 @@ def test_a_robot_beyond_the_wave_has_lost_its_way() -> None:
     parameters = PropagateParameters(corner_cutting=False)
     answer = Answer(problem, PLANNER.plan(problem, parameters), 0, 0, 0, Ledger())
     # The wave stopped when it came to the start: behind it no potential tells the way.
-    close, far = (ActivePlan(answer, PLANNER, (2.0, column)) for column in (10.9, 11.7))
-    assert (close.lost, close.target, close.arrives) == (False, (2, 2), True)
-    assert (far.lost, far.way.length, far.arrives) == (True, 0.0, False)
+    places = (2.0, 10.9), (2.0, 11.7)
+    close, far = (ActivePlan(answer, PLANNER, place, again=True) for place in places)
+    assert (close.lost(places[0], free), close.target, close.arrives) == (False, (2, 2), True)
+    assert (far.lost(places[1], free), far.way.length, far.arrives) == (True, 0.0, False)
 
 
 @pytest.mark.parametrize("placement", ["breadth-first", "wavefront"])

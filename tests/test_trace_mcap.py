@@ -15,11 +15,13 @@ import pytest
 from codesign.errors import TraceError
 from codesign.records import (
     BeliefRecord,
+    CommandRecord,
     FieldRecord,
     MapRecord,
     MessageRecord,
     MissionRecord,
     ObstacleRecord,
+    PlanRecord,
     PoseRecord,
     PositionsRecord,
     Record,
@@ -69,11 +71,13 @@ def a_mission() -> list[Record]:
     way = np.array([[0.0, 0.0], [3.0, 0.25], [3.0, 5.0]])
     return [
         MapRecord(0, "map", free, np.array([[3, 5]], np.int32), 0.5),
-        BeliefRecord(0, "robot", np.array([[0, 0], [1, 1]], np.int32), np.array([False, True])),
+        BeliefRecord(0, "robot", np.array([[0, 0], [1, 1]], np.int32), np.array([False, True]), 0),
         MissionRecord(0, "robot", "plan_requested", "the first"),
         MessageRecord(10, "uart", "host", "fpga", "map", 24, 20, 2_000_000, "dropped", "link down", 3),
         FieldRecord(3_000_000, "fpga", "distance", "cells", field),
+        PlanRecord(3_000_000, "fpga", 1, 10, 0, 2_000_000, 2_500_000),
         TrajectoryRecord(3_000_000, "robot", way, True),
+        CommandRecord(4_000_000, "robot", 1, 0, 3_000_000, way, 2.5),
         MissionRecord(3_000_000, "robot", "plan_ready", "3 us"),
         PoseRecord(10**11, "robot", 1 / 3, 0.0, np.pi / 2, 0.5),
         ObstacleRecord(2 * 10**11, "world", cells, True),

@@ -154,8 +154,9 @@ def test_lines_of_a_mission_read_naturally(tmp_path: Path) -> None:
 def test_a_span_of_the_time_line_has_what_touches_it(tmp_path: Path) -> None:
     trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
     rows = timeline(trace, begin=2_000_000, end=3_000_000)
-    # The message began before, and had not ended.
-    assert [row.what for row in rows] == ["message map", "field distance", "trajectory", "plan ready"]
+    # The plan and the message began before, and had not ended.
+    told = ["plan 1", "message map", "field distance", "trajectory", "command", "plan ready"]
+    assert [row.what for row in rows] == told
     assert timeline(trace, begin=10**13) == []
 
 

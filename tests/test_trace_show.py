@@ -95,6 +95,7 @@ def test_the_docs_name_every_record_and_topic() -> None:
         "TaskRecord": "host",
         "PoseRecord": "robot",
         "BeliefRecord": "robot",
+        "CommandRecord": "robot",
         "PositionsRecord": "fleet",
         "ObstacleRecord": "map",
     }

@@ -58,6 +58,8 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
         "/uart/message": "codesign.MessageRecord",
         "/fpga/field": "codesign.FieldRecord",
         "/fpga/plan_grid": "foxglove.Grid",
+        "/fpga/plan": "codesign.PlanRecord",
+        "/robot/command": "codesign.CommandRecord",
         "/trajectory": "codesign.TrajectoryRecord",
         "/scene": "foxglove.SceneUpdate",
         "/robot/pose": "foxglove.PoseInFrame",
@@ -224,18 +226,18 @@ def test_what_lies_outside_of_the_map_is_not_shown(cells: list[list[int]]) -> No
 
 
 def test_a_drive_of_ten_minutes_stays_small(tmp_path: Path) -> None:
-    """256 × 256 cells, ten turns a second, each with eight records, a hundred replans of 400 points."""
+    """256 × 256 cells, ten turns a second, each with nine records, a hundred replans of 400 points."""
     rng = np.random.default_rng(1)
     free = rng.random((256, 256)) < 0.8
     path = tmp_path / "drive.mcap"
     with McapListener(path) as listener:
         for record in a_long_drive(rng, free):
             listener(record)
-    assert path.stat().st_size < 10_000_000
+    assert path.stat().st_size < 11_000_000
 
 
 def a_long_drive(rng: np.random.Generator, free: Any) -> Any:
-    from codesign.records import MessageRecord, TaskRecord
+    from codesign.records import CommandRecord, MessageRecord, TaskRecord
 
     yield MapRecord(0, "map", free, np.array([[200, 200]], np.int32), 0.1)
     position = np.array([100.0, 100.0])
@@ -250,6 +252,8 @@ def a_long_drive(rng: np.random.Generator, free: Any) -> Any:
         yield TaskRecord(now, "fpga", "decide", now + 12345 + turn, 99)
         seen = rng.integers(0, 256, (20, 2)).astype(np.int32)
         yield BeliefRecord(now, "robot", seen, free[tuple(seen.T)])
+        way = position + np.cumsum(rng.uniform(0, 1, (6, 2)), axis=0)
+        yield CommandRecord(now + 60_000, "robot", turn // 60 + 1, now, now + 50_000, way, 5.0)
         if turn % 2 == 0:
             yield ObstacleRecord(now, "world", seen[:4], turn % 4 == 0)
         if turn % 60 == 0:

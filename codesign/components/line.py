@@ -10,6 +10,8 @@ from typing import Any
 
 import simpy
 
+from codesign.components.moment import Chooser
+
 _KEY = attrgetter("key")
 
 
@@ -61,7 +63,8 @@ class Line:
     The messages of one sender go one after another, the urgent first (a lower ``priority``), then in the order
     in which they were asked for; a message that waits for its timeout keeps the later ones of its sender
     waiting (stop and wait), not those of others. Among senders the most urgent message is next, then that of
-    the sender who was ``served`` longest ago (where anybody says who was), then the oldest.
+    the sender who was ``served`` longest ago (where anybody says who was), then the oldest. The order in which messages
+    are asked for within a picosecond does not put a less urgent one first: see ``moment``.
     """
 
     def __init__(self, environment: simpy.Environment) -> None:
@@ -72,9 +75,10 @@ class Line:
         self._services = 0
         self._changed: dict[str, simpy.Event] = {}
         self._contender: simpy.Event | None = None
+        self._chooser = Chooser(environment, self._most_urgent, self._serve)
 
     def enter(self, message: Message) -> None:
-        """Queue a new message; an idle line is its own at once."""
+        """Queue a new message."""
         insort(self._queues.setdefault(message.sender, []), message, key=lambda queued: queued.key)
         self._settle()
 
@@ -152,15 +156,24 @@ class Line:
         """Give an idle line to the next message, or tell the holder that another one waits."""
         if self.holder is None:
             self._contender = None
-            heads = [queue[0] for queue in self._queues.values() if queue and queue[0].ready]
-            if heads:
-                self.holder = min(heads, key=self._rank if self._served else _KEY)
-                if self.holder.turn is not None:
-                    self.holder.turn.succeed()
-                    self.holder.turn = None
+            self._chooser.choose()
         elif self._contender is not None and self.contested(self.holder):
             self._contender.succeed()
             self._contender = None
+
+    def _heads(self) -> list[Message]:
+        return [queue[0] for queue in self._queues.values() if queue and queue[0].ready]
+
+    def _most_urgent(self) -> int | None:
+        return (
+            None if self.holder is not None else min((head.priority for head in self._heads()), default=None)
+        )
+
+    def _serve(self) -> None:
+        self.holder = min(self._heads(), key=self._rank if self._served else _KEY)
+        if self.holder.turn is not None:
+            self.holder.turn.succeed()
+            self.holder.turn = None
 
     def _rank(self, message: Message) -> tuple[int, int, int]:
         return message.priority, self._served.get(message.sender, 0), message.number

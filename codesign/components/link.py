@@ -13,7 +13,8 @@ import simpy
 
 from codesign.components.component import Component
 from codesign.components.line import Line, Message
-from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability
+from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
+from codesign.components.moment import checked_priority
 from codesign.errors import RunError, choose_hint
 from codesign.records import Listener, MessageRecord
 
@@ -39,7 +40,8 @@ class Delivery:
     - ``attempts``: how often it was on the wire.
     - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since it was asked
       for: for the line, an edge, a timeout, the end of an outage, or a late arrival.
-    - ``damaged``: it was delivered with wrong bits that nobody noticed.
+    - ``damaged``: it was delivered with wrong bits that nobody noticed. ``wrong``: those of them that are the
+      message's own, from 0, in order; bits of its checksum and its frames are not among them.
     """
 
     time: int
@@ -49,6 +51,7 @@ class Delivery:
     queued: int
     transferred: int
     damaged: bool = False
+    wrong: tuple[int, ...] = ()
 
 
 class Link(Component):
@@ -58,8 +61,10 @@ class Link(Component):
     share one line (half duplex), or else each has its own (full duplex).
 
     A sender's messages arrive in the order in which they were asked for, the urgent ones first (a lower
-    ``priority``; nothing on the wire is broken off). A message that was lost or found damaged is sent again
-    after the timeout (stop and wait: later ones of its sender wait, others do not). Late messages may be overtaken.
+    ``priority``, of which 0 is the most urgent; nothing on the wire is broken off). Of messages that are asked for
+    in the same picosecond the most urgent goes first, whoever asks first. A message that was lost or found damaged
+    is sent again after the timeout (stop and wait: later ones of its sender wait, others do not). Late messages may
+    be overtaken.
 
     Outages. A message that would begin in an outage waits for its end, and is dropped at once where there is
     none. One that is on the wire when an outage begins is cut off there and counts as damaged, checksum or not.
@@ -69,7 +74,7 @@ class Link(Component):
     - ``sent``, ``delivered``, ``in_flight``: messages. ``dropped``: those given up, by reason.
     - ``bits``: delivered, without framing and checksum.
     - ``retransmissions``: attempts beyond the first of each message. ``late``: messages that came late.
-    - ``undetected``: messages delivered with wrong bits.
+    - ``undetected``: messages delivered with wrong bits; ``unnoticed``: the same by the messages' names.
     - ``queued``, ``transferred``: the sums over all messages that are delivered or dropped, ps.
 
     ``busy`` is the time in which at least one line had a message on it.
@@ -92,6 +97,7 @@ class Link(Component):
         self.sent = self.delivered = self.bits = self.retransmissions = self.undetected = self.late = 0
         self.queued = self.transferred = 0
         self.dropped: Counter[str] = Counter()
+        self.unnoticed: Counter[str] = Counter()
         self._shared = shared
         self._outages = Outages(outages)
         self._luck = Luck(self.errors, name) if self.errors.any else None
@@ -116,7 +122,7 @@ class Link(Component):
         "abandoned", and goes on to the caller.
 
         Raises:
-            RunError: the message is empty, or its sender or receiver is no end of the link.
+            RunError: the message is empty, its sender or receiver is no end of the link, or its priority is below 0.
         """
         return (yield from self._carry(self._accept(sender, receiver, name, bits, priority)))
 
@@ -170,6 +176,12 @@ class Link(Component):
         """The probability that nobody notices, given that an attempt is damaged."""
         return 2.0**-self.errors.checksum_bits
 
+    def _wrong_bits(self, message: Message) -> tuple[int, ...]:
+        """Bits of the message that are wrong, where its last attempt is damaged and nobody notices."""
+        assert self._luck is not None, "damage is a matter of luck"
+        random = self._luck.of(message.number, message.attempts)
+        return wrong_bits(random, message.bits, self.errors.bit_error_rate)
+
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
         """Process generator: wait until the sender need not care any more: the end of the first attempt."""
         if not message.first_over:
@@ -184,6 +196,7 @@ class Link(Component):
         for end in (sender, receiver):
             if self.between and end not in self.between:
                 raise RunError(f"{end!r} is no end of this link", self.name, choose_hint(end, self.between))
+        checked_priority(priority, self.name)
         luck = [] if self._luck is None else self._luck.draw()
         message = Message(self.sent, sender, receiver, name, bits, priority, self.now, luck, self.now)
         self.sent += 1
@@ -253,9 +266,17 @@ class Link(Component):
 
     def _cross(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
         """Process generator: one attempt, from the queue to the last bit; returns why it failed, or None."""
-        yield from line.wait_turn(message)
-        if not (yield from self._wait_up()):
-            return LINK_DOWN
+        while True:
+            yield from line.wait_turn(message)
+            granted = self.now
+            if not (yield from self._wait_up()):
+                return LINK_DOWN
+            if self.now == granted:
+                break
+            # The choice falls when a message can begin, not before: a more urgent one may have come meanwhile.
+            line.give_way(message)
+            if line.holder is message:
+                break
         self._begin(message)
         end = self._end(message)
         line.tell_change(message.sender)
@@ -299,7 +320,10 @@ class Link(Component):
         outcome = Outcome.DELIVERED if reason is None else Outcome.DROPPED
         queued = self.now - message.asked - message.transferred
         damaged = reason is None and self._arrived_damaged(message)
-        return Delivery(self.now, outcome, reason, message.attempts, queued, message.transferred, damaged)
+        wrong = self._wrong_bits(message) if damaged else ()
+        return Delivery(
+            self.now, outcome, reason, message.attempts, queued, message.transferred, damaged, wrong
+        )
 
     def _close(self, message: Message, reason: str | None) -> Delivery:
         """Book what became of a message, and tell it."""
@@ -311,6 +335,7 @@ class Link(Component):
             self.delivered += 1
             self.bits += message.bits
             self.undetected += delivery.damaged
+            self.unnoticed[message.name] += delivery.damaged
         else:
             self.dropped[reason] += 1
         if self.listening:
@@ -327,6 +352,7 @@ class Link(Component):
                     outcome=delivery.outcome.value,
                     reason=reason,
                     attempts=message.attempts,
+                    damaged=delivery.damaged,
                 )
             )
         return delivery

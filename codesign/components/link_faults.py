@@ -99,12 +99,56 @@ class Luck:
 
     def __init__(self, errors: LinkErrors, link: str) -> None:
         self._shape = (errors.retries + 1, 4)
-        self._random = np.random.Generator(np.random.PCG64([errors.seed, zlib.crc32(link.encode())]))
+        self._stream = errors.seed, zlib.crc32(link.encode())
+        self._random = np.random.Generator(np.random.PCG64(self._stream))
 
     def draw(self) -> list[list[float]]:
         """One list of four numbers in [0, 1) for each attempt: lost, damaged, missed by the check, late."""
         drawn: list[list[float]] = self._random.random(self._shape).tolist()
         return drawn
+
+    def of(self, message: int, attempt: int) -> np.random.Generator:
+        """A stream for one attempt of the message of that number: what is drawn from it moves no other message."""
+        return np.random.Generator(np.random.PCG64((*self._stream, message, attempt)))
+
+
+def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) -> tuple[int, ...]:
+    """Which of ``bits`` bits arrive wrong, given that at least one does: each at ``bit_error_rate``, independently.
+
+    From one wrong bit to the next it is a geometrically distributed step; the first falls within the message.
+    """
+    if bit_error_rate >= 1:
+        return tuple(range(bits))
+    found = []
+    share = random.random() * damage_probability(bits, bit_error_rate)
+    place = min(int(math.log1p(-share) / math.log1p(-bit_error_rate)), bits - 1)
+    while place < bits:
+        found.append(place)
+        place += int(random.geometric(bit_error_rate))
+    return tuple(found)
+
+
+def wrong_behind_parity(
+    random: np.random.Generator, frames: int, frame_bits: int, bit_error_rate: float
+) -> tuple[tuple[int, int], ...]:
+    """Which (frame, bit of it) arrive wrong, given that some do and that parity notices none.
+
+    In every frame an even number of its ``frame_bits`` bits, parity included, is then wrong.
+    """
+    counts = np.arange(0, frame_bits + 1, 2)
+    weights = np.array([math.comb(frame_bits, int(count)) for count in counts], float)
+    if bit_error_rate >= 1:
+        weights[:-1] = 0.0
+    else:
+        weights *= (bit_error_rate / (1 - bit_error_rate)) ** counts
+    weights /= weights.sum()
+    harmed = 1.0 - weights[0] if bit_error_rate >= 1 else float(weights[1:].sum())
+    found: list[tuple[int, int]] = []
+    for frame in wrong_bits(random, frames, harmed) if harmed else ():
+        count = int(random.choice(counts[1:], p=weights[1:] / weights[1:].sum()))
+        places = sorted(random.choice(frame_bits, count, replace=False).tolist())
+        found += [(frame, place) for place in places]
+    return tuple(found)
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,14 @@ circle, so the robot's heading does not matter. A range of 0 sees nothing.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import Point, cell_of
+from codesign.components.way import NEAR, Point, cell_of
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 
@@ -35,6 +36,9 @@ CORNER = 1e-9
 STRAIGHT = 1e-12
 """A component of a unit vector below this is the rounding of a 0."""
 
+NOTHING_SEEN = (1 << int(BITS_A_RAY.value)) - 1
+"""The word of a ray that met no obstacle within range: assumed. Any other is a range in millimetres."""
+
 
 @dataclass(frozen=True, eq=False)
 class Scan:
@@ -48,6 +52,10 @@ class Scan:
         """How many cells were seen."""
         return len(self.free) + len(self.blocked)
 
+    def same_as(self, other: Scan) -> bool:
+        """Whether both saw the same."""
+        return np.array_equal(self.free, other.free) and np.array_equal(self.blocked, other.blocked)
+
 
 NOTHING = Scan(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 """A scan that saw nothing."""
@@ -60,12 +68,15 @@ class RaySensor:
     Each sees the cells that it passes, up to and including the first blocked one. It never sees through a wall, and not
     between two blocked cells that touch at a corner only.
 
+    ``metres``: a cell; only what is read of damaged scans depends on it.
+
     Raises:
         InputError: a range below 0 or not finite, or no ray.
     """
 
     range_cells: float
     rays: int
+    metres: float = 1.0
 
     def __post_init__(self) -> None:
         _check_range(self.range_cells)
@@ -99,6 +110,62 @@ class RaySensor:
 
         y, x = position
         return Scan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
+
+    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> Scan:
+        """What is read of that scan where these bits of its message are wrong.
+
+        Each ray is a word, the lowest bit first: see ``NOTHING_SEEN``. The cells up to the range that is read count as
+        free, and the one there as blocked; what one ray shows blocked, no other shows free.
+        """
+        if self.range_cells == 0.0:
+            return NOTHING
+        from codesign.components import sensor_kernels
+
+        width = int(BITS_A_RAY.value)
+        masks: dict[int, int] = {}
+        for bit in wrong:
+            masks[bit // width] = masks.get(bit // width, 0) ^ (1 << bit % width)
+        right = np.ones(self.rays, np.bool_)
+        right[list(masks)] = False
+        y, x = position
+        sound = Scan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions[right]))
+        seen, blocked = [sound.free], [sound.blocked]
+        for ray, mask in masks.items():
+            read = self._word(free, position, ray) ^ mask
+            some = self._read(free.shape, position, ray, read)
+            seen.append(some.free)
+            blocked.append(some.blocked)
+        closed = {(int(row), int(column)) for row, column in np.concatenate(blocked)}
+        opened = {(int(row), int(column)) for row, column in np.concatenate(seen)} - closed
+        return Scan(_raster(opened), _raster(closed))
+
+    def _word(self, free: NDArray[np.bool_], position: Point, ray: int) -> int:
+        """What the ray measures: millimetres to the border of the first blocked cell."""
+        from codesign.components import sensor_kernels
+
+        direction = self.directions[ray : ray + 1]
+        met = sensor_kernels.cast(free, *position, self.range_cells, direction)[1]
+        if not len(met):
+            return NOTHING_SEEN
+        along = np.where(direction == 0.0, np.inf, direction)
+        entries = ((met - 0.5 * np.sign(direction) - position) / along).max(axis=1)
+        measured = round(max(float(entries.min()), 0.0) * self.metres * 1000.0)
+        return min(measured, NOTHING_SEEN - 1)
+
+    def _read(self, shape: tuple[int, ...], position: Point, ray: int, word: int) -> Scan:
+        """The cells along a ray of which ``word`` was read."""
+        from codesign.components import sensor_kernels
+
+        cells = word / (1000.0 * self.metres)
+        met = word != NOTHING_SEEN and cells <= self.range_cells
+        reach = cells if met else self.range_cells
+        direction = self.directions[ray]
+        passed = sensor_kernels.cast(np.ones(shape, np.bool_), *position, reach, direction[None])[0]
+        if not met:
+            return Scan(passed, NOTHING.blocked)
+        there = np.array(cell_of(np.array(position) + (reach + NEAR) * direction), np.int64)
+        inside = bool(((there >= 0) & (there < shape)).all())
+        return Scan(passed[(passed != there).any(axis=1)], there[None] if inside else NOTHING.blocked)
 
 
 @dataclass(frozen=True)
@@ -142,22 +209,48 @@ class RadiusSensor:
         window = free[corner[0] : corner[0] + within.shape[0], corner[1] : corner[1] + within.shape[1]]
         return Scan(np.argwhere(within & window) + corner, np.argwhere(within & ~window) + corner)
 
+    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> Scan:
+        """What is read of that scan where these bits of its message are wrong: each says the contrary of its cell."""
+        scan = self.scan(free, position)
+        if self.range_cells == 0.0:
+            return scan
+        corner, within = _disc(position, self.range_cells, None)
+        cells = np.argwhere(within) + corner
+        turned = {
+            (int(row), int(column)) for row, column in cells[[bit for bit in wrong if bit < len(cells)]]
+        }
+        opened, closed = (
+            {(int(row), int(column)) for row, column in some} for some in (scan.free, scan.blocked)
+        )
+        return Scan(
+            _raster((opened - turned) | (closed & turned)), _raster((closed - turned) | (opened & turned))
+        )
+
 
 Sensor = RaySensor | RadiusSensor
 
 
-def _disc(middle: Point, reach: float, shape: tuple[int, ...]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _disc(
+    middle: Point, reach: float, shape: tuple[int, ...] | None
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The part of a disc that lies on a map of ``shape``: its first row and column, and the cells within, bool.
 
     A cell is within where (row - y)² + (column - x)² ≤ reach². Time and memory grow with the map, not with the disc.
+    With None for ``shape`` it is the whole disc, and they grow with that.
     """
-    spans = [
-        np.arange(max(math.ceil(at - reach), 0), min(math.floor(at + reach), side - 1) + 1)
-        for at, side in zip(middle, shape, strict=True)
-    ]
+    spans = []
+    for axis, at in enumerate(middle):
+        first, last = math.ceil(at - reach), math.floor(at + reach)
+        if shape is not None:
+            first, last = max(first, 0), min(last, shape[axis] - 1)
+        spans.append(np.arange(first, last + 1))
     rows, columns = spans
     within = (rows[:, None] - middle[0]) ** 2 + (columns - middle[1]) ** 2 <= reach * reach
     return np.array([span[0] if span.size else 0 for span in spans]), within
+
+
+def _raster(cells: set[tuple[int, int]]) -> Cells:
+    return np.array(sorted(cells), np.int64).reshape(-1, 2)
 
 
 def _check_range(cells: float) -> None:

@@ -11,7 +11,7 @@ import simpy
 
 from codesign.components.line import Line, Message
 from codesign.components.link import Link
-from codesign.components.link_faults import LinkErrors, damage_probability, parity_miss
+from codesign.components.link_faults import LinkErrors, damage_probability, parity_miss, wrong_behind_parity
 from codesign.errors import InputError
 from codesign.records import Listener
 from codesign.units import PICOSECONDS_PER_SECOND
@@ -147,6 +147,17 @@ class Serial(Link):
             return super()._missed(message)
         frames = self.frames(message.bits)
         return super()._missed(message) * parity_miss(frames, self._word_bits, self.errors.bit_error_rate)
+
+    def _wrong_bits(self, message: Message) -> tuple[int, ...]:
+        if self.parity is Parity.NONE:
+            return super()._wrong_bits(message)
+        assert self._luck is not None, "damage is a matter of luck"
+        random = self._luck.of(message.number, message.attempts)
+        frames = self.frames(message.bits)
+        wrong = wrong_behind_parity(random, frames, self._word_bits, self.errors.bit_error_rate)
+        # The last bit of a frame is its parity; behind the message stand its checksum, and what fills the last frame.
+        own = (frame * self.data_bits + place for frame, place in wrong if place < self.data_bits)
+        return tuple(bit for bit in own if bit < message.bits)
 
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
         line = self._line(message.sender)

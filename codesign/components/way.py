@@ -118,6 +118,32 @@ class Way:
             way_kernels.first_closed(cells, grid, is_open, first, len(cells) if last is None else last)
         )
 
+    def head(self, length: float) -> Way:
+        """The first ``length`` cells of the way, all of it where it is shorter."""
+        if self.length <= length:
+            return self
+        kept = self.points[self.arcs < length]
+        return Way(np.concatenate((kept, np.array([self.point_at(length)]))))
+
+    def closest(self, position: Point) -> tuple[float, float]:
+        """The arc length at the point of the way that is closest to ``position``, and how far off that is, cells.
+
+        Of equally close points the last.
+        """
+        arcs, distances = self.feet(position)
+        index = len(distances) - 1 - int(np.argmin(distances[::-1]))
+        return float(arcs[index]), float(distances[index])
+
+    def feet(self, position: Point) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Of each segment the arc length at the point closest to ``position``, and how far off that is, cells."""
+        if self.arcs.size == 1:
+            return self.arcs, np.array([_distance(self.points[0], position)])
+        base, moved = self.points[:-1], np.diff(self.points, axis=0)
+        share = np.clip((((position - base) * moved).sum(axis=1)) / (moved**2).sum(axis=1), 0.0, 1.0)
+        feet = base + share[:, None] * moved
+        distances = np.sqrt(((feet - position) ** 2).sum(axis=1))
+        return self.arcs[:-1] + share * np.diff(self.arcs), distances
+
     def cut(self, start: float) -> Way:
         """What is left of the way from arc ``start`` on."""
         if start <= 0.0:
@@ -168,11 +194,7 @@ def join(
     if way.arcs.size == 1:
         target = way.points[0]
         return way if _distance(target, position) <= NEAR else Way([position, target])
-    base, moved = way.points[:-1], np.diff(way.points, axis=0)
-    share = np.clip((((position - base) * moved).sum(axis=1)) / (moved**2).sum(axis=1), 0.0, 1.0)
-    feet = base + share[:, None] * moved
-    distances = np.sqrt(((feet - position) ** 2).sum(axis=1))
-    arcs = way.arcs[:-1] + share * np.diff(way.arcs)
+    arcs, distances = way.feet(position)
     # Of equally close points the latest: a way that comes by twice is not driven twice.
     order = np.lexsort((-arcs, distances))
     closest = int(order[0])
@@ -181,13 +203,24 @@ def join(
         # A vertex so near ahead that the robot's being off the way would bend the way to it is passed over.
         return _from(way, position, float(arcs[closest]) + max(10.0 * off, SAME))
     ahead = _from(way, position, min(float(arcs[closest]) + lookahead, way.length), keep=True)
-    if _clear(ahead, passable):
+    if starts_clear(ahead, passable):
         return ahead
     for index in order[:CANDIDATES]:
         candidate = _from(way, position, float(arcs[index]), keep=True)
-        if _clear(candidate, passable):
+        if starts_clear(candidate, passable):
             return candidate
     return _from(way, position, float(arcs[closest]), keep=True)
+
+
+def go_on(way: Way, position: Point, passable: NDArray[np.bool_]) -> Way:
+    """The way of a robot that drives along ``way`` already and strayed a little from it: straight to its next vertex.
+
+    Vertices that are nearer than ten times the distance to the way are passed over, as the way would bend there for
+    nothing else than the robot's being beside it. Where a closed cell is between, the robot joins as a new one does.
+    """
+    arc, off = way.closest(position)
+    straight = _from(way, position, arc + min(max(10.0 * off, SAME), 1.0))
+    return straight if starts_clear(straight, passable) else join(way, position, passable)
 
 
 def _from(way: Way, position: Point, arc: float, *, keep: bool = False) -> Way:
@@ -199,7 +232,8 @@ def _from(way: Way, position: Point, arc: float, *, keep: bool = False) -> Way:
     return Way(np.concatenate((*points, later)))
 
 
-def _clear(way: Way, passable: NDArray[np.bool_] | None) -> bool:
+def starts_clear(way: Way, passable: NDArray[np.bool_] | None) -> bool:
+    """Whether the first segment of a way leads through open cells only. ``passable``: as for ``join``."""
     if passable is None:
         return True
     first = Way(way.points[:2])

@@ -230,6 +230,12 @@ def links_table(links: Mapping[str, LinkUse]) -> Table:
         for name, use in links.items()
         for reason, count in use.dropped.items()
     )
+    reasons += tuple(
+        f"{name}: {plural(count, 'damaged message')} {message!r} taken for what was sent: what wrong bits in it do is"
+        " not simulated, or they mean nothing"
+        for name, use in links.items()
+        for message, count in use.ignored_damage.items()
+    )
     columns = (
         *left("link"),
         *right(

@@ -182,4 +182,4 @@ def sensor_of(spec: Sensor, resolution: float) -> Any:
     from codesign.components.sensor import RaySensor as Rays
 
     reach = float(spec.range.value) / resolution
-    return Rays(reach, spec.rays) if isinstance(spec, RaySensor) else Radius(reach)
+    return Rays(reach, spec.rays, resolution) if isinstance(spec, RaySensor) else Radius(reach)

@@ -18,21 +18,18 @@ from codesign.spec.components import (
 from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
 from codesign.system.ledger import Ledger, Spent
+from codesign.system.messages import Content, LostMessageError, Messages
 from codesign.system.progress import ProgressOfMission
 from codesign.system.refusals import building_order, refused
-from codesign.system.routes import Hop, Routes
+from codesign.system.routes import Routes
 from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
-    from codesign.components import BlockRam, ClockDomain, Component, Granularity, Link
+    from codesign.components import BlockRam, ClockDomain, Component, Granularity
 
-PLANNING, CONTROL, SIDE = 10, 0, 20
+CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
-the tasks that nothing waits for."""
-
-
-class LostMessageError(CodesignError):
-    """A message that no retransmission brought to its receiver."""
+the tasks that nothing waits for, also where all ask in the same picosecond (``components.moment``)."""
 
 
 @contextmanager
@@ -79,6 +76,8 @@ class Machine:
         """
         import simpy
 
+        from codesign.components.moment import Turns
+
         self.system = system
         self.granularity = granularity
         self.environment = simpy.Environment()
@@ -97,10 +96,10 @@ class Machine:
             name: link_of(self.environment, name, link, self._listeners)
             for name, link in system.platform.links.items()
         }
-        self.routes = Routes(system.platform)
+        self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
         self.planner = self.by_name[system.component]
         self._turns = {
-            name: simpy.PriorityResource(self.environment, capacity=1)
+            name: Turns(self.environment, name)
             for name, spec in system.platform.components.items()
             if isinstance(spec, FpgaComponent)
         }
@@ -141,38 +140,24 @@ class Machine:
         return {phase: use.cycles for phase, use in self.planner.phases.items()}
 
     def carry(
-        self, flow: Flow, ledger: Ledger | None = None, *, bits: int | None = None, priority: int = CONTROL
-    ) -> Generator[Any, Any, None]:
+        self,
+        flow: Flow,
+        ledger: Ledger | None = None,
+        *,
+        bits: int | None = None,
+        priority: int = CONTROL,
+        content: Content | None = None,
+    ) -> Generator[Any, Any, Any]:
         """Process generator: a message between two tasks, over every link between their components.
 
-        ``bits``: its size, where it is not the flow's own. Tasks on one component exchange nothing.
+        ``bits``: its size, where it is not the flow's own. ``content``: what it carries; returned as the receiver reads
+        it. Tasks on one component exchange nothing.
 
         Raises:
             LostMessageError: a link gave it up; with the link and its reason.
         """
-        places = self.system.placement.places
-        origin, target = places[flow.sender], places[flow.receiver]
-        if origin == target:
-            return
         size = flow.bits if bits is None else bits
-        for hop in self.routes.between(origin, target):
-            if not hop.links:
-                continue
-            link = self.fastest(hop, size)
-            delivery = yield from link.send(hop.sender, hop.receiver, flow.name, size, priority)
-            if ledger is not None:
-                ledger.book(Spent.WAIT, link.name, delivery.queued)
-                ledger.book(Spent.TRANSFER, link.name, delivery.transferred)
-            if delivery.reason is not None:
-                raise LostMessageError(
-                    f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
-                    link.name,
-                )
-
-    def fastest(self, hop: Hop, bits: int) -> Link:
-        """Of links side by side the one that takes a message of ``bits`` bits the quickest; of equals the first."""
-        name = min(hop.links, key=lambda each: (self.links[each].duration(bits), each))
-        return self.links[name]
+        return (yield from self.messages.carry(flow, ledger, size, priority, content))
 
     def plan(
         self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
@@ -256,7 +241,7 @@ class Machine:
         self, name: str, steps: Generator[Step, None, Any], priority: int, ledger: Ledger
     ) -> Generator[Any, Any, Any]:
         fpga = self.by_name[name]
-        with self._turns[name].request(priority=priority) as turn:
+        with self._turns[name].turn(priority) as turn:
             yield turn
             while True:
                 busy = fpga.busy
@@ -266,7 +251,7 @@ class Machine:
                     ledger.book(Spent.COMPUTE, name, fpga.busy - busy)
                 if asked is None:
                     return made
-                yield from self._exchange(asked, ledger)
+                yield from self._exchange(asked, ledger, priority)
 
     def _on_processor(
         self, name: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger
@@ -306,7 +291,7 @@ class Machine:
             except StopIteration as done:
                 return done.value
             if isinstance(step, Exchange):
-                yield from self._exchange(step, ledger)
+                yield from self._exchange(step, ledger, priority)
                 continue
             begin, units = self.now, int(step.cycles.sum())
             if units:
@@ -320,14 +305,17 @@ class Machine:
             if record is not None and not (units and isinstance(record, TaskRecord)):
                 self.tell(record)
 
-    def _exchange(self, step: Exchange, ledger: Ledger) -> Generator[Any, Any, None]:
-        """The round trip of an ``Exchange``: a question, the other task, its answer."""
+    def _exchange(self, step: Exchange, ledger: Ledger, priority: int) -> Generator[Any, Any, None]:
+        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as who asks."""
         asker, task = self.system.planner.planning_task, step.to
         placement, system = self.system.placement, self.system
-        yield from self.carry(Flow(asker, task, f"{task} request", step.bits), ledger)
+        request = Flow(asker, task, f"{task} request", step.bits)
+        yield from self.carry(request, ledger, priority=priority)
         style = placement.styles[task]
-        yield from self.perform(task, style.steps(system.problem, system.planning, None, (0.0, 0.0)), ledger)
-        yield from self.carry(Flow(task, asker, f"{task} answer", step.answer_bits), ledger)
+        steps = style.steps(system.problem, system.planning, None, (0.0, 0.0))
+        yield from self.perform(task, steps, ledger, priority=priority)
+        answer = Flow(task, asker, f"{task} answer", step.answer_bits)
+        yield from self.carry(answer, ledger, priority=priority)
 
     def _component(self, name: str) -> Any:
         from codesign.components import ClockDomain, Fpga

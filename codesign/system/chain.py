@@ -6,18 +6,18 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from codesign import maps
+from codesign.errors import CodesignError
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
-from codesign.system.build import PLANNING
+from codesign.system.build import PLANNING, planner_code
 from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
+from codesign.system.sent_map import SentMap
 from codesign.task_graph import Flow, TaskGraph
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine
-
-CHANGE_BITS = 34
-"""One changed cell: row and column, 16 bits each, and what it became, 2 bits. Assumed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ def plan_chain(
     memo: Memo | None,
     start: Any = None,
     warm: bool = True,
-    changed: int | None = None,
+    sent: dict[str, SentMap] | None = None,
     preemptible: bool = False,
 ) -> Generator[Any, Any, Answer]:
     """Process generator: make one plan.
@@ -50,31 +50,40 @@ def plan_chain(
         memo: shares functional work.
         start: values to go on from.
         warm: have task ``lower_bound`` make the start, where it is mapped.
-        changed: cells that changed since the planner was last sent the map; None sends the whole map.
+        sent: by task, what it was sent of the map before, so that only the changes are sent; kept up. None: the whole
+            map is sent, and damage to it that nobody notices is ignored: one plan is judged by the map it is of.
         preemptible: somebody may break it off, so that it must be computed in detail.
 
     Raises:
         LostMessageError: a message of it was lost.
+        MisreadMapError: the map that the planner holds after damage is none that it can plan on.
     """
-    chain = _Chain(machine, problem, changed)
+    chain = _Chain(machine, problem, sent)
     planning = machine.system.planner.planning_task
     if warm and LOWER_BOUND in machine.system.placement.styles:
         start = yield from chain.make_start()
-    yield from chain.carry(LOAD, planning)
+    yield from chain.load(planning)
     loaded = machine.now
     plan = yield from chain.make_plan(start, memo, detail=machine.listening or preemptible)
     planned = machine.now
     machine.follow_up(planning)
     yield from chain.tell(plan)
-    return Answer(problem, plan, loaded, planned, machine.now, chain.ledger)
+    return Answer(chain.problem, plan, loaded, planned, machine.now, chain.ledger)
+
+
+class MisreadMapError(CodesignError):
+    """A map that a planner cannot plan on, as bits of it arrived wrong."""
 
 
 class _Chain:
-    """One plan under way: its messages, and what they and the tasks took, in ``ledger``."""
+    """One plan under way: its messages, and what they and the tasks took, in ``ledger``.
 
-    def __init__(self, machine: Machine, problem: Problem, changed: int | None) -> None:
+    ``problem``: what is planned. The map is the one that was handed to the first link, as the planner read it.
+    """
+
+    def __init__(self, machine: Machine, problem: Problem, sent: dict[str, SentMap] | None) -> None:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
-        self._changed = changed
+        self._sent = sent
         system = machine.system
         self._flows = self._done_here(system.planner.flows(problem, system.planning))
 
@@ -87,13 +96,52 @@ class _Chain:
         )
 
     def carry(self, sender: str, receiver: str) -> Generator[Any, Any, None]:
-        """Process generator: every message of one plan between two tasks; of the map, what is not known there yet."""
+        """Process generator: every message of one plan between two tasks, the map to the planner aside."""
         for flow in self._flows.between(sender, receiver):
             if flow.name != POSE:
-                bits = flow.bits
-                if sender == LOAD and self._changed is not None:
-                    bits = min(bits, max(1, self._changed) * CHANGE_BITS)
-                yield from self.machine.carry(flow, self.ledger, bits=bits, priority=PLANNING)
+                yield from self.machine.carry(flow, self.ledger, priority=PLANNING)
+
+    def load(self, task: str) -> Generator[Any, Any, None]:
+        """Process generator: the map to a task: what it does not hold yet.
+
+        What ``lower_bound`` reads wrong is not simulated: a start above the answer would have no meaning.
+        """
+        if self._sent is None:
+            yield from self.carry(LOAD, task)
+            return
+        held, plans = self._sent.setdefault(task, SentMap()), task != LOWER_BOUND
+        for flow in self._flows.between(LOAD, task):
+            if flow.name != POSE:
+                message = held.message(self.problem, flow.bits)
+                content, bits = message if plans else None, message.bits
+                read = yield from self.machine.carry(
+                    flow, self.ledger, bits=bits, priority=PLANNING, content=content
+                )
+                if plans:
+                    self._take(held.take(read, self.problem))
+
+    def _take(self, held: Problem) -> None:
+        """Plan on the map that the planner holds.
+
+        Raises:
+            MisreadMapError: it is none that a plan can be made of.
+        """
+        if held is self.problem:
+            return
+        system, (start, *_) = self.machine.system, held.starts
+        if not maps.reachable(held.free, held.goals)[start]:
+            raise MisreadMapError(
+                f"the map that the planner read wrong has no way from {start} to a goal",
+                system.planner.planning_task,
+            )
+        with planner_code(system.planner):
+            wrong = system.planner.check(held, system.planning)
+        if wrong is not None:
+            raise MisreadMapError(
+                f"of the map that the planner read wrong: {wrong[0]}: {wrong[1]}",
+                system.planner.planning_task,
+            )
+        self.problem = held
 
     def _perform(self, task: str, plan: Any) -> Generator[Any, Any, Any]:
         """Process generator: a task that is done by itself; returns what it makes."""
@@ -104,7 +152,7 @@ class _Chain:
 
     def make_start(self) -> Generator[Any, Any, Any]:
         """Process generator: the start that task ``lower_bound`` makes, brought to the planning task."""
-        yield from self.carry(LOAD, LOWER_BOUND)
+        yield from self.load(LOWER_BOUND)
         start = yield from self._perform(LOWER_BOUND, None)
         self.machine.follow_up(LOWER_BOUND)
         yield from self.carry(LOWER_BOUND, self.machine.system.planner.planning_task)

@@ -25,6 +25,11 @@ class LinkUse(_Model):
     in_flight: int = Field(description="messages under way or waiting at the end")
     retransmissions: int = Field(description="times that a message was sent again")
     undetected: int = Field(description="messages delivered damaged, which no checksum noticed")
+    ignored_damage: dict[str, int] = Field(
+        default={},
+        description="by message: those of them that were taken for what was sent, as the simulation does not know what"
+        " their bits mean, or as the wrong ones mean nothing",
+    )
     late: int = Field(description="messages that came later than the line takes, as its errors declare")
     bits: int = Field(description="bits delivered, without framing and checksums")
     utilisation: float = Field(description="share of the time in which something was on the wire")

@@ -136,7 +136,10 @@ def use_fields(machine: Machine, power: Power | None, others: Sequence[Component
             component.name: component.busy / max(machine.now, 1)
             for component in machine.components
         },
-        "links": {name: link_use(link, machine.now) for name, link in machine.links.items()},
+        "links": {
+            name: link_use(link, machine.now, machine.messages.ignored(name))
+            for name, link in machine.links.items()
+        },
         "displays": {
             name: display_use(machine.by_name[name])
             for name, spec in machine.system.platform.components.items()
@@ -150,8 +153,8 @@ def display_use(display: Display) -> DisplayUse:
     return DisplayUse(frames=display.frames, starved_words=display.starved, port_share=display.port_share)
 
 
-def link_use(link: Any, now: int) -> LinkUse:
-    """The account of a link's messages."""
+def link_use(link: Any, now: int, ignored: dict[str, int]) -> LinkUse:
+    """The account of a link's messages; ``ignored``: damage that did no harm, by message."""
     return LinkUse(
         sent=link.sent,
         delivered=link.delivered,
@@ -159,6 +162,7 @@ def link_use(link: Any, now: int) -> LinkUse:
         in_flight=link.in_flight,
         retransmissions=link.retransmissions,
         undetected=link.undetected,
+        ignored_damage=ignored,
         late=link.late,
         bits=link.bits,
         utilisation=link.busy / max(now, 1),

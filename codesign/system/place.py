@@ -22,6 +22,10 @@ SENSE, MOVE, DISPLAY, DETECT = "sense", "move", "display", "detect"
 COMMAND_BITS = 96
 """How far to go on which way at most how fast, three words of 32 bits: assumed."""
 
+SEEN, SEEN_BITS = "seen", 96
+"""The flow from who keeps the map to who commands: where the robot was, and how fast, three words of 32 bits (assumed),
+and every cell that changed since the last one that arrived."""
+
 FRAME_BITS = 64
 """A robot's position to be drawn, two words of 32 bits: assumed."""
 
@@ -168,6 +172,8 @@ def _flows(
     if SENSE in places:
         flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
         flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
+        if places[LOAD] != places[COMMAND]:
+            flows.append(Flow(LOAD, COMMAND, SEEN, SEEN_BITS))
     if DISPLAY in places and MOVE in places:
         flows.append(Flow(COMMAND, DISPLAY, "frame", FRAME_BITS))
     elif DISPLAY in places:

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from codesign.errors import TraceError, printable
 from codesign.records import (
     BeliefRecord,
+    CommandRecord,
     FieldRecord,
     MapRecord,
     MessageRecord,
     MissionRecord,
     ObstacleRecord,
+    PlanRecord,
     PoseRecord,
     PositionsRecord,
     Record,
@@ -136,6 +138,8 @@ def _tell_message(record: MessageRecord) -> _Told:
     details = f"{way}, {format_data(record.bits)}{queue}"
     if record.attempts > 1:
         details += f", {record.attempts} attempts"
+    if record.damaged:
+        details += ", damaged unnoticed"
     if record.outcome != "delivered":
         details += f", {printable(record.outcome, 40)}: {printable(record.reason or 'no reason', 120)}"
     return record.begin, record.end, f"message {record.name}", details
@@ -186,6 +190,16 @@ def _tell_belief(record: BeliefRecord) -> _Told:
     return record.time, record.time, "belief", details
 
 
+def _tell_plan(record: PlanRecord) -> _Told:
+    seen = f"of what was seen by {format_time(record.seen)}"
+    return record.asked, record.time, f"plan {record.number}", seen
+
+
+def _tell_command(record: CommandRecord) -> _Told:
+    details = f"plan {record.plan}, seen at {format_time(record.seen)}, to drive {record.end:.4g} cells"
+    return record.composed, record.time, "command", details
+
+
 def _tell_mission(record: MissionRecord) -> _Told:
     return record.time, record.time, record.event.replace("_", " "), printable(record.text, 200)
 
@@ -220,6 +234,8 @@ _TELLERS: dict[type[Record], Callable[[Any], _Told]] = {
     PositionsRecord: _tell_positions,
     ObstacleRecord: _tell_obstacle,
     BeliefRecord: _tell_belief,
+    PlanRecord: _tell_plan,
+    CommandRecord: _tell_command,
     MissionRecord: _tell_mission,
     UtilisationRecord: _tell_utilisation,
     SummaryRecord: _tell_summary,

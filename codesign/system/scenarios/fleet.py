@@ -36,7 +36,7 @@ from codesign.planners.velocity_obstacle.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.quality import arrival_updates
 from codesign.spec.scenario import Fleet
-from codesign.system.build import LostMessageError
+from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY
 from codesign.system.scenarios.fleet_figures import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.system.scenarios.fleet_trace import FleetTrace

@@ -30,8 +30,8 @@ class FrameSender:
         self._name = flows[0].name
         # Where a display hangs on the pins of another component, no link is between them.
         self._hops = [
-            (machine.fastest(hop, self.bits), hop.sender, hop.receiver)
-            for hop in machine.routes.between(system.component, system.placement.places[receiver])
+            (machine.messages.fastest(hop, self.bits), hop.sender, hop.receiver)
+            for hop in machine.messages.routes.between(system.component, system.placement.places[receiver])
             if hop.links
         ]
         self.line_ps = max((link.duration(self.bits) for link, _, _ in self._hops), default=0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import Way, join
+from codesign.components.way import Way, join, starts_clear
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer
 
@@ -16,17 +16,28 @@ OFF_WAY = 1.0
 
 
 class ActivePlan:
-    """The plan that the robot follows, and the way it makes from where the robot was."""
+    """The plan that the robot follows, and the way it makes of it.
 
-    def __init__(self, answer: Answer, planner: Any, position: tuple[float, float]) -> None:
-        self.answer = answer
-        self._planner = planner
+    Args:
+        answer: the plan.
+        planner: whose it is.
+        position: from where its way leads.
+        again: whether a decision is asked for at every turn (``planners.interface.POSE``). The plan is then asked for
+            another way where the robot was seen off this one. Without, the answer was sent once, and nothing but
+            this way of the plan is known here.
+        number: which plan of the drive it is, from 1.
+    """
+
+    def __init__(
+        self, answer: Answer, planner: Any, position: tuple[float, float], *, again: bool, number: int = 1
+    ) -> None:
+        self.answer, self.number = answer, number
+        self._planner, self._again = planner, again
         self.way, self.arrives = self._make(position)
 
-    def from_here(self, position: tuple[float, float], passable: Any) -> Way:
-        """The way from ``position``; made anew by the same plan where the robot is off it."""
-        points = self.way.points
-        if _distance_to(points, position) > OFF_WAY:
+    def from_here(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> Way:
+        """The way from ``position``; made anew by the same plan where the robot is off it and it can be asked."""
+        if self._again and self.way.closest(position)[1] > OFF_WAY:
             self.way, self.arrives = self._make(position)
         return join(self.way, position, passable)
 
@@ -36,9 +47,11 @@ class ActivePlan:
         row, column = self.way.points[-1]
         return round(float(row)), round(float(column))
 
-    @property
-    def lost(self) -> bool:
-        """Whether the plan knows no way from where the robot was, which is elsewhere than where it was planned from."""
+    def lost(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> bool:
+        """Whether the plan knows no way from ``position``, which is elsewhere than where it was planned from."""
+        if not self._again:
+            off = self.way.closest(position)[1] > OFF_WAY
+            return off and not starts_clear(join(self.way, position, passable), passable)
         return not self.arrives and self.way.length == 0.0 and self.target != self.answer.problem.starts[0]
 
     def _make(self, position: tuple[float, float]) -> tuple[Way, bool]:
@@ -48,7 +61,7 @@ class ActivePlan:
         if not arrives and len(points) == 1:
             row, column = problem.starts[0]
             begun = self._ask((float(row), float(column)))
-            if _distance_to(begun[0], position) <= OFF_WAY:
+            if Way(begun[0]).closest(position)[1] <= OFF_WAY:
                 points, arrives = begun
         return Way(around_corners(points, problem.free)), arrives
 
@@ -91,13 +104,3 @@ def around_corners(points: NDArray[np.float64], free: NDArray[np.bool_]) -> NDAr
                 made.append(np.array((next_row, column) if by_row else (row, next_column), np.float64))
         made.append(points[index + 1])
     return np.array(made)
-
-
-def _distance_to(points: Any, position: tuple[float, float]) -> float:
-    """Distance from a position to a polyline, float64 n × 2."""
-    if len(points) == 1:
-        return float(np.hypot(*(points[0] - position)))
-    base, moved = points[:-1], np.diff(points, axis=0)
-    length = np.maximum((moved**2).sum(axis=1), 1e-300)
-    share = np.clip(((np.asarray(position) - base) * moved).sum(axis=1) / length, 0.0, 1.0)
-    return float(np.hypot(*(base + share[:, None] * moved - position).T).min())

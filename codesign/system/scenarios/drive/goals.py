@@ -33,7 +33,7 @@ class Goals(ABC):
 
     @abstractmethod
     def arrived(self) -> bool:
-        """Whether the robot is where it was to go; it goes on from there."""
+        """Whether the robot was last seen where it was to go; it goes on from there."""
 
     @abstractmethod
     def obsolete(self, target: Cell) -> bool:
@@ -74,10 +74,10 @@ class Tour(Goals):
         return f"goal {named} is taken by an obstacle{near}"
 
     def arrived(self) -> bool:
-        """Whether the robot is at a goal of the leg under way; the last one it has to stand at. Goes on if so."""
-        robot = self._scene.robot
+        """Whether the robot was last seen at a goal of the leg under way, standing at the last. Goes on if so."""
+        known = self._scene.known
         last = self.done == len(self._legs) - 1
-        if robot.cell not in self._legs[self.done] or (last and robot.speed > 0):
+        if known.cell not in self._legs[self.done] or (last and known.speed > 0):
             return False
         self.done += 1
         return True
@@ -104,7 +104,7 @@ class Exploration(Goals):
 
     def goals(self) -> list[Cell]:
         """The frontier cells that can be reached, the robot's own cell left out."""
-        here = self._scene.robot.cell
+        here = self._scene.known.cell
         return [goal for goal in self._frontiers.goals(here) if goal != here]
 
     def none_left(self) -> str:
@@ -113,13 +113,13 @@ class Exploration(Goals):
 
     def arrived(self) -> bool:
         """Whether the robot looked from a frontier cell that it stands in."""
-        robot = self._scene.robot
-        if robot.speed > 0 or not self._frontiers.mask(robot.cell)[robot.cell]:
+        known = self._scene.known
+        if known.speed > 0 or not self._frontiers.mask(known.cell)[known.cell]:
             return False
-        self._frontiers.looked(robot.cell)
+        self._frontiers.looked(known.cell)
         self.done += 1
         return True
 
     def obsolete(self, target: Cell) -> bool:
         """Whether what lies beyond ``target`` was seen meanwhile."""
-        return not self._frontiers.mask(self._scene.robot.cell)[target]
+        return not self._frontiers.mask(self._scene.known.cell)[target]

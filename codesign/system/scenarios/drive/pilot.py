@@ -6,20 +6,22 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from codesign.architectures.interface import Step
-from codesign.components.way import Way, authority
+from codesign.components.command import Command
+from codesign.components.way import authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
-from codesign.system.build import SIDE, LostMessageError
+from codesign.records import CommandRecord
+from codesign.system.build import CONTROL, SIDE
 from codesign.system.ledger import Ledger
-from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SENSE
+from codesign.system.messages import Content, LostMessageError
+from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SEEN, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.replanner import Replanner, Sight
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.system.scenarios.drive.scene import Look, Scene
+from codesign.system.sent_map import CHANGE_BITS
 from codesign.task_graph import Flow
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -41,10 +43,12 @@ STANDS = 1e-3
 class Turn:
     """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it.
 
-    ``lost``: a message of it was. ``spent``: where its time went.
+    ``lost``: a message of it was. ``spent``: where its time went. ``plan``: the plan by which it decides and commands,
+    the one that was there when it asked.
     """
 
     begin: int
+    plan: ActivePlan | None = None
     answered: bool = False
     lost: bool = False
     spent: Ledger = field(default_factory=Ledger)
@@ -57,12 +61,13 @@ class Pilot:
         self.machine, self.scene, self.goals = machine, scene, goals
         self.replanner, self.log = replanner, log
         graph, planner = machine.system.placement.graph, machine.system.planner
-        self._flows = {(flow.sender, flow.receiver): flow for flow in graph.flows}
+        self._graph = graph
         self._pose = next((flow for flow in graph.flows if flow.name == POSE), None)
         self._steps: tuple[ActivePlan, list[Step]] | None = None
         horizon = planner.horizon(machine.system.planning) if hasattr(planner, "horizon") else None
         self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
+        self._unsent = 0
         self.turn: Turn | None = None
 
     def run(self) -> Generator[Any, Any, None]:
@@ -103,48 +108,53 @@ class Pilot:
             self.log.tell("safety_stop", text)
 
     def _turn(self, turn: Turn) -> Generator[Any, Any, None]:
-        scan = self.scene.look()
+        look = self.scene.look()
         self.machine.follow_up(SENSE)
-        yield from self._carry(turn, SENSE, LOAD)
-        yield from self.machine.charge(LOAD, OCCUPANCY, scan.cells, turn.spent)
-        self._judge(self.scene.learn(scan), Sight(turn.begin, turn.spent.copy()))
+        read = yield from self._carry(turn, SENSE, LOAD, content=self.scene.sent(look))
+        look = read.look
+        yield from self.machine.charge(LOAD, OCCUPANCY, look.scan.cells, turn.spent)
+        update = self.scene.learn(look)
+        self._unsent += len(update.changed)
+        self._judge(update, Sight(turn.begin, turn.spent.copy()))
         self.machine.follow_up(LOAD)
-        if self.replanner.active is None or self.log.ended is not None:
+        turn.plan = self.replanner.active
+        if turn.plan is None or self.log.ended is not None:
             turn.answered = True
             return
         if self._pose is not None:
-            yield from self._decide(turn, self._pose)
-        if (LOAD, COMMAND) in self._flows:
-            yield from self._carry(turn, LOAD, COMMAND)
+            yield from self._decide(turn, turn.plan, look, self._pose)
+        yield from self._carry(turn, LOAD, COMMAND)
+        self._unsent = 0
         yield from self.machine.charge(COMMAND, FOLLOWING, 1, turn.spent)
+        command = self._command(turn.plan, look)
+        composed = self.machine.now
         self.machine.follow_up(COMMAND)
-        yield from self._carry(turn, COMMAND, MOVE)
-        self._command()
+        if DISPLAY in self.machine.system.placement.places:
+            self.machine.environment.process(self._show())
+        command = yield from self._carry(turn, COMMAND, MOVE, content=command)
+        self._tell_command(command, turn.plan, look, composed)
+        self.scene.obey(command)
         turn.answered = True
         self.machine.follow_up(MOVE)
-        if (COMMAND, DISPLAY) in self._flows:
-            self.machine.environment.process(self._show())
 
-    def _decide(self, turn: Turn, pose: Flow) -> Generator[Any, Any, None]:
-        """Ask for the decision at the robot's pose, wherever it is made."""
-        placement, active = self.machine.system.placement, self.replanner.active
-        assert active is not None, "the caller looks"
+    def _decide(self, turn: Turn, plan: ActivePlan, look: Look, pose: Flow) -> Generator[Any, Any, None]:
+        """Ask for the decision where the robot was seen, wherever it is made."""
+        placement = self.machine.system.placement
         yield from self.machine.carry(pose, turn.spent)
         task = pose.receiver
         if task in placement.styles:
-            steps = self._decision_steps(task, active)
+            steps = self._decision_steps(task, plan, look)
             yield from self.machine.perform(task, steps, turn.spent)
             self.machine.follow_up(task)
         yield from self._carry(turn, task, COMMAND)
 
-    def _decision_steps(self, task: str, active: ActivePlan) -> Generator[Step, None, None]:
+    def _decision_steps(self, task: str, active: ActivePlan, look: Look) -> Generator[Step, None, None]:
         """The steps of a decision. One of a plan costs what the next one does, so they are worked out once a plan."""
         if self._steps is None or self._steps[0] is not active:
             system = self.machine.system
             style = system.placement.styles[task]
-            position = self.scene.robot.position
             answer, ask = active.answer, getattr(style, "again", style.steps)
-            steps = [*ask(answer.problem, system.planning, answer.plan, position)]
+            steps = [*ask(answer.problem, system.planning, answer.plan, look.position)]
             self._steps = active, steps
         yield from self._steps[1]
 
@@ -157,42 +167,62 @@ class Pilot:
                 replanner.request(sight, "the first plan", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
-            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.robot.cell}")
+            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.known.cell}")
             if not self.goals.end_if_over(self.log):
                 replanner.request(sight, "the next goal", seen=False)
-        elif active is not None and active.lost and not replanner.busy:
+        elif active is not None and self._is_lost(active) and not replanner.busy:
             replanner.request(sight, "the robot has left the way", seen=False)
         elif update:
             replanner.learnt(sight)
 
-    def _command(self) -> None:
-        """What reaches the robot: the way, and how far it may go on it."""
-        scene, active = self.scene, self.replanner.active
-        assert active is not None, "a plan is not taken back"
-        scene.advance()
-        robot = scene.robot
-        free = scene.belief.known_free(robot.cell)
-        way = _head(active.from_here(robot.position, free), self._lookahead)
+    def _is_lost(self, active: ActivePlan) -> bool:
+        """Whether the robot was seen where the plan knows no way."""
+        known = self.scene.known
+        return active.lost(known.position, self.scene.belief.planning_free(known.cell))
+
+    def _command(self, plan: ActivePlan, look: Look) -> Command:
+        """What the robot is told, by what is known when it is composed: the way from where it was seen, and how far."""
+        belief = self.scene.belief
+        free = belief.known_free(look.cell)
+        way = plan.from_here(look.position, free).head(self._lookahead)
         end = authority(way, free)
-        robot.command(self.machine.now, way, end)
         if end < STANDS and way.length > STANDS:
-            closed = way.first_closed(scene.belief.planning_free(robot.cell), 1) >= 0
+            closed = way.first_closed(belief.planning_free(look.cell), 1) >= 0
             why = "leads through or between obstacles" if closed else "was never seen to be free"
-            self.log.stall = f"the next cell on the way from {robot.cell} {why}"
+            self.log.stall = f"the next cell on the way from {look.cell} {why}"
+        return Command(way, end, self.scene.resolution)
+
+    def _tell_command(self, command: Command, plan: ActivePlan, look: Look, composed: int) -> None:
+        machine = self.machine
+        if machine.listening:
+            name, sent = self.scene.robot.name, (plan.number, look.at, composed)
+            machine.tell(CommandRecord(machine.now, name, *sent, command.way.points, command.end))
 
     def _show(self) -> Generator[Any, Any, None]:
-        """Process generator: the robot's place goes to the display; nothing waits for it."""
+        """Process generator: where the robot was seen goes to the display; nothing waits for it."""
         try:
-            yield from self._carry(Turn(self.machine.now), COMMAND, DISPLAY)
+            yield from self._carry(Turn(self.machine.now), COMMAND, DISPLAY, priority=SIDE)
         except LostMessageError:
             return
         yield from self.machine.charge(DISPLAY, RENDER_KERNEL, 1, priority=SIDE)
         self.machine.follow_up(DISPLAY)
 
-    def _carry(self, turn: Turn, sender: str, receiver: str) -> Generator[Any, Any, None]:
-        flow: Flow | None = self._flows.get((sender, receiver))
-        if flow is not None:
-            yield from self.machine.carry(flow, turn.spent)
+    def _carry(
+        self,
+        turn: Turn,
+        sender: str,
+        receiver: str,
+        *,
+        priority: int = CONTROL,
+        content: Content | None = None,
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: what flows from one task to another in a turn; returns ``content`` as it is read."""
+        for flow in self._graph.between(sender, receiver):
+            bits = flow.bits + (CHANGE_BITS * self._unsent if flow.name == SEEN else 0)
+            content = yield from self.machine.carry(
+                flow, turn.spent, bits=bits, priority=priority, content=content
+            )
+        return content
 
     def _reach(self) -> float:
         """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""
@@ -202,11 +232,3 @@ class Pilot:
         seconds = (scene.scenario.control_period + scene.scenario.deadline) / PICOSECONDS_PER_SECOND
         braking = speed**2 / (2 * kinematics.acceleration) if hasattr(kinematics, "acceleration") else 0.0
         return float(speed * seconds + braking + SPARE_CELLS)
-
-
-def _head(way: Way, length: float) -> Way:
-    """The first ``length`` cells of a way."""
-    if way.length <= length:
-        return way
-    kept = way.points[way.arcs < length]
-    return Way(np.concatenate((kept, np.array([way.point_at(length)]))))

@@ -7,23 +7,24 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import simpy
 
 from codesign.components import PreemptedError
 from codesign.errors import InputError, RunError
 from codesign.memo import Memo
-from codesign.planners.interface import Problem
-from codesign.records import TrajectoryRecord
+from codesign.planners.interface import POSE, Problem
+from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
-from codesign.system.build import LostMessageError, planner_code
-from codesign.system.chain import Answer, plan_chain
+from codesign.system.build import planner_code
+from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.ledger import Ledger
+from codesign.system.messages import LostMessageError
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.plan_once import tell_field
+from codesign.system.sent_map import SentMap
 from codesign.units import format_time
 
 if TYPE_CHECKING:
@@ -60,10 +61,11 @@ class Replanner:
         self._since: tuple[int, int] | None = None
         self.no_way: Request | None = None
         self.refusal: str | None = None
-        self._sent: Problem | None = None
+        self._sent: dict[str, SentMap] = {}
         self._unseen: Sight | None = None
         self._pending: Request | None = None
         self._wake = machine.environment.event()
+        self._again = any(flow.name == POSE for flow in machine.system.placement.graph.flows)
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
         self.process = machine.environment.process(self._run())
 
@@ -112,9 +114,9 @@ class Replanner:
 
     def _blocked(self, active: ActivePlan) -> bool:
         """Whether anything believed blocked lies on what is left of the way."""
-        position = self.scene.robot.position
-        free = self.scene.belief.planning_free(self.scene.robot.cell)
-        return active.from_here(position, free).first_closed(free, 1) >= 0
+        known = self.scene.known
+        free = self.scene.belief.planning_free(known.cell)
+        return active.from_here(known.position, free).first_closed(free, 1) >= 0
 
     def _run(self) -> Generator[Any, Any, None]:
         while True:
@@ -136,17 +138,18 @@ class Replanner:
         scene, machine = self.scene, self.machine
         scene.advance()
         self._since = machine.now, scene.robot.moving
+        asked = machine.now, scene.known
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
             # The request that broke this one off stands for both; what it was sent may be half a map.
-            self._sent = None
+            self._sent.clear()
             self.log.progress = machine.now
             if self._pending is not None:
                 self._pending = Request(request.sight, self._pending.why, request.seen)
             return
-        except LostMessageError as lost:
-            self._sent = None
+        except (LostMessageError, MisreadMapError) as lost:
+            self._sent.clear()
             self._cannot(request, f"{lost.where}: {lost.what}")
             answer = None
         except (RunError, InputError) as failed:
@@ -163,11 +166,24 @@ class Replanner:
             return
         self.log.progress = machine.now
         try:
-            active = ActivePlan(answer, machine.system.planner, scene.robot.position)
+            active = self._active(answer, asked[1])
         except RunError as failed:
             self._cannot(request, failed.what)
             return
+        self._tell_plan(active, *asked)
         self._install(request, active)
+
+    def _active(self, answer: Answer, asked: Look) -> ActivePlan:
+        """The plan as task ``command`` knows it; ``asked``: the last look when it was asked for."""
+        look = self.scene.known if self._again else asked
+        planner, number = self.machine.system.planner, self.log.plans + 1
+        return ActivePlan(answer, planner, look.position, again=self._again, number=number)
+
+    def _tell_plan(self, active: ActivePlan, asked: int, look: Look) -> None:
+        machine, answer = self.machine, active.answer
+        if machine.listening:
+            times = {"asked": asked, "seen": look.at, "loaded": answer.loaded, "planned": answer.planned}
+            machine.tell(PlanRecord(machine.now, machine.system.component, active.number, **times))
 
     def settle(self) -> None:
         """Book the waiting for a plan under way up to now: when it stands, or when the mission ends without it."""
@@ -185,8 +201,6 @@ class Replanner:
         if policy is ReplanPolicy.CONTINUE and self.active is not None:
             with planner_code(planner):
                 start = planner.start_of(self.active.answer.plan)
-        changed = None if self._sent is None else _changes(self._sent, problem)
-        self._sent = problem
         return (
             yield from plan_chain(
                 self.machine,
@@ -194,7 +208,7 @@ class Replanner:
                 memo=self._memo,
                 start=start,
                 warm=first or policy is ReplanPolicy.LOWER_BOUND,
-                changed=changed,
+                sent=self._sent,
                 preemptible=self.scene.scenario.replan.when_busy is WhenBusy.RESTART,
             )
         )
@@ -202,8 +216,7 @@ class Replanner:
     def _problem(self) -> Problem | str:
         """What is to be planned now, or why nothing can be."""
         system, scene = self.machine.system, self.scene
-        scene.advance()
-        here = scene.robot.cell
+        here = scene.known.cell
         goals = self.goals.goals()
         if not goals:
             return self.goals.none_left()
@@ -245,8 +258,3 @@ class Replanner:
         sight, self._unseen = self._unseen, None
         if sight is not None:
             self._look(sight)
-
-
-def _changes(before: Problem, after: Problem) -> int:
-    """Cells that differ between two problems: free or not, goal or not."""
-    return int(np.count_nonzero(before.free != after.free)) + len({*before.goals} ^ {*after.goals})

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.components.command import Command
 from codesign.components.robot import PRESSING, Robot
+from codesign.components.sensor import NOTHING, Scan, Sensor
+from codesign.components.way import Point, cell_of
 from codesign.mission.belief import Belief, Update
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.mission.world import World
@@ -18,6 +22,7 @@ from codesign.spec.components import RobotComponent
 from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.drive_faults import covered, kept_clear, moving_of
+from codesign.system.messages import Wrong
 from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
@@ -29,8 +34,47 @@ _WINDOW = 24
 """Cells around the robot in which the nearest obstacle is looked for."""
 
 
+@dataclass(frozen=True, eq=False)
+class Look:
+    """A look around, as its message carries it: the ``scan``, and where the robot was.
+
+    ``at``: when it was taken, ps. ``position`` (row, column) in cells, ``speed`` in cells a second: the robot's then.
+    """
+
+    at: int
+    scan: Scan
+    position: Point
+    speed: float
+
+    @property
+    def cell(self) -> Cell:
+        """The cell in which the robot's middle was."""
+        return cell_of(self.position)
+
+
+@dataclass(frozen=True, eq=False)
+class SentLook:
+    """A look on its way: ``look`` as it is read, the ``sensor``, and the true map when it was taken."""
+
+    look: Look
+    sensor: Sensor
+    free: NDArray[np.bool_]
+    wrong: frozenset[int] = frozenset()
+
+    def misread(self, wrong: Wrong) -> SentLook | None:
+        """With a scan of which these bits are wrong as well."""
+        bits = self.wrong ^ frozenset(wrong)
+        scan = self.sensor.misread(self.free, self.look.position, sorted(bits))
+        if scan.same_as(self.look.scan):
+            return None
+        return replace(self, look=replace(self.look, scan=scan), wrong=bits)
+
+
 class Scene:
     """The true map over time, the robot, and its belief.
+
+    ``known``: the latest look that reached the map on board. What keeps the map, plans and commands knows the robot's
+    place by it alone; where the robot is now, only the robot itself and those who draw up the figures know.
 
     ``world_at_start``: bool, rows × columns, cells that the robot's middle may not enter at the start.
     ``clearances``: distance from the robot's middle to the nearest obstacle of the true map at each look, cells.
@@ -74,8 +118,9 @@ class Scene:
             control_period=scenario.control_period,
             listeners=machine.listeners,
         )
-        self.sensor = sensor_of(spec.sensor, self.resolution)
+        self.sensor: Sensor = sensor_of(spec.sensor, self.resolution)
         self.clearances: list[float] = []
+        self.known = Look(0, NOTHING, self.robot.position, 0.0)
         machine.by_name[name] = self.robot
         if machine.listening:
             goals = np.array(problem.goals, np.int32).reshape(-1, 2)
@@ -109,13 +154,14 @@ class Scene:
             return None
         return contacts[-1].cell
 
-    def look(self) -> Any:
+    def look(self) -> Look:
         """What the robot sees from where it is now."""
         self.advance()
         self.tell_pose()
         position = self.robot.position
         self.clearances.append(clearance(self.world.free_now, position))
-        return self.sensor.scan(self.world.free_now, position)
+        scan = self.sensor.scan(self.world.free_now, position)
+        return Look(self.machine.now, scan, position, self.robot.speed)
 
     def tell_pose(self) -> None:
         """Tell listeners where the robot is now."""
@@ -124,14 +170,26 @@ class Scene:
             speed = robot.speed * self.resolution
             self.machine.tell(PoseRecord(self.machine.now, robot.name, *robot.position, robot.heading, speed))
 
-    def learn(self, scan: Any) -> Update:
+    def sent(self, look: Look) -> SentLook:
+        """A look as the content of its message, in which bits may go wrong."""
+        return SentLook(look, self.sensor, self.world.free_now.copy())
+
+    def learn(self, look: Look) -> Update:
         """Believe what was seen; what that changed."""
-        update = self.belief.update(scan)
+        self.known = look
+        update = self.belief.update(look.scan)
         if update and self.machine.listening:
             blocked = np.arange(len(update.changed)) < len(update.newly_blocked)
             cells = update.changed.astype(np.int32)
-            self.machine.tell(BeliefRecord(self.machine.now, self.robot.name, cells, blocked))
+            self.machine.tell(BeliefRecord(self.machine.now, self.robot.name, cells, blocked, look.at))
         return update
+
+    def obey(self, command: Command) -> None:
+        """The robot takes up a command that has arrived, from where it is now."""
+        self.advance()
+        robot = self.robot
+        way = command.taken_up(robot.position, self.true_free.shape)
+        robot.command(self.machine.now, way, way.length)
 
     def changes(self) -> Generator[Any, Any, None]:
         """Process generator: the world changes at its own times."""

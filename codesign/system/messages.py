@@ -1,0 +1,79 @@
+"""Messages between tasks: over which links they go, and what becomes of what they carry."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Generator, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from codesign.errors import CodesignError
+from codesign.system.ledger import Ledger, Spent
+from codesign.system.routes import Hop, Routes
+from codesign.task_graph import Flow
+
+if TYPE_CHECKING:
+    from codesign.components import Link
+
+Wrong = tuple[int, ...]
+"""Bits of a message that arrived wrong, from 0, in order."""
+
+
+class LostMessageError(CodesignError):
+    """A message that no retransmission brought to its receiver."""
+
+
+class Content(Protocol):
+    """What a message carries, where the simulation knows what its bits mean."""
+
+    def misread(self, wrong: Wrong) -> Content | None:
+        """What the receiver reads where these bits are wrong; None where it is what was sent."""
+
+
+class Messages:
+    """Carries the messages of a run.
+
+    ``harmed``: by link and message, how many of those that were delivered damaged were read as something else than was
+    sent. All other damage that nobody noticed did no harm: see ``ignored``.
+    """
+
+    def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, Link]) -> None:
+        self.places, self.routes, self.links = places, routes, links
+        self.harmed: Counter[tuple[str, str]] = Counter()
+
+    def carry(
+        self, flow: Flow, ledger: Ledger | None, bits: int, priority: int, content: Content | None
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: a message over every link between two tasks; returns its content as it is read.
+
+        Raises:
+            LostMessageError: a link gave it up; with the link and its reason.
+        """
+        origin, target = self.places[flow.sender], self.places[flow.receiver]
+        for hop in self.routes.between(origin, target) if origin != target else ():
+            if not hop.links:
+                continue
+            link = self.fastest(hop, bits)
+            delivery = yield from link.send(hop.sender, hop.receiver, flow.name, bits, priority)
+            if ledger is not None:
+                ledger.book(Spent.WAIT, link.name, delivery.queued)
+                ledger.book(Spent.TRANSFER, link.name, delivery.transferred)
+            if delivery.reason is not None:
+                raise LostMessageError(
+                    f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",
+                    link.name,
+                )
+            read = content.misread(delivery.wrong) if content is not None and delivery.wrong else None
+            if read is not None:
+                content = read
+                self.harmed[link.name, flow.name] += 1
+        return content
+
+    def fastest(self, hop: Hop, bits: int) -> Link:
+        """Of links side by side the one that takes a message of ``bits`` bits the quickest; of equals the first."""
+        name = min(hop.links, key=lambda each: (self.links[each].duration(bits), each))
+        return self.links[name]
+
+    def ignored(self, link: str) -> dict[str, int]:
+        """By message: how many were delivered by ``link`` damaged, and yet taken for what was sent."""
+        found = {name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()}
+        return {name: count for name, count in sorted(found.items()) if count}
