@@ -61,9 +61,25 @@ def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]
     )
 
 
-def share_of(arriving: int, cells: int) -> float | None:
-    """The share of ``cells`` that arrive; None where there are none, which is no success."""
-    return arriving / cells if cells else None
+class ArrivalQuality(TypedDict):
+    """The fields of ``Quality`` that the number of arriving cells decides."""
+
+    reachable_cells: int
+    cells_leading_nowhere: int
+    share_reaching_goal: float | None
+
+
+def judge_arrival(arriving: int, cells: int) -> ArrivalQuality:
+    """Figures of ``arriving`` of the reachable ``cells``; the share is None where there are none: that is no success.
+
+    >>> judge_arrival(3, 4)
+    {'reachable_cells': 4, 'cells_leading_nowhere': 1, 'share_reaching_goal': 0.75}
+    """
+    return ArrivalQuality(
+        reachable_cells=cells,
+        cells_leading_nowhere=cells - arriving,
+        share_reaching_goal=arriving / cells if cells else None,
+    )
 
 
 def cell_of(problem: Problem, position: tuple[float, float]) -> Cell | None:

@@ -19,7 +19,7 @@ from codesign.planners.breadth_first.parameters import LoadParameters, SearchPar
 from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import cell_of, from_position, judge_ways, share_of
+from codesign.planners.ways import cell_of, from_position, judge_arrival, judge_ways
 from codesign.task_graph import Flow
 
 NO_START = "no start is given"
@@ -89,10 +89,9 @@ class BreadthFirst:
         ways = ((way.start, way.path if way.reached else None) for way in found)
         count = int(reachable(problem.free, problem.goals).sum()) - len(set(problem.goals))
         return Quality(
-            reachable_cells=count,
             local_maxima=0,
-            share_reaching_goal=share_of(count, count),
             wrong_cells=0,
+            **judge_arrival(count, count),
             **judge_ways(problem, ways),
         )
 

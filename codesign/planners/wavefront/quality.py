@@ -6,7 +6,7 @@ import numpy as np
 
 from codesign.planners.interface import Problem, Quality
 from codesign.planners.wavefront.plan import WavefrontPlan
-from codesign.planners.ways import judge_ways, share_of
+from codesign.planners.ways import judge_arrival, judge_ways
 
 
 def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
@@ -28,9 +28,8 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
         for start in problem.starts
     )
     return Quality(
-        reachable_cells=count,
         local_maxima=left,
-        share_reaching_goal=share_of(count - left, count),
         wrong_cells=0,
+        **judge_arrival(count - left, count),
         **judge_ways(problem, ways),
     )
