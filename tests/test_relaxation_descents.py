@@ -212,7 +212,11 @@ def test_potentials_below_the_least_double_are_told_with_what_mends_them() -> No
     _, too_long = judged(corridor(1400), (0, 0))
     assert too_long.cells_leading_nowhere is not None
     assert too_long.cells_leading_nowhere > 200
-    assert ANOTHER_PLANNER in too_long.warnings[0], "the default cannot mend itself"
+    assert ANOTHER_PLANNER in too_long.warnings[0], "neither the default nor the direct solver can mend that"
+    assert "below the least double" in too_long.warnings[0]
+    _, early = judged(corridor(300), (0, 299), method="gs", tolerance=1e-15)
+    assert "ended before values came to far cells" in early.warnings[0]
+    assert SERVING in early.warnings[0]
 
 
 def test_a_continued_run_ends_at_once_or_begins_anew() -> None:

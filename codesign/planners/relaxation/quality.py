@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.interface import Problem, Quality
-from codesign.planners.relaxation.parameters import DEFAULT_BOUNDARY, Boundary, Method
+from codesign.planners.relaxation.parameters import DEFAULT_METHOD, Boundary, Method
 from codesign.planners.relaxation.run import End
 from codesign.planners.relaxation.search import Search
 from codesign.planners.relaxation.solve import Solution, solve
@@ -14,6 +14,9 @@ from codesign.planners.ways import judge_arrival, judge_ways
 
 MOST_TRIED = 1 << 17
 """Cells of the largest map on which a warning tries what it proposes: a fraction of a second."""
+
+LEAST_NORMAL = float(np.finfo(np.float64).tiny)
+"""Below it doubles lose digits, 1e-308, and below 5e-324 they are 0."""
 
 ANOTHER_PLANNER = "take planner harmonic with more bits, or wavefront"
 
@@ -72,23 +75,26 @@ def _cause(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
 
 def _cause_without_over_relaxation(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
     wall, _ = solution.boundary.values
-    if not (solution.potential[lost] == wall).any():
-        return "neighbouring doubles are equal, or differ by less than the error", ""
-    if solution.change > 0.0:
+    depth = float(np.abs(solution.potential[lost] - wall).min())
+    by_tolerance = solution.method is not Method.DIRECT and solution.checks == 0
+    if by_tolerance and depth == 0.0:
         return "the run ended before values came to far cells", ""
-    # Nothing changes any more, so that a deeper goal alone can help.
-    deepest = solution.boundary is DEFAULT_BOUNDARY
-    return "far potentials are below the least double", ANOTHER_PLANNER if deepest else ""
+    if depth < LEAST_NORMAL:
+        return "far potentials are below the least double of full precision", ""
+    return "neighbouring doubles are equal, or differ by less than the error", ""
 
 
 def _mend(problem: Problem) -> str:
-    """The default as advice, tried on this map where that is cheap."""
-    advice = "leave method, omega, r, tolerance and boundary out"
+    """The defaults, else the direct solver, else another planner: tried on this map where that is cheap."""
+    defaults = "leave method, omega, r, tolerance and boundary out"
     if problem.free.size > MOST_TRIED:
-        return f"{advice}, or {ANOTHER_PLANNER}"
-    tried = solve(problem.free, problem.goals)
-    search = Search(tried.potential, problem.free, problem.goals)
-    left = int((search.reachable & ~search.arriving()).sum())
-    if left == 0:
-        return f"{advice}: then every cell of this map leads to a goal, after {tried.iterations:,} iterations"
-    return f"{ANOTHER_PLANNER}: with the defaults {left:,} cells lead nowhere"
+        return f"{defaults}, or {ANOTHER_PLANNER}"
+    for method, advice in (
+        (DEFAULT_METHOD, defaults),
+        (Method.DIRECT, "take method direct, and leave omega, r, tolerance and boundary out"),
+    ):
+        tried = solve(problem.free, problem.goals, method=method)
+        search = Search(tried.potential, problem.free, problem.goals)
+        if not (search.reachable & ~search.arriving()).any():
+            return f"{advice}: then every cell of this map leads to a goal"
+    return f"{ANOTHER_PLANNER}: on this map neither the defaults nor method direct lead from every cell"
