@@ -115,7 +115,7 @@ def _precision_findings(outcomes: Outcomes, progress: Progress | None) -> tuple[
         found.append(
             "A run that meets the tolerance may leave cells that lead nowhere. SOR meets 1e-15 on this map with cells"
             f" that have no lower neighbour ({listed}), in rooms where the potential is smaller than the error."
-            f"{others} docs/relaxation.md counts them on 14 maps."
+            f"{others} docs/relaxation.md counts them on 18 maps."
         )
     return tuple(found)
 
