@@ -75,10 +75,11 @@ def _method_findings(outcomes: Outcomes) -> tuple[str, ...]:
     half_key, half = best(outcomes, Method.HALF_SWEEP_AM, followed=True)
     unknowns = outcomes[Key(Method.DIRECT)].updates
     return (
-        f"On the own floor plan plain SOR {versus} than MAM. The paper does not compare the two. At ω = {sor_key.omega:g} SOR"
-        f" takes {sor.iterations:,} iterations and {sor_seconds:.1f} s on the paper's machine; MAM at its best takes"
+        f"On the own floor plan plain SOR {versus} than MAM. The paper does not compare the two."
+        f" At ω = {sor_key.omega:g} SOR takes {sor.iterations:,} iterations and {sor_seconds:.1f} s on the paper's machine; MAM at its best takes"
         f" {mam.iterations:,} iterations and {mam_seconds:.1f} s. An iteration of MAM is two sweeps of SOR and a"
-        " mean. This ω was chosen on this map. On others SOR at ω = 1.95 leaves cells that lead nowhere (docs/relaxation.md).",
+        " mean. This ω was chosen on this map. On others SOR at ω = 1.95 leaves cells that lead nowhere"
+        " (docs/relaxation.md).",
         f"On two cores, with levels 1 and 2 side by side, MAM takes {two:.1f} s: {still} than SOR on one core.",
         f"Half sweeps are the paper's outlook. AM by half sweeps at ω = {half_key.omega:g} takes {half.iterations:,}"
         f" iterations of half the work, {seconds(Method.HALF_SWEEP_AM, half.iterations):.1f} s. A passage one cell"
