@@ -76,7 +76,8 @@ def _method_findings(outcomes: Outcomes) -> tuple[str, ...]:
     unknowns = outcomes[Key(Method.DIRECT)].updates
     return (
         f"On the own floor plan plain SOR {versus} than MAM. The paper does not compare the two."
-        f" At ω = {sor_key.omega:g} SOR takes {sor.iterations:,} iterations and {sor_seconds:.1f} s on the paper's machine; MAM at its best takes"
+        f" At ω = {sor_key.omega:g} SOR takes {sor.iterations:,}"
+        f" iterations and {sor_seconds:.1f} s on the paper's machine; MAM at its best takes"
         f" {mam.iterations:,} iterations and {mam_seconds:.1f} s. An iteration of MAM is two sweeps of SOR and a"
         " mean. This ω was chosen on this map. On others SOR at ω = 1.95 leaves cells that lead nowhere"
         " (docs/relaxation.md).",
