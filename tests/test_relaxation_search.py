@@ -106,8 +106,9 @@ def test_planner_says_how_the_potential_came_about() -> None:
     problem = Problem(ROOMS, (GOAL,), ())
     plan = PLANNER.plan(problem, RelaxParameters(method="mam"))
     details = PLANNER.figures(plan)["details"]
-    assert details["ended"] == "converged"
-    assert (details["omega"], details["r"]) == (1.975, 1.92)
+    assert details["ended"] == "every cell descends"
+    assert details["checks"] == details["iterations"] / 10
+    assert (details["omega"], details["r"]) == (1.0, 1.0)
     assert details["node_updates"] == 2 * details["iterations"] * (int(ROOMS.sum()) - 1)
     assert PLANNER.check(problem, RelaxParameters(method="half_sweep_am")) is None
     two = Problem(ROOMS, (GOAL, (3, 4)), ())

@@ -212,7 +212,7 @@ def test_software_has_no_law_of_clock_or_power() -> None:
         {"method": "sor", "neighbours": 5},
         {"method": "sor", "max_iterations": 1.5},
         {"method": "sor", "relaxation": 1.5},
-        {},
+        {"r": 1.5},
     ],
 )
 def test_parameters_are_refused(wrong: dict[str, object]) -> None:

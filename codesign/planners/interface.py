@@ -115,6 +115,12 @@ class Quality:
         int | None,
         Field(description="cells whose value is not the one that the planner's arithmetic settles at"),
     ]
+    cells_leading_nowhere: Annotated[
+        int | None, Field(description="planned cells from which following the plan does not arrive")
+    ] = None
+    warnings: Annotated[
+        tuple[str, ...], Field(description="what a reader of these figures must know, and what would mend it")
+    ] = ()
 
 
 @dataclass(frozen=True)

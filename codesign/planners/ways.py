@@ -68,9 +68,29 @@ def by_sides(problem: Problem) -> NDArray[np.bool_]:
     return reachable(problem.free, problem.goals)
 
 
-def share_of(arriving: int, cells: int) -> float | None:
-    """The share of ``cells`` that arrive; None where there are none, which is no success."""
-    return arriving / cells if cells else None
+class ArrivalQuality(TypedDict):
+    """The fields of ``Quality`` that the number of arriving cells decides."""
+
+    reachable_cells: int
+    planned_cells: int
+    cells_leading_nowhere: int
+    share_reaching_goal: float | None
+
+
+def judge_arrival(arriving: int, planned: int, reachable: int | None = None) -> ArrivalQuality:
+    """Figures of ``arriving`` of the ``planned`` cells, those that the plan covers of the ``reachable`` ones.
+
+    By default the plan covers all that are reachable. The share is None where it covers none: that is no success.
+
+    >>> judge_arrival(3, 4, 8)
+    {'reachable_cells': 8, 'planned_cells': 4, 'cells_leading_nowhere': 1, 'share_reaching_goal': 0.75}
+    """
+    return ArrivalQuality(
+        reachable_cells=planned if reachable is None else reachable,
+        planned_cells=planned,
+        cells_leading_nowhere=planned - arriving,
+        share_reaching_goal=arriving / planned if planned else None,
+    )
 
 
 def cell_of(problem: Problem, position: tuple[float, float]) -> Cell | None:

@@ -8,6 +8,7 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import label
+from codesign.planners.interface import Quality
 from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
 from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, figure_cell, quantity_text
@@ -34,8 +35,14 @@ def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> T
         if any(value is not None for value in values):
             rows.append((word(label(figure)), *_against(base, figure, values)))
             notes += [SHORTEST] if figure is ResultFigure.PATH_LENGTH_RATIO else []
+    notes += [f"{name}: {warning}" for name, result in designs for warning in _warnings(result)]
     columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
     return Table("Comparison", columns, tuple(rows), tuple(notes))
+
+
+def _warnings(result: Result | CodesignError) -> tuple[str, ...]:
+    quality = result.quality if isinstance(result, Result) else None
+    return quality.warnings if isinstance(quality, Quality) else ()
 
 
 def _has_plan(result: Result) -> bool:

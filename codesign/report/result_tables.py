@@ -254,7 +254,7 @@ def _quality_table(result: Result) -> Table:
         ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
         ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
     ]
-    notes = () if isinstance(quality, RobotsQuality) else (SHORTEST,)
+    notes = () if isinstance(quality, RobotsQuality) else (SHORTEST, *quality.warnings)
     return pairs("Plan quality", [*rows, *ratios], notes)
 
 
@@ -269,6 +269,8 @@ def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
         rows.append(("covered cells with no way up (local maxima)", count_cell(quality.local_maxima)))
     if quality.wrong_cells is not None:
         rows.append(("cells with a wrong value", count_cell(quality.wrong_cells)))
+    if quality.cells_leading_nowhere is not None:
+        rows.append(("cells that lead nowhere", count_cell(quality.cells_leading_nowhere)))
     if quality.share_reaching_goal is not None:
         rows.append(("share of covered cells that reach the goal", share_cell(quality.share_reaching_goal)))
     return [

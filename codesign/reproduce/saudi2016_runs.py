@@ -8,10 +8,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from codesign.architectures.relaxation import published
 from codesign.architectures.relaxation.costs import direct_units, unit
 from codesign.architectures.relaxation.host import Host
-from codesign.planners.relaxation import Boundary, Method, Search, solve
+from codesign.planners.relaxation import PUBLISHED_TOLERANCE, Boundary, Method, Search, Solution, solve
 from codesign.reproduce.model import Progress
 from codesign.reproduce.saudi2016_map import GOAL, floor_plan
 
@@ -77,13 +80,27 @@ def beyond(quick: bool) -> tuple[Key, ...]:
     )
 
 
+def published_run(free: NDArray[np.bool_], key: Key, **limit: int) -> Solution:
+    """A run by the paper's convention: its tolerance, and the boundary of ``key``. ``limit``: max_iterations."""
+    return solve(
+        free,
+        [GOAL],
+        method=key.method,
+        omega=key.omega,
+        r=key.r,
+        tolerance=PUBLISHED_TOLERANCE,
+        boundary=key.boundary,
+        **limit,  # type: ignore[arg-type]
+    )
+
+
 def run_all(keys: Iterable[Key], progress: Progress | None) -> Outcomes:
     """Every run, on all cores; the outcomes do not depend on how many there are."""
     free = floor_plan()
     wanted = tuple(dict.fromkeys(keys))
 
     def one(key: Key) -> Outcome:
-        solution = solve(free, [GOAL], method=key.method, omega=key.omega, r=key.r, boundary=key.boundary)
+        solution = published_run(free, key)
         search = Search(solution.potential, free, [GOAL])
         return Outcome(solution.iterations, solution.stagnated, int(search.flat().sum()), solution.updates)
 
@@ -106,7 +123,7 @@ def until_followed(key: Key, most: int) -> int | None:
 
     @cache
     def followed(iterations: int) -> bool:
-        solution = solve(free, [GOAL], method=key.method, omega=key.omega, r=key.r, max_iterations=iterations)
+        solution = published_run(free, key, max_iterations=iterations)
         return not Search(solution.potential, free, [GOAL]).flat().any()
 
     steps = range(CHECK_EVERY, most + 1, CHECK_EVERY)

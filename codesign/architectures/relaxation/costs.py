@@ -30,6 +30,12 @@ BARRIER_UNITS = 60
 SEARCH_UNITS = 2
 """Units of a step of the search: eight neighbours compared, in place of four averaged. Assumed."""
 
+CHECK_UNITS = 1
+"""Units a cell of a look for cells without a descent: four neighbours compared, in place of averaged. Assumed.
+
+The cells that can reach a goal are found once, by a flood fill, for as much again. Assumed.
+"""
+
 DIRECT_KERNEL = "relaxation_direct_cell"
 """What a direct solution is counted in: one cell passed by a sweep in raster order as a compiled loop, node after node.
 

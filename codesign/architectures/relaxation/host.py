@@ -6,8 +6,8 @@ is one that either spends, so that cycles are time.
 
 Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
 does. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster order
-(Gauss-Seidel, SOR) and the direct solution stay on one. The platform's busy power counts once, be it one core or two:
-assumed, and too little where that power is a core's share.
+(Gauss-Seidel, SOR), the direct solution and the looks for cells without a descent stay on one. The platform's busy
+power counts once, be it one core or two: assumed, and too little where that power is a core's share.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from codesign.architectures.host_task import HostStyle
 from codesign.architectures.interface import Step, is_done
 from codesign.architectures.relaxation.costs import (
     BARRIER_UNITS,
+    CHECK_UNITS,
     DIRECT_KERNEL,
     MEANS,
     SEARCH_UNITS,
@@ -83,7 +84,9 @@ class Host(HostStyle):
         start: NDArray[np.float64] | None = None,
         inside: frozenset[str] | None = None,
     ) -> Generator[Step, None, Plan]:
-        """Phases of the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, and ``search``.
+        """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
+
+        ``check`` is of runs that end by descents.
 
         With ``detail`` the iterations come in batches, and the last of them tells the potential, scaled to 0 on
         obstacles and 1 on goals. ``start``: the potential of an earlier plan, which the sweeps go on from.
@@ -119,6 +122,8 @@ class Host(HostStyle):
         ]
         if solution.method is Method.HALF_SWEEP_AM:
             found.append(("fill", -(-cells // 2)))
+        if solution.checks:
+            found.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
         return found
 
 

@@ -19,7 +19,7 @@ from codesign.planners.breadth_first.parameters import LoadParameters, SearchPar
 from codesign.planners.breadth_first.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.search import Search, search_nearest
 from codesign.planners.interface import Policy, Problem, Quality
-from codesign.planners.ways import by_sides, cell_of, from_position, judge_ways, share_of
+from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 from codesign.task_graph import Flow
 
 NO_START = "no start is given"
@@ -95,11 +95,9 @@ class BreadthFirst:
         reachable[tuple(np.array(problem.goals).T)] = False
         planned = int(reachable.ravel()[plan.pushed].sum())
         return Quality(
-            reachable_cells=int(reachable.sum()),
-            planned_cells=planned,
             local_maxima=0,
-            share_reaching_goal=share_of(planned, planned),
             wrong_cells=0,
+            **judge_arrival(planned, planned, int(reachable.sum())),
             **judge_ways(problem, ways),
         )
 

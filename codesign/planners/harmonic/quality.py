@@ -7,7 +7,7 @@ from codesign.planners.harmonic.decision import Rule
 from codesign.planners.harmonic.fixed_point import Field
 from codesign.planners.harmonic.trajectory import DEFAULT_STEP, Ascent
 from codesign.planners.interface import Problem, Quality
-from codesign.planners.ways import judge_ways, share_of
+from codesign.planners.ways import judge_arrival, judge_ways
 
 _CONSECUTIVE_ITERATIONS = 64
 
@@ -37,15 +37,12 @@ def quality(
 
     ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
     cells = reachable(problem.free, problem.goals) & ~ascent.goal
-    count = int(cells.sum())
     found = ((start, ascent.follow(start)) for start in problem.starts)
     ways = ((start, way.points if way.arrived else None) for start, way in found)
     return Quality(
-        reachable_cells=count,
-        planned_cells=count,
         local_maxima=int((cells & (ascent.best < 0)).sum()),
-        share_reaching_goal=share_of(int((ascent.climbs_to_goal() & cells).sum()), count),
         wrong_cells=wrong_cells(problem, field, from_below=from_below),
+        **judge_arrival(int((ascent.climbs_to_goal() & cells).sum()), int(cells.sum())),
         **judge_ways(problem, ways),
     )
 

@@ -6,8 +6,20 @@ relatives (Jacobi, red-black), the paper's outlook (half-sweep AM), and a sparse
 would take today.
 """
 
-from codesign.planners.relaxation.parameters import Boundary, Method
+from codesign.planners.relaxation.parameters import PUBLISHED_TOLERANCE, Boundary, Method
+from codesign.planners.relaxation.run import End
 from codesign.planners.relaxation.search import Descent, Ending, Search, descend
 from codesign.planners.relaxation.solve import Solution, solve
 
-__all__ = ["Boundary", "Descent", "Ending", "Method", "Search", "Solution", "descend", "solve"]
+__all__ = [
+    "PUBLISHED_TOLERANCE",
+    "Boundary",
+    "Descent",
+    "End",
+    "Ending",
+    "Method",
+    "Search",
+    "Solution",
+    "descend",
+    "solve",
+]

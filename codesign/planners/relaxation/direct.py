@@ -15,8 +15,8 @@ def solve_direct(
     """Float64 rows × columns, and how many unknowns there were.
 
     Unknowns are the free cells that some way joins to a goal; the others are surrounded by obstacles, and take their
-    value. The potential is ``wall`` + (``goal`` − ``wall``) × the solution of the case 0 and 1: there small values keep
-    their leading digits, as the factorisation of such a matrix subtracts nothing.
+    value. The potential is ``wall`` + the solution of the case 0 and ``goal`` − ``wall``: there small values keep their
+    leading digits, as the factorisation of such a matrix subtracts nothing.
     """
     from scipy import sparse
     from scipy.sparse.linalg import splu
@@ -25,10 +25,10 @@ def solve_direct(
 
     cells = [(int(row), int(column)) for row, column in goals]
     unknown = np.pad(reachable(free, cells), 1)
-    share = np.zeros(unknown.shape)
+    above = np.zeros(unknown.shape)
     for row, column in cells:
         unknown[row + 1, column + 1] = False
-        share[row + 1, column + 1] = 1.0
+        above[row + 1, column + 1] = goal - wall
     count = int(unknown.sum())
     if count:
         number = np.full(unknown.shape, -1, np.int32)
@@ -38,7 +38,7 @@ def solve_direct(
         data = [np.full(count, 4.0)]
         for axis, by in ((0, 1), (0, -1), (1, 1), (1, -1)):
             beside = np.roll(number, by, axis)[unknown]
-            right += np.roll(share, by, axis)[unknown]
+            right += np.roll(above, by, axis)[unknown]
             inner = beside >= 0
             rows.append(np.flatnonzero(inner).astype(np.int32))
             columns.append(beside[inner])
@@ -49,6 +49,6 @@ def solve_direct(
         factors = splu(
             matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-        share[unknown] = factors.solve(right)
-    potential = wall + (goal - wall) * share[1:-1, 1:-1]
+        above[unknown] = factors.solve(right)
+    potential = wall + above[1:-1, 1:-1]
     return np.ascontiguousarray(potential), count

@@ -340,3 +340,35 @@ def half_sweeps(
         change = np.int64(top).view(np.float64)
         state = _verdict(change, ending[0], ending[1], ending[2], watch)
     return done, change, state
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def count_flat(
+    values: Doubles,
+    passable: Mask,
+    judged: Mask,
+    base: NDArray[np.int64],
+    shape: tuple[int, int],
+    sign: float,
+) -> Any:
+    """Nodes of ``judged`` with no lower neighbour among the four that are ``passable``.
+
+    Args:
+        values, passable, judged: packed. base, shape: the layout. sign: -1 looks for a higher neighbour instead.
+    """
+    rows, columns = shape
+    count = 0
+    for d in range(2, rows + columns - 3):
+        low = max(1, d - columns + 2)
+        n = min(rows - 2, d - 1) - low + 1
+        o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+        for k in range(n):
+            here = sign * values[o + k]
+            lower = (
+                (passable[p + k] and sign * values[p + k] < here)
+                or (passable[p + 1 + k] and sign * values[p + 1 + k] < here)
+                or (passable[q + k] and sign * values[q + k] < here)
+                or (passable[q + 1 + k] and sign * values[q + 1 + k] < here)
+            )
+            count += judged[o + k] and not lower
+    return count

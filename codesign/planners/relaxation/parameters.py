@@ -11,8 +11,11 @@ from pydantic import Field, model_validator
 from codesign.errors import InputError, choose_hint
 from codesign.spec import RefusalError, SpecModel
 
-DEFAULT_TOLERANCE = 1e-15
+PUBLISHED_TOLERANCE = 1e-15
 """Section V: "a very small error tolerance"."""
+
+SCALE = 2.0**1000
+"""Depth of a deep goal. A power of two, so that no bit of a value changes but its exponent; 2^24 are left above it."""
 
 DEFAULT_MAX_ITERATIONS = 1_000_000
 MOST_ITERATIONS = 1_000_000_000
@@ -31,9 +34,18 @@ class Method(StrEnum):
     DIRECT = "direct"
 
 
-class Boundary(StrEnum):
-    """What is fixed on obstacles and on goals."""
+DEFAULT_METHOD = Method.AM
+"""Forwards and backwards, a field crosses a map in any direction in few iterations."""
 
+
+class Boundary(StrEnum):
+    """What is fixed on obstacles and on goals.
+
+    The potential of ``deep_goal`` is that of ``low_goal`` times 2^1000. It has 600 decades before a value becomes 0,
+    where ``low_goal`` has 300.
+    """
+
+    DEEP_GOAL = "deep_goal"
     LOW_GOAL = "low_goal"
     HIGH_WALLS = "high_walls"
     HIGH_GOAL = "high_goal"
@@ -48,12 +60,21 @@ class Boundary(StrEnum):
         return _VALUES[self]
 
     @property
+    def scale(self) -> float:
+        """How far the value of a goal is from that of an obstacle: what changes and tolerances are shares of."""
+        wall, goal = self.values
+        return abs(goal - wall)
+
+    @property
     def upwards(self) -> bool:
         """Whether the way to a goal goes up."""
         return self is Boundary.HIGH_GOAL
 
 
+DEFAULT_BOUNDARY = Boundary.DEEP_GOAL
+
 _VALUES = {
+    Boundary.DEEP_GOAL: (0.0, -SCALE),
     Boundary.LOW_GOAL: (0.0, -1.0),
     Boundary.HIGH_WALLS: (1.0, 0.0),
     Boundary.HIGH_GOAL: (0.0, 1.0),
@@ -61,17 +82,18 @@ _VALUES = {
 
 ACCELERATION: dict[Method, tuple[float | None, float | None]] = {
     Method.GS: (None, None),
-    Method.SOR: (1.95, None),
-    Method.AM: (1.97, None),
-    Method.MAM: (1.975, 1.92),
-    Method.RED_BLACK: (1.95, None),
+    Method.SOR: (1.0, None),
+    Method.AM: (1.0, None),
+    Method.MAM: (1.0, 1.0),
+    Method.RED_BLACK: (1.0, None),
     Method.JACOBI: (None, None),
-    Method.HALF_SWEEP_AM: (1.97, None),
+    Method.HALF_SWEEP_AM: (1.0, None),
     Method.DIRECT: (None, None),
 }
 """ω and r that each method takes where none is given, None where it takes none.
 
-AM and MAM: the fewest iterations of Tables I and II. SOR and red-black: near the best on the shipped floor plan.
+No method over-relaxes unless asked to. The best ω differs from map to map, and over-relaxation carries the rounding
+errors of cells near the goal into far rooms, whose values are smaller than these errors (docs/relaxation.md).
 """
 
 
@@ -115,23 +137,32 @@ class RelaxParameters(SpecModel):
 
     method: Annotated[
         Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")
-    ]
+    ] = DEFAULT_METHOD
     omega: Annotated[
         float | None,
-        Field(description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2"),
+        Field(
+            description="over-relaxation of sor, red_black, am, mam, half_sweep_am, between 0 and 2; left out: 1"
+        ),
     ] = None
     r: Annotated[
-        float | None, Field(description="over-relaxation of mam's second level, between 0 and 2")
+        float | None, Field(description="over-relaxation of mam's second level, between 0 and 2; left out: 1")
     ] = None
     tolerance: Annotated[
-        float, Field(gt=0, le=1, description="a run ends once no value changes by as much in one iteration")
-    ] = DEFAULT_TOLERANCE
+        float | None,
+        Field(
+            gt=0,
+            le=1,
+            description="a run ends once no value changes by this share of the goal's in one iteration; left out: once"
+            " every cell that can reach a goal has a lower neighbour",
+        ),
+    ] = None
     boundary: Annotated[
         Boundary,
         Field(
-            description="low_goal: obstacles 0, goals -1; high_walls: obstacles 1, goals 0; high_goal: 0 and 1"
+            description="values of obstacles and goals; deep_goal: 0 and -2^1000; low_goal: 0 and -1; high_walls: 1"
+            " and 0; high_goal: 0 and 1"
         ),
-    ] = Boundary.LOW_GOAL
+    ] = DEFAULT_BOUNDARY
     max_iterations: Annotated[
         int, Field(ge=1, le=MOST_ITERATIONS, description="a run ends there at the latest")
     ] = DEFAULT_MAX_ITERATIONS

@@ -94,26 +94,25 @@ class Relaxation:
         """What following the potential is worth."""
         from codesign.planners.relaxation.quality import quality
 
-        return quality(problem, search_of(problem, plan))
+        return quality(problem, search_of(problem, plan), plan.solution)
 
     def identity(self, plan: Plan) -> str:
-        """The digest of the potential and of the rule that follows it."""
+        """The digest of the potential, of how it came about, and of the rule that follows it."""
         solution = plan.solution
-        text = f"{solution.boundary}{plan.neighbours}{solution.potential.shape}"
+        run = f"{solution.method} {solution.omega} {solution.r} {solution.ended}"
+        text = f"{run}{solution.boundary}{plan.neighbours}{solution.potential.shape}"
         return hashlib.sha256(text.encode() + solution.potential.tobytes()).hexdigest()
 
     def figures(self, plan: Plan) -> dict[str, Any]:
         """How the potential came about."""
         solution = plan.solution
-        state = (
-            "converged" if solution.converged else "stagnated" if solution.stagnated else "iteration limit"
-        )
         details: dict[str, int | float | str] = {
             "method": str(solution.method),
             "iterations": solution.iterations,
             "node_updates": solution.updates,
+            "checks": solution.checks,
             "largest_last_change": solution.change,
-            "ended": state,
+            "ended": str(solution.ended),
         }
         details |= {
             name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None

@@ -4,34 +4,24 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError, choose_hint
 from codesign.planners.relaxation.parameters import (
+    DEFAULT_BOUNDARY,
     DEFAULT_MAX_ITERATIONS,
-    DEFAULT_TOLERANCE,
+    DEFAULT_METHOD,
     MOST_ITERATIONS,
     Boundary,
     Method,
     check_method,
     settle,
 )
-
-PATIENCE = 1000
-"""Sweeps without a new least change after which a run near the rounding floor counts as stalled."""
-
-FLOOR = 1e-9
-"""A stall is looked for below this change only: far above what rounding leaves (1e-16 / (2 − ω) or so), far below what
-a run begins with."""
-
-_UPDATES_A_CALL = 1 << 26
-"""Node updates of one call of a kernel: a fraction of a second, so that a run can be interrupted."""
+from codesign.planners.relaxation.run import End, Run
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,12 +32,11 @@ class Solution:
         potential: float64, rows × columns; obstacles and goals at the values of ``boundary``.
         method, boundary: as asked for. omega, r: as taken, None where the method has none.
         iterations: the paper's k, the last one included; 0 for the direct solver.
-        change: largest change of a value in the last iteration, ‖u(k+1) − u(k)‖∞.
-        converged: that change is below the tolerance (the direct solver: always).
-        stagnated: rounding keeps the change above the tolerance: no new least change in ``PATIENCE`` iterations.
-            Where neither holds, the bound on iterations was met.
+        change: largest change of a value in the last iteration, ‖u(k+1) − u(k)‖∞, as a share of the goal's value.
+        ended: why the run ended. It does not say whether each cell leads to a goal: ``planner.quality`` does.
         updates: node values computed: one an iteration and node, two for the arithmetic means; half the nodes for half
             sweeps, whose other half is filled in once at the end.
+        checks: looks for cells without a descent; 0 in a run to a tolerance.
     """
 
     potential: NDArray[np.float64]
@@ -57,20 +46,30 @@ class Solution:
     r: float | None
     iterations: int
     change: float
-    converged: bool
-    stagnated: bool
+    ended: End
     updates: int
+    checks: int = 0
+
+    @property
+    def converged(self) -> bool:
+        """Whether the change is below the tolerance, or no bit changes any more."""
+        return self.ended is End.CONVERGED
+
+    @property
+    def stagnated(self) -> bool:
+        """Whether rounding keeps the run from its end."""
+        return self.ended is End.STAGNATED
 
 
 def solve(
     free: NDArray[np.bool_],
     goals: Sequence[tuple[int, int]],
     *,
-    method: Method | str = Method.SOR,
+    method: Method | str = DEFAULT_METHOD,
     omega: float | None = None,
     r: float | None = None,
-    tolerance: float = DEFAULT_TOLERANCE,
-    boundary: Boundary | str = Boundary.LOW_GOAL,
+    tolerance: float | None = None,
+    boundary: Boundary | str = DEFAULT_BOUNDARY,
     max_iterations: int = DEFAULT_MAX_ITERATIONS,
     start: NDArray[np.float64] | None = None,
 ) -> Solution:
@@ -79,44 +78,67 @@ def solve(
     The sweeps start from the value of obstacles in all free cells, or from ``start``, and go in raster order (level 2
     of the arithmetic means: backwards). With 0 < ω, r < 2 every method but half sweeps converges in exact arithmetic,
     from any start: the matrix is symmetric and positive definite, a sweep of SOR either way is a contraction in its
-    energy norm (Ostrowski and Reich), and so is the mean of two. In doubles an over-relaxed run may stall above the
-    tolerance: see ``stagnated``.
+    energy norm (Ostrowski and Reich), and so is the mean of two.
+
+    With ω, r ≤ 1 a run from zero gives every cell a descent as soon as values have come to it, long before it
+    converges. By depth (|u|, so that a goal is deepest): an iteration T without over-relaxation is monotone and T(0) ≥
+    0, so depths only grow; the values that an average is made of are then no deeper than they are after the iteration;
+    so after it no cell is deeper than the mean of its neighbours, and one of them is deeper unless all five are equal.
+    Rounding to nearest is monotone, so doubles keep this but for ties.
 
     Args:
         free: bool, rows × columns, at most 2**24 cells; outside of the map is obstacle.
         goals: (row, column) pairs on free cells.
         method: ``gs``, ``sor``, ``am``, ``mam``, ``red_black``, ``jacobi``, ``half_sweep_am``, ``direct``.
-        omega: over-relaxation, 0 < ω < 2; None takes the method's own (``parameters.ACCELERATION``).
+        omega: over-relaxation, 0 < ω < 2; None: 1.
         r: that of the second level of ``mam``.
-        tolerance: the run ends once no value changes by as much in one iteration.
-        boundary: ``low_goal`` (obstacles 0, goals −1), ``high_walls`` (1, 0), ``high_goal`` (0, 1).
+        tolerance: the run ends once no value changes by this share of the goal's in one iteration (the paper: 1e-15).
+            None: once each cell that can reach a goal has a lower one among its four neighbours, which is looked for
+            every ``run.CHECK_EVERY`` iterations.
+        boundary: ``deep_goal`` (obstacles 0, goals −2^1000), ``low_goal`` (0, −1), ``high_walls`` (1, 0),
+            ``high_goal`` (0, 1).
         max_iterations: the run ends there at the latest.
         start: float64, rows × columns, what free cells start from, such as the potential of an earlier run with the
-            same ``boundary``; the direct solver has no use for it.
+            same ``boundary``; the direct solver has no use for it. A run by descents begins anew from obstacles'
+            value where ``start`` keeps cells from their descent.
 
     Raises:
         MapError: the map or a goal cannot be used. InputError: another argument cannot be used, or the map does not
             suit the method (half sweeps: goals of both colours; direct: too many cells).
     """
-    from codesign.maps.reach import check_cells
+    from codesign.maps.reach import check_cells, reachable
 
     cells = check_cells(free, goals)
     chosen = check_method(method)
     settled = settle(chosen, omega, r)
     edge = _boundary(boundary)
-    least = _tolerance(tolerance)
+    least = None if tolerance is None else _tolerance(tolerance)
     most = _iterations(max_iterations)
-    if (reason := refusal(chosen, free.shape, [(int(i), int(j)) for i, j in cells])) is not None:
+    pairs = [(int(i), int(j)) for i, j in cells]
+    if (reason := refusal(chosen, free.shape, pairs)) is not None:
         raise InputError(reason, "method", "choose another method")
     if chosen is Method.DIRECT:
         from codesign.planners.relaxation.direct import solve_direct
 
         potential, unknowns = solve_direct(free, cells, *edge.values)
-        return Solution(potential, chosen, edge, None, None, 0, 0.0, True, False, unknowns)
-    run = _Run(free, cells, edge, settled, least, most)
+        return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns)
+    run = Run(free, reachable(free, pairs), cells, edge, settled, least, most)
     if start is not None:
         run.start_from(_start(start, free))
-    return run.half_sweeps() if chosen is Method.HALF_SWEEP_AM else run.full_sweeps(chosen)
+    half = chosen is Method.HALF_SWEEP_AM
+    padded, tally, updates = run.half_sweeps() if half else run.full_sweeps(chosen)
+    return Solution(
+        potential=np.ascontiguousarray(padded[1:-1, 1:-1]),
+        method=chosen,
+        boundary=edge,
+        omega=settled[0],
+        r=settled[1],
+        iterations=tally.iterations,
+        change=tally.change,
+        ended=tally.ended,
+        updates=updates,
+        checks=tally.checks,
+    )
 
 
 def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, int]]) -> str | None:
@@ -129,120 +151,6 @@ def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, i
     if method is Method.HALF_SWEEP_AM and len({sum(goal) % 2 for goal in goals}) > 1:
         return "half sweeps see goals of one colour only (row + column even, or odd), and both are given"
     return None
-
-
-class _Run:
-    """The padded grid of one run, and the loop over calls of a kernel."""
-
-    def __init__(
-        self,
-        free: NDArray[np.bool_],
-        goals: NDArray[np.int64],
-        boundary: Boundary,
-        acceleration: tuple[float | None, float | None],
-        tolerance: float,
-        most: int,
-    ) -> None:
-        self.boundary, self.acceleration = boundary, acceleration
-        self.tolerance, self.most = tolerance, most
-        omega, r = acceleration
-        self.omega = 1.0 if omega is None else omega
-        self.pair = self.omega, self.omega if r is None else r
-        self.wall, goal_value = boundary.values
-        # The ring moves both coordinates by one, so that a node keeps its colour.
-        self.colour = int(goals[0].sum()) % 2
-        self.movable: NDArray[np.bool_] = np.pad(free, 1)
-        self.values = np.full(self.movable.shape, self.wall)
-        for row, column in goals + 1:
-            self.movable[row, column] = False
-            self.values[row, column] = goal_value
-        self.nodes = int(self.movable.sum())
-
-    def start_from(self, potential: NDArray[np.float64]) -> None:
-        """Let movable nodes begin at a potential's values."""
-        inner, movable = self.values[1:-1, 1:-1], self.movable[1:-1, 1:-1]
-        inner[movable] = potential[movable]
-
-    def full_sweeps(self, method: Method) -> Solution:
-        from codesign.planners.relaxation import kernels
-        from codesign.planners.relaxation.layout import diagonals
-
-        shape: Any = self.values.shape
-        layout = diagonals(*shape)
-        values, movable = layout.pack(self.values), layout.pack(self.movable)
-        levels = 2 if method in {Method.AM, Method.MAM} else 1
-        kernel: Callable[..., Any]
-        if method is Method.JACOBI:
-            kernel = partial(kernels.jacobi_sweeps, values, values.copy(), movable, layout.base, shape)
-        elif levels == 2:
-            first = values.copy()
-            kernel = partial(
-                kernels.mean_sweeps, values, first, movable, layout.base, shape, self.wall, self.pair
-            )
-        else:
-            colours = 2 if method is Method.RED_BLACK else 1
-            kernel = partial(
-                kernels.in_place_sweeps, values, movable, layout.base, shape, colours, self.omega
-            )
-        state = self._loop(kernel, levels * values.size)
-        return self._solution(method, values[layout.position], state, levels * self.nodes * state[0])
-
-    def half_sweeps(self) -> Solution:
-        from codesign.planners.relaxation import kernels
-
-        rows, columns = self.movable.shape
-        i = np.arange(rows)[:, None]
-        j = 2 * np.arange((columns + 1) // 2 + 1)[None, :] + (self.colour + i) % 2
-        inside, column = j < columns, np.minimum(j, columns - 1)
-        values = np.where(inside, self.values[i, column], self.wall)
-        movable = np.logical_and(inside, self.movable[i, column])
-        kernel = partial(
-            kernels.half_sweeps, values, values.copy(), movable, columns, self.colour, self.wall, self.pair
-        )
-        state = self._loop(kernel, 2 * values.size)
-        whole = self.values.copy()
-        whole[np.broadcast_to(i, j.shape)[inside], j[inside]] = values[inside]
-        others = self.movable & ((i + np.arange(columns)[None, :]) % 2 != self.colour)
-        mean = np.zeros_like(whole)
-        mean[1:-1, 1:-1] = 0.25 * (
-            (whole[:-2, 1:-1] + whole[1:-1, :-2]) + (whole[1:-1, 2:] + whole[2:, 1:-1])
-        )
-        whole[others] = mean[others]
-        filled = int(others.sum())
-        updates = 2 * (self.nodes - filled) * state[0] + filled
-        return self._solution(Method.HALF_SWEEP_AM, whole, state, updates)
-
-    def _loop(self, kernel: Callable[..., Any], size: int) -> tuple[int, float, int]:
-        """Call ``kernel`` until it is over; returns iterations, last change, and how it stands."""
-        from codesign.planners.relaxation.kernels import RUNNING
-
-        watch = np.array([math.inf, 0.0])
-        ending = (self.tolerance, PATIENCE, FLOOR)
-        done, change, state = 0, math.inf, RUNNING
-        while state == RUNNING and done < self.most:
-            count = min(max(1, _UPDATES_A_CALL // size), self.most - done)
-            swept, change, state = kernel(count, ending, watch)
-            done += int(swept)
-        return done, float(change), int(state)
-
-    def _solution(
-        self, method: Method, padded: NDArray[np.float64], state: tuple[int, float, int], updates: int
-    ) -> Solution:
-        from codesign.planners.relaxation.kernels import CONVERGED, STAGNATED
-
-        omega, r = self.acceleration
-        return Solution(
-            potential=np.ascontiguousarray(padded[1:-1, 1:-1]),
-            method=method,
-            boundary=self.boundary,
-            omega=omega,
-            r=r,
-            iterations=state[0],
-            change=state[1],
-            converged=state[2] == CONVERGED,
-            stagnated=state[2] == STAGNATED,
-            updates=updates,
-        )
 
 
 def _boundary(value: Boundary | str) -> Boundary:

@@ -6,7 +6,7 @@ import numpy as np
 
 from codesign.planners.interface import Problem, Quality
 from codesign.planners.wavefront.plan import WavefrontPlan
-from codesign.planners.ways import judge_ways, share_of
+from codesign.planners.ways import judge_arrival, judge_ways
 
 
 def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
@@ -29,10 +29,8 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
         for start in problem.starts
     )
     return Quality(
-        reachable_cells=int(cells.sum()),
-        planned_cells=planned,
         local_maxima=0,
-        share_reaching_goal=share_of(planned, planned),
         wrong_cells=0,
+        **judge_arrival(planned, planned, int(cells.sum())),
         **judge_ways(problem, ways),
     )
