@@ -52,6 +52,7 @@ def explore(
     Finished points are kept in one file; running again goes on from there.
     """
     import codesign
+    from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.run import settings_of
     from codesign.spec import pin
@@ -66,6 +67,7 @@ def explore(
         (platform, workload, workload_spec.map_file),
         store=("--store", file),
     )
+    interrupts.keep("what was finished is kept")
     with _progress_shown() as progress:
         study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
     _deliver(study, csv_file, page, as_json)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import InputError, RunError, SpecError, printable
+from codesign.errors import InputError, SpecError, printable
 
 KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 
@@ -95,7 +95,7 @@ def init(folder: Path) -> None:
         for name, text in texts.items():
             write_atomically(folder / name, text.encode())
             written.append(folder / name)
-    except RunError:
+    except BaseException:
         # One without the other is no start, and would stand in the way of the next try.
         for path in written:
             path.unlink(missing_ok=True)
