@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from codesign.cli.memory import memory_option
 from codesign.errors import InputError, SpecError, printable
 
 KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
@@ -17,17 +18,18 @@ KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. workload.variant=NAME"
 )
+@memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
-def check(files: tuple[str, ...], settings: tuple[str, ...], as_json: bool) -> None:
+def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None, as_json: bool) -> None:
     """Check FILES (YAML files, or names of shipped platforms and workloads): every fault at once, with its place.
 
     Where a platform and a workload are given, they are checked against each other too, the map and its goals included,
-    and each variant of the workload.
+    and each variant of the workload. A run that would need too much memory is a fault too.
     """
     from codesign.cli.run import settings_of
     from codesign.system import check_files
 
-    faults = check_files(files, settings_of(settings))
+    faults = check_files(files, settings_of(settings), memory)
     if as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:

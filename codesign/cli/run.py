@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_INFEASIBLE, InputError, printable
 
 
@@ -27,6 +28,7 @@ from codesign.errors import EXIT_INFEASIBLE, InputError, printable
     show_default=True,
     help="How far a component computes at a time; the result is the same.",
 )
+@memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
     platform: str,
@@ -35,6 +37,7 @@ def run(
     trace_file: Path | None,
     page: Path | None,
     granularity: str,
+    memory: int | None,
     as_json: bool,
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
@@ -56,12 +59,17 @@ def run(
         plain=["--trace"],
     )
     point = point_of(codesign.load_platform(platform), workload_spec, values)
-    memory = MemoryListener()
+    records = MemoryListener()
     result = codesign.simulate(
-        *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
+        *point,
+        granularity=granularity,
+        trace=trace_file,
+        listeners=() if page is None else (records,),
+        memory=memory,
+        keeping=page is not None,
     )
     if page is not None:
-        result_page(result, page, pictures=run_pictures(memory.records), command=command_line())
+        result_page(result, page, pictures=run_pictures(records.records), command=command_line())
     if as_json:
         click.echo(result.model_dump_json(indent=2))
     else:

@@ -15,15 +15,19 @@ from codesign.spec.marks import read_document
 from codesign.spec.part import load_part_file
 from codesign.spec.variants import VARIANT_AXIS
 from codesign.system import catalog
-from codesign.system.bind import bind
+from codesign.system.bind import System, bind
+from codesign.system.memory import refusal
 from codesign.system.result import Result
 
 
-def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | None = None) -> list[Fault]:
+def check_files(
+    sources: Sequence[str | Path], settings: Mapping[str, Any] | None = None, memory: int | None = None
+) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
     A source is a shipped name or a path; its kind is told from what it is. Each variant of a workload is checked with
-    the platform, unless ``settings``, raw values by axis that are put into both, choose one.
+    the platform, unless ``settings``, raw values by axis that are put into both, choose one. A run that would take more
+    than ``memory`` bytes, by default half of what the machine has free, is a fault too.
 
     Raises:
         InputError: settings, and no platform and workload to put them into.
@@ -51,10 +55,18 @@ def check_files(sources: Sequence[str | Path], settings: Mapping[str, Any] | Non
                 # The axes are those of the variants explored: they are held against the first point alone.
                 put_in = spec.pin if point == (settings or {}) else spec.override
                 try:
-                    bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
+                    put = put_in(platform, workload, point, "--set ") if point else (platform, workload)
+                    wrongs = _memory_faults(bind(*put), memory)
                 except SpecError as wrong:
-                    faults += [fault for fault in wrong.faults if fault not in faults]
+                    wrongs = wrong.faults
+                faults += [fault for fault in wrongs if fault not in faults]
     return faults
+
+
+def _memory_faults(system: System, memory: int | None) -> tuple[Fault, ...]:
+    refused = refusal(system, memory)
+    path = ("mapping", system.planner.planning_task)
+    return () if refused is None else (spec.fault(system.workload, path, *refused),)
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:

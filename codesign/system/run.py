@@ -13,18 +13,12 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
+from codesign.system.memory import check_memory
 from codesign.system.outcome import drive_fields, fitted_fields, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
-
-MAX_BYTES = 4 * 2**30
-"""Most memory that the field of one run may need, by an estimate."""
-
-# Assumed: the field of a stage, that of the stage before, its planes and the block under way; distances and labels.
-_WORDS_AT_ONCE = 4
-_BYTES_A_CELL = 64
 
 
 def simulate(
@@ -35,17 +29,23 @@ def simulate(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
     grid: OccupancyGrid | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
-    ``listeners`` take the records of the run. ``memo`` shares the functional work of design points that have it in
-    common; the figures are the same with and without. ``grid``: the workload's map, where it was read already.
+    ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
+    functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
+    workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
+    of what the machine has free.
 
     Raises:
-        SpecError: platform, workload and map do not belong together.
+        SpecError: platform, workload and map do not belong together. InputError: see ``simulate_system``.
     """
     system = bind(platform, workload, grid=grid)
-    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo)
+    return simulate_system(
+        system, listeners=listeners, granularity=granularity, memo=memo, memory=memory, keeping=keeping
+    )
 
 
 def simulate_system(
@@ -54,11 +54,13 @@ def simulate_system(
     listeners: Sequence[Listener] = (),
     granularity: str = "run_ahead",
     memo: Memo | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it.
 
     Raises:
-        InputError: an unknown granularity, or a run that would need more than ``MAX_BYTES`` of memory.
+        InputError: an unknown granularity, or a run that would need more than ``memory`` bytes.
     """
     from codesign.components import Granularity
 
@@ -73,7 +75,7 @@ def simulate_system(
     head |= fields
     if reasons:
         return Result(**head, feasible=False, reasons=reasons)
-    _check_memory(system)
+    check_memory(system, memory, listening=bool(listeners), keeping=keeping)
     machine = build(system, listeners, Granularity(granularity))
     result = Result(**head, feasible=True, **_run(machine, head.get("power"), memo))
     for component in machine.components:
@@ -81,26 +83,6 @@ def simulate_system(
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result
-
-
-def _check_memory(system: System) -> None:
-    """Refuse what this machine would be ended for: a field of long words on a large map.
-
-    Raises:
-        InputError: with the size.
-    """
-    precisions = getattr(system.planning, "precisions", None)
-    if not precisions or not hasattr(system.problem, "free"):
-        return
-    words = max(precisions) // 64 + 1
-    needed = system.problem.free.size * (_WORDS_AT_ONCE * 8 * words + _BYTES_A_CELL)
-    if needed > MAX_BYTES:
-        raise InputError(
-            f"{system.problem.free.size:,} cells at {max(precisions)} bits would need about"
-            f" {needed / 2**30:.1f} GiB of memory, more than {MAX_BYTES // 2**30}",
-            f"mapping.{system.planner.planning_task}",
-            "end the schedule at a lower precision, or take a smaller map",
-        )
 
 
 def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
