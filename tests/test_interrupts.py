@@ -256,7 +256,7 @@ def test_a_signal_at_any_moment_ends_any_command(
     number, after = chance.choice(list(ENDS)), chance.uniform(0.15, 5)
     workload = workload_of(command, tmp_path) if command in PLANS else None
     arguments: list[object] = {
-        "fleet": ["run", "arty-a7", "robots-8-fleet", "--html", "o.html"],
+        "fleet": ["run", "nexys2-serial", "robots-8-fleet", "--html", "o.html"],
         "explore": [
             "explore",
             "virtex4-pci",
@@ -273,7 +273,7 @@ def test_a_signal_at_any_moment_ends_any_command(
         "calibrate": ["calibrate", "host"],
         "report": ["report", big_study, "--csv", "o.csv", "--html", "o.html"],
         "show": ["trace", "show", trace, "--limit", "100000"],
-        "check": ["check", "virtex4-pci", "labyrinth", "floor-plan"],
+        "check": ["check", "virtex4-pci", "labyrinth"],
     }.get(command, ["run", "pc-epyc", workload, "--trace", "o.mcap", "--html", "o.html"])
     done = strike(tmp_path, number, arguments, after=after, group=chance.random() < 0.5)
     assert "Traceback" not in done.stderr
@@ -284,4 +284,11 @@ def test_a_signal_at_any_moment_ends_any_command(
         return
     kept = "; what was finished is kept" if command == "explore" and "kept" in done.stderr else ""
     check_ended(done, number, kept)
-    assert [path.name for path in tmp_path.iterdir() if path.suffix in {".html", ".csv", ".mcap"}] == []
+    # A file that was finished before the signal stays; none is there in part.
+    for path in tmp_path.glob("o.*"):
+        if path.suffix == ".csv":
+            assert len(path.read_text(encoding="utf-8").splitlines()) > 10_000
+        elif path.suffix == ".html":
+            assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
+        elif path.suffix == ".mcap":
+            assert codesign.open_trace(path).complete
