@@ -60,21 +60,32 @@ def simulate(
     trace: str | Path | None = None,
     listeners: Sequence[Listener] = (),
     progress: Callable[[MissionProgress], None] | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
     ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run.
     ``progress`` is called now and then while a drive goes on. A design that does not fit gives a result with
-    ``feasible`` False and its reasons, and leaves no trace.
+    ``feasible`` False and its reasons, and leaves no trace. ``memory``: bytes that the run may take, by an estimate
+    made before it begins; by default half of what the machine has free. ``keeping``: a listener keeps all records in
+    memory, which the estimate then counts.
 
     Raises:
-        SpecError: platform, workload and map do not belong together. TraceError: the trace cannot be written.
+        SpecError: platform, workload and map do not belong together, or the run would take more than ``memory``.
+            TraceError: the trace cannot be written.
     """
     from codesign import system
 
     if trace is None:
         return system.simulate(
-            platform, workload, granularity=granularity, listeners=listeners, progress=progress
+            platform,
+            workload,
+            granularity=granularity,
+            listeners=listeners,
+            progress=progress,
+            memory=memory,
+            keeping=keeping,
         )
     from codesign.trace import McapListener
 
@@ -86,9 +97,14 @@ def simulate(
         "codesign": __version__,
     }
     with McapListener(trace, identity) as writer:
-        told = (*listeners, writer)
         result = system.simulate(
-            platform, workload, granularity=granularity, listeners=told, progress=progress
+            platform,
+            workload,
+            granularity=granularity,
+            listeners=(*listeners, writer),
+            progress=progress,
+            memory=memory,
+            keeping=keeping,
         )
         if not result.feasible:
             writer.abort()
@@ -102,8 +118,11 @@ def explore(
     store: str | Path | None = None,
     workers: int = 1,
     progress: Callable[[Progress], None] | None = None,
+    memory: int | None = None,
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
+
+    ``memory``: bytes that all workers may take together; by default half of what the machine has free.
 
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
@@ -111,7 +130,7 @@ def explore(
     # By name: importing the package puts it in the place of this function, as something that is called alike.
     from codesign.explore import run
 
-    return run.explore(platform, workload, store=store, workers=workers, progress=progress)
+    return run.explore(platform, workload, store=store, workers=workers, progress=progress, memory=memory)
 
 
 def open_trace(file: str | Path) -> Trace:

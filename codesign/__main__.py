@@ -7,13 +7,20 @@ import sys
 
 def main() -> None:
     """Run the command line; an interrupt while it still loads ends it without a traceback."""
+    from codesign import interrupts
+    from codesign.errors import Interrupted
+
     try:
+        interrupts.end_on_signals()
         from codesign.cli import main as command
 
         command(prog_name="hwsw")
-    except KeyboardInterrupt:
-        print("interrupted", file=sys.stderr)
-        sys.exit(130)
+    except KeyboardInterrupt as fault:
+        interrupt = interrupts.struck(fault) or Interrupted
+        print(interrupts.word(interrupt), file=sys.stderr)
+        sys.exit(interrupt.exit_code)
+    finally:
+        interrupts.leave_in_peace()
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """What the user is told when something is wrong: where, what, and the remedy.
 
 Every class crosses a process pool unchanged (the constructor's arguments are the exception's ``args``).
-Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 130 interrupted.
+Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 130 interrupted (Ctrl-C), 143 terminated
+(SIGTERM).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ EXIT_FAILED = 1
 EXIT_BAD_SPEC = 2
 EXIT_INFEASIBLE = 3
 EXIT_INTERRUPTED = 130
+EXIT_TERMINATED = 143
 
 
 _SPACES = "\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}"
@@ -82,6 +84,24 @@ class TraceError(CodesignError):
 
 class StoreError(CodesignError):
     """A file of explored points cannot be read or written."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C struck a command.
+
+    A class of its own: Python ends a process by SIGINT, whatever its exit code, once a ``KeyboardInterrupt`` itself has
+    passed through code that is made from text, as that of dataclasses is.
+    """
+
+    exit_code = EXIT_INTERRUPTED
+    word = "interrupted"
+
+
+class Terminated(Interrupted):
+    """SIGTERM struck a command: it ends as by Ctrl-C, with an exit code of its own."""
+
+    exit_code = EXIT_TERMINATED
+    word = "terminated"
 
 
 @dataclass(frozen=True)

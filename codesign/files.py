@@ -3,11 +3,39 @@
 from __future__ import annotations
 
 import os
+import shutil
 import stat
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from codesign.errors import RunError
+
+_passing: set[Path] = set()
+
+
+@contextmanager
+def passing(path: Path) -> Iterator[Path]:
+    """A temporary file or folder of this process: removed at the end of the block if it is still there."""
+    _passing.add(path)
+    try:
+        yield path
+    finally:
+        _remove(path)
+        _passing.discard(path)
+
+
+def remove_passing() -> None:
+    """Remove all that is ``passing`` now: for a process that must end without unwinding."""
+    for path in list(_passing):
+        _remove(path)
+
+
+def _remove(path: Path) -> None:
+    with suppress(OSError):
+        path.unlink()
+    shutil.rmtree(path, ignore_errors=True)
 
 
 def landing(path: Path) -> Path:
@@ -56,20 +84,16 @@ def write_atomically(path: Path, content: bytes) -> None:
             str(path),
             "name a file in a folder that is there and can be written to",
         ) from error
-    part = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        part.chmod(_mode_of(target))
-        part.replace(target)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise RunError(
-            f"cannot write: {_reason(error)}", str(path), "free some space, or name another file"
-        ) from error
-    except BaseException:
-        part.unlink(missing_ok=True)
-        raise
+    with passing(Path(name)) as part:
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(content)
+            part.chmod(_mode_of(target))
+            part.replace(target)
+        except OSError as error:
+            raise RunError(
+                f"cannot write: {_reason(error)}", str(path), "free some space, or name another file"
+            ) from error
 
 
 def _write_through(path: Path, content: bytes) -> None:

@@ -110,10 +110,9 @@ def test_what_was_put_survives_a_process_that_dies(tmp_path: Path) -> None:
         assert store.find([DONE.key]) == {DONE.key: DONE}
 
 
-@pytest.mark.parametrize("read_only", [False, True])
-def test_a_second_process_is_told(file: Path, read_only: bool) -> None:
+def test_a_second_process_is_told(file: Path) -> None:
     with FileStore(file), pytest.raises(StoreError, match="in use by another run") as caught:
-        FileStore(file, read_only=read_only)
+        FileStore(file)
     assert caught.value.where == str(file)
     assert caught.value.hint is not None
 

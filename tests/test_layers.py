@@ -14,7 +14,7 @@ PACKAGE = ROOT / "codesign"
 
 # Lowest first. A module may import what stands on a strictly lower level, and its own package.
 LEVELS: list[set[str]] = [
-    {"errors", "units", "figures", "memo", "files", "kernel_cache"},
+    {"errors", "units", "figures", "memo", "files", "interrupts", "kernel_cache"},
     {"records"},
     {"spec", "maps", "trace"},
     {"task_graph"},
@@ -32,7 +32,7 @@ LEVELS: list[set[str]] = [
 # trace hangs on records alone: nothing of the simulation below the cli and the notebook face may know it.
 MAY_USE_TRACE = {"trace", "__init__", "cli", "__main__"}
 # The lowest level is one level: its modules may use each other in this order only.
-LOWEST = ["errors", "units", "figures", "memo", "files", "kernel_cache"]
+LOWEST = ["errors", "units", "figures", "memo", "files", "interrupts", "kernel_cache"]
 
 
 def level_of(unit: str) -> int:

@@ -12,13 +12,21 @@ import sys
 import threading
 import traceback
 from importlib import import_module
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
-from codesign import __version__
+from codesign import __version__, interrupts
 from codesign.cli.pipes import Heedless, output_may_fail
-from codesign.errors import EXIT_DONE, EXIT_FAILED, EXIT_INTERRUPTED, CodesignError, InputError, RunError
+from codesign.errors import (
+    EXIT_DONE,
+    EXIT_FAILED,
+    EXIT_INTERRUPTED,
+    EXIT_TERMINATED,
+    CodesignError,
+    InputError,
+    RunError,
+)
 
 COMMANDS = {
     "run": (
@@ -85,34 +93,51 @@ class LazyGroup(click.Group):
             try:
                 return super().main(*args, **kwargs)
             except SystemExit as leaving:
-                if leaving.code == EXIT_INTERRUPTED and threading.active_count() > 1:
-                    for stream in (sys.stdout, sys.stderr):
-                        if stream is not None:
-                            stream.flush()
-                    os._exit(EXIT_INTERRUPTED)
+                struck = interrupts.struck()
+                code = leaving.code if struck is None else struck.exit_code
+                if code in (EXIT_INTERRUPTED, EXIT_TERMINATED):
+                    _leave_at_once(int(code))
                 if _was_lost(out) and leaving.code in (None, EXIT_DONE):
                     raise SystemExit(EXIT_FAILED) from None
                 raise
 
     def invoke(self, ctx: click.Context) -> object:
         """Run a command; a user's mistake ends in its message and exit code, never in a traceback."""
+        interrupts.keep("")
         try:
             _check_current_folder()
             return super().invoke(ctx)
-        except CodesignError as fault:
-            told = fault
-        except KeyboardInterrupt:
-            kept = "; what was finished is kept" if ctx.invoked_subcommand == "explore" else ""
-            click.echo(f"interrupted{kept}", err=True)
-            raise click.exceptions.Exit(EXIT_INTERRUPTED) from None
-        except Exception as fault:
-            if not _is_of_kernel_cache(fault):
+        except (Exception, KeyboardInterrupt) as fault:
+            struck = interrupts.struck(fault)
+            if struck is not None:
+                click.echo(interrupts.word(struck), err=True)
+                raise click.exceptions.Exit(struck.exit_code) from None
+            if isinstance(fault, CodesignError):
+                told = fault
+            elif _is_of_kernel_cache(fault):
+                told = RunError(
+                    f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}",
+                    None,
+                    _CACHE,
+                )
+            else:
                 raise
-            told = RunError(
-                f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}", None, _CACHE
-            )
         click.echo(str(told), err=True)
         raise click.exceptions.Exit(told.exit_code)
+
+
+def _leave_at_once(code: int) -> NoReturn:
+    """End the process with this code.
+
+    Raises:
+        SystemExit: where no thread would have to be joined.
+    """
+    if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
+        raise SystemExit(code) from None
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    os._exit(code)
 
 
 _CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to a new folder that can be written to"
@@ -152,4 +177,7 @@ def main() -> None:
 
     Declare a platform and a workload in YAML, simulate or explore, and compare time, resources, power and the quality
     of the plan.
+
+    Exit codes: 0 done, 1 failed, 2 a fault of a file or of the command line, 3 nothing feasible, 130 interrupted
+    (Ctrl-C), 143 terminated (SIGTERM).
     """

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ DEFAULT = (
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override wherever the axis exists."
 )
+@memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 def compare(
     designs: tuple[str, ...],
@@ -48,6 +50,7 @@ def compare(
     goal: str | None,
     start: str | None,
     settings: tuple[str, ...],
+    memory: int | None,
     as_json: bool,
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
@@ -87,7 +90,7 @@ def compare(
                 "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
             )
     results: list[tuple[str, Result | CodesignError]] = [
-        (design, _simulated(platform, workload, problem, values, map_file is not None))
+        (design, _simulated(platform, workload, problem, values, map_file is not None, memory))
         for design, platform, workload in loaded
     ]
     if as_json:
@@ -106,13 +109,14 @@ def _simulated(
     problem: ProblemSpec,
     values: dict[str, object],
     from_options: bool,
+    memory: int | None,
 ) -> Result | CodesignError:
     """What a design gives on the map, or why it gives nothing; a mistake in --set is raised."""
     from codesign.system import applicable, simulate, with_problem
     from codesign.system.comparison import at_options
 
     try:
-        return simulate(*applicable(platform, with_problem(workload, problem), values))
+        return simulate(*applicable(platform, with_problem(workload, problem), values), memory=memory)
     except SpecError as wrong:
         if any(fault.file.startswith("--set") for fault in wrong.faults):
             raise

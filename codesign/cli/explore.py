@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
     help="Settle an axis, or override, for all points.",
 )
 @click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
+@memory_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print every point, feasible or not, as JSON.")
@@ -39,6 +41,7 @@ def explore(
     store: Path | None,
     settings: tuple[str, ...],
     workers: int,
+    memory: int | None,
     csv_file: Path | None,
     page: Path | None,
     as_json: bool,
@@ -48,6 +51,7 @@ def explore(
     Finished points are kept in one file; running again goes on from there.
     """
     import codesign
+    from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import Advance, progress_shown
     from codesign.cli.run import settings_of
@@ -63,12 +67,15 @@ def explore(
         (platform, workload, workload_spec.map_file),
         store=("--store", file),
     )
+    interrupts.keep("what was finished is kept")
     with progress_shown() as show:
 
         def progress(told: Progress) -> None:
             show(Advance(told.done, told.total, _words(told), told.left_s))
 
-        study = codesign.explore(platform_spec, workload_spec, store=file, workers=workers, progress=progress)
+        study = codesign.explore(
+            platform_spec, workload_spec, store=file, workers=workers, progress=progress, memory=memory
+        )
     _deliver(study, csv_file, page, as_json)
     if not as_json:
         click.echo(f"points kept in {printable(str(file), None)}")

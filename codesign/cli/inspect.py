@@ -7,7 +7,8 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import InputError, RunError, SpecError, printable
+from codesign.cli.memory import memory_option
+from codesign.errors import InputError, SpecError, printable
 
 KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 
@@ -17,19 +18,20 @@ KINDS = ("platform", "workload", "part", "result", "study", "reproduction")
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. workload.variant=NAME"
 )
+@memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
-def check(files: tuple[str, ...], settings: tuple[str, ...], as_json: bool) -> None:
+def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None, as_json: bool) -> None:
     """Check FILES (YAML files, or names of shipped platforms and workloads): every fault at once, with its place.
 
     Where a platform and a workload are given, they are checked against each other too, the map and its goals included,
-    and each variant of the workload. Notes, printed without --json, say where a design does other work than its
-    parameters let one expect.
+    and each variant of the workload. A run that would need too much memory is a fault too. Notes, printed without
+    --json, say where a design does other work than its parameters let one expect.
     """
     from codesign.cli.run import settings_of
     from codesign.system import check_files
 
     notes: list[str] = []
-    faults = check_files(files, settings_of(settings), notes.append)
+    faults = check_files(files, settings_of(settings), memory, notes.append)
     if as_json:
         click.echo(json.dumps([vars(fault) for fault in faults], indent=2))
     if faults:
@@ -99,7 +101,7 @@ def init(folder: Path) -> None:
         for name, text in texts.items():
             write_atomically(folder / name, text.encode())
             written.append(folder / name)
-    except RunError:
+    except BaseException:
         # One without the other is no start, and would stand in the way of the next try.
         for path in written:
             path.unlink(missing_ok=True)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_INFEASIBLE, InputError, printable
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ _QUIET_SECONDS = 5.0
     show_default=True,
     help="How far a component computes at a time; the result is the same.",
 )
+@memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
     platform: str,
@@ -44,6 +46,7 @@ def run(
     trace_file: Path | None,
     page: Path | None,
     granularity: str,
+    memory: int | None,
     as_json: bool,
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
@@ -66,7 +69,7 @@ def run(
         plain=["--trace"],
     )
     point = point_of(codesign.load_platform(platform), workload_spec, values)
-    memory = MemoryListener()
+    records = MemoryListener()
     long = outlook(point[1])
     if long is not None:
         click.echo(long, err=True)
@@ -75,11 +78,13 @@ def run(
             *point,
             granularity=granularity,
             trace=trace_file,
-            listeners=() if page is None else (memory,),
+            listeners=() if page is None else (records,),
             progress=mission_progress(show),
+            memory=memory,
+            keeping=page is not None,
         )
     if page is not None:
-        result_page(result, page, pictures=run_pictures(memory.records), command=command_line())
+        result_page(result, page, pictures=run_pictures(records.records), command=command_line())
     if as_json:
         click.echo(result.model_dump_json(indent=2))
     else:

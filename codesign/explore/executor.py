@@ -6,12 +6,13 @@ failure and nobody else's. Outcomes travel as JSON text: what a worker sends is 
 the store keeps.
 
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
-Ctrl-C, which is the parent's to handle, and end when the parent does.
+Ctrl-C, which is the parent's to handle, and end when the parent does. SIGTERM ends them at once, in a kernel too; where
+it was sent to the whole group of processes, the parent says that it was terminated.
 
 Ctrl-C may strike between any two instructions here, and a pool forgives little: a worker that is killed may
 hold the lock of the queue that the others wait for, and the pool's thread, which Python joins when it ends,
 then waits for those. So all workers are ended, each that was ever started, and before the pool is told to
-shut down; and while a pool hands work over, or is ended, Ctrl-C is held back.
+shut down; and while a pool hands work over, or is ended, Ctrl-C and SIGTERM are held back.
 """
 
 from __future__ import annotations
@@ -25,7 +26,6 @@ import traceback
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.process import BaseProcess
@@ -36,6 +36,7 @@ from typing import TYPE_CHECKING, Protocol
 from codesign.errors import CodesignError, RunError
 from codesign.explore.space import DesignPoint
 from codesign.explore.store import Entry, State
+from codesign.interrupts import held
 
 if TYPE_CHECKING:
     from codesign.system.result import Result
@@ -47,6 +48,7 @@ Group = Sequence[DesignPoint]
 
 _GROUPS_AHEAD = 2
 _SECONDS_TO_END = 5.0
+_SECONDS_TO_STRIKE = 0.2
 _HINT_LATER = "use fewer workers if memory ran out (SIGKILL); finished points are kept"
 _HINT_AT_START = (
     f"{_HINT_LATER}; in a script, explore below `if __name__ == '__main__':`, as workers import it"
@@ -96,7 +98,7 @@ class ProcessExecutor:
         try:
             while True:
                 for group in islice(waiting, ahead - len(running)):
-                    with _interrupts_later():
+                    with held():
                         future = pool.submit(_work, group)
                         future.add_done_callback(finished.put)
                         running[future] = group
@@ -113,11 +115,14 @@ class ProcessExecutor:
                 yield entries
             pool.shutdown()
         except BrokenProcessPool as fault:
+            if any(process.exitcode == -signal.SIGTERM for process in processes):
+                # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
+                time.sleep(_SECONDS_TO_STRIKE)
             points = _named(running.values())
             what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
             raise RunError(what, hint=hint) from fault
         finally:
-            with _interrupts_later():
+            with held():
                 _end(_processes(pool))
                 pool.shutdown(wait=False, cancel_futures=True)
 
@@ -178,31 +183,6 @@ def _end_with_parent() -> None:
 def _work(group: Group) -> tuple[Entry, ...]:
     assert _worker_evaluate is not None
     return evaluate_group(_worker_evaluate, group)
-
-
-@contextmanager
-def _interrupts_later() -> Iterator[None]:
-    """Hold Ctrl-C back; a worker that starts meanwhile is deaf to it from its first moment.
-
-    The mask is what such a worker inherits. It does not do for this process: a thread of some library takes the signal
-    in the place of this one, and Python interrupts this one all the same. So the handler only takes note.
-    """
-    handler = signal.getsignal(signal.SIGINT)
-    if threading.current_thread() is not threading.main_thread() or not callable(handler):
-        yield
-        return
-    struck: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, _frame: struck.append(number))
-    masks = hasattr(signal, "pthread_sigmask")
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
-    try:
-        yield
-    finally:
-        if masks:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
-        signal.signal(signal.SIGINT, handler)
-        if struck:
-            handler(signal.SIGINT, None)
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:

@@ -7,10 +7,12 @@ rather than by a version number that somebody may forget to raise.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
     from codesign.spec import Platform, Workload
 
+_IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace", "__pycache__"})
 
 
@@ -78,15 +81,61 @@ def parts_digest(platform: Platform) -> str:
 
 @cache
 def code_digest() -> str:
-    """SHA-256 over the sources of this package that a result depends on, and the versions of installed plug-ins."""
+    """SHA-256 over the sources of this package that a result depends on, and over the installed plug-ins.
+
+    A plug-in counts by its name, value and version, and by the sources of its package: one that is worked on, as after
+    ``pip install -e``, changes without a new version.
+    """
+    from codesign.system import catalog
+
     digest = hashlib.sha256()
     for name, text in _sources(files("codesign"), ""):
         digest.update(f"{name} {len(text)}\n".encode() + text)
-    for group in ("codesign.planners", "codesign.architectures", "codesign.task_styles"):
-        for point in sorted(entry_points(group=group), key=lambda point: (point.name, point.value)):
-            release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
-            digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
+    hashed = {"codesign"}
+    for group, point in catalog.registered():
+        release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
+        digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
+        package, places = _package_of(point.module)
+        if package in hashed:
+            continue
+        hashed.add(package)
+        for path in places:
+            for name, content in _plug_in_sources(path):
+                digest.update(f"{package} {name} {len(content)}\n".encode() + content)
     return digest.hexdigest()
+
+
+def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
+    """The outermost regular package (or module) around a plug-in's module, and where it lies; nothing is run for it.
+
+    No places where it cannot be found: the catalog reports a plug-in that cannot be loaded.
+    """
+    parts = module.split(".")
+    for count in range(1, len(parts) + 1):
+        name = ".".join(parts[:count])
+        try:
+            found = find_spec(name)
+        except (ImportError, ValueError):
+            break
+        if found is None:
+            break
+        if found.origin is not None:
+            folders = found.submodule_search_locations
+            return name, tuple(map(Path, folders if folders else [found.origin]))
+        # A namespace package: others may have put their packages into it.
+    return module, ()
+
+
+def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
+    """The name and content of each file that Python could import from a package's folder, or of one module."""
+    files = sorted(path.rglob("*")) if path.is_dir() else [path]
+    found = []
+    for file in files:
+        if file.name.endswith(_IMPORTED):
+            # A file removed meanwhile, or not to be read, cannot be imported either.
+            with contextlib.suppress(OSError):
+                found.append((file.relative_to(path).as_posix(), file.read_bytes()))
+    return found
 
 
 def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:

@@ -26,6 +26,7 @@ from codesign.memo import Memo
 from codesign.spec import Platform, Workload, cross_check, override
 from codesign.spec.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
 from codesign.system.bind import grid_of
+from codesign.system.memory import share_of_memory
 from codesign.system.result import Result
 
 if TYPE_CHECKING:
@@ -64,13 +65,17 @@ class Simulator:
     """Computes a point by simulating it; what points share is computed once in each process.
 
     ``grid``: the map that the keys of the points were made for: every process plans on it, whatever becomes of its
-    file.
+    file. ``memory``: bytes that a point may take; one that would take more is refused, and so fails.
     """
 
-    def __init__(self, platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> None:
-        self.platform = platform
-        self.workload = workload
-        self.grid = grid
+    def __init__(
+        self,
+        platform: Platform,
+        workload: Workload,
+        grid: OccupancyGrid | None = None,
+        memory: int | None = None,
+    ) -> None:
+        self.platform, self.workload, self.grid, self.memory = platform, workload, grid, memory
         self._memo: Memo | None = None
 
     def __call__(self, point: DesignPoint) -> Result:
@@ -80,7 +85,8 @@ class Simulator:
         if self._memo is None:
             self._memo = Memo()
         moved = override(self.platform, self.workload, point.axes)
-        return simulate(*moved, memo=self._memo, grid=_grid_for(moved[1], self.workload, self.grid))
+        own = _grid_for(moved[1], self.workload, self.grid)
+        return simulate(*moved, memo=self._memo, grid=own, memory=self.memory)
 
     def __getstate__(self) -> dict[str, Any]:
         return {**self.__dict__, "_memo": None}
@@ -94,6 +100,7 @@ def explore(
     workers: int | None = None,
     progress: Callable[[Progress], None] | None = None,
     evaluate: Evaluate | None = None,
+    memory: int | None = None,
 ) -> Study:
     """Compute every point of the workload's exploration on the platform.
 
@@ -107,6 +114,8 @@ def explore(
         evaluate: computes one point; by default it is simulated. Must pickle where there are several
             workers. Results in a store are told apart by platform, workload and axes, not by this: use one
             store for each.
+        memory: bytes that all workers may take together; by default half of what the machine has free. A point that
+            would take more than a worker's share, by an estimate, is not begun: it counts as failed.
 
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_POINTS`` points.
@@ -124,8 +133,9 @@ def explore(
     grid = grid_of(workload)
     space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
     if evaluate is None:
-        _check_some_point(platform, workload, space, grid)
-        evaluate = Simulator(platform, workload, grid)
+        share = share_of_memory(workers, memory)
+        _check_some_point(platform, workload, space, grid, share)
+        evaluate = Simulator(platform, workload, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
     tally = _Tally(space, section.constraints, where, progress)
     with _opened(store) as kept:
@@ -354,20 +364,21 @@ def _grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -
 
 
 def _check_some_point(
-    platform: Platform, workload: Workload, space: Space, grid: OccupancyGrid | None
+    platform: Platform, workload: Workload, space: Space, grid: OccupancyGrid | None, memory: int
 ) -> None:
-    """Where no point at all can be bound, say so now, instead of a failure for each.
+    """Where no point at all can be bound, or none in so much memory, say so now, instead of a failure for each.
 
     Raises:
         SpecError, InputError: those of the first point.
     """
     from codesign.system.bind import bind
+    from codesign.system.ready import ready
 
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:
             moved = override(platform, workload, point.axes)
-            bind(*moved, grid=_grid_for(moved[1], workload, grid))
+            ready(bind(*moved, grid=_grid_for(moved[1], workload, grid)), memory=memory)
         except (SpecError, InputError) as fault:
             first = first or fault
         else:

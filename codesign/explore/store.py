@@ -19,9 +19,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from tempfile import gettempdir
 from typing import Protocol
 
 from codesign.errors import StoreError
+from codesign.explore.snapshot import UnsteadyError, connected_copy, written_here
 
 SCHEMA = 1
 _APPLICATION = int.from_bytes(b"HwSw", "big")
@@ -116,7 +118,8 @@ class FileStore:
 
     Args:
         path: made if there is none; its folder must exist.
-        read_only: for a look at what is there; the file must exist and is not touched.
+        read_only: for a look at what was committed when it was opened, beside a run that goes on as well; the file must
+            exist. It is copied (see ``snapshot``), so nothing in its folder changes.
 
     Raises:
         StoreError: the file cannot be opened, is in use by another run, is none of ours, is damaged, or was
@@ -127,15 +130,15 @@ class FileStore:
         self.path = Path(path)
         self.read_only = read_only
         self._check_place()
-        mode = "ro" if read_only else "rwc"
-        uri = f"{self.path.absolute().as_uri()}?mode={mode}"
-        with self._told():
-            self._connection = sqlite3.connect(uri, uri=True, timeout=0.5, isolation_level=None)
+        self._held = contextlib.ExitStack()
         try:
             with self._told():
+                self._connection = self._held.enter_context(self._connected())
                 self._open()
+                if not read_only:
+                    self._held.enter_context(written_here(self.path))
         except BaseException:
-            self._connection.close()
+            self._held.close()
             raise
 
     def find(self, keys: Sequence[str]) -> dict[str, Entry]:
@@ -182,7 +185,9 @@ class FileStore:
                 # Out of write-ahead logging: a reader then needs no more than the file, not even a writable
                 # folder.
                 self._connection.execute("PRAGMA journal_mode = DELETE")
+        # The connection first: closing what ``written_here`` kept would drop its locks.
         self._connection.close()
+        self._held.close()
 
     def __enter__(self) -> FileStore:
         return self
@@ -200,6 +205,12 @@ class FileStore:
             raise StoreError("is not a regular file", str(self.path), "give the name of a file")
         if not self.path.parent.is_dir():
             raise StoreError(f"there is no folder {self.path.parent}", str(self.path), "make it first")
+
+    def _connected(self) -> contextlib.AbstractContextManager[sqlite3.Connection]:
+        if self.read_only:
+            return connected_copy(self.path)
+        uri = f"{self.path.absolute().as_uri()}?mode=rwc"
+        return contextlib.closing(sqlite3.connect(uri, uri=True, timeout=0.5, isolation_level=None))
 
     def _open(self) -> None:
         # Before the first access: from then on the file is ours alone, and a second run is told at once.
@@ -263,6 +274,13 @@ class FileStore:
         except sqlite3.Error as fault:
             what, hint = _explained(fault)
             raise StoreError(what, str(self.path), hint) from fault
+        except UnsteadyError as fault:
+            raise StoreError(str(fault), str(self.path), "try again when less is written to it") from fault
+        except OSError as fault:
+            what = f"cannot be read through a copy in {gettempdir()}: {fault.strerror or fault}"
+            raise StoreError(
+                what, str(self.path), "make it readable, and room for the copy: see TMPDIR"
+            ) from fault
         except UnicodeError as fault:
             raise StoreError("is damaged: a text in it is none", str(self.path), _OURS) from fault
 

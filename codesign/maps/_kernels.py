@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 SQRT2 = np.sqrt(2.0)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def steps_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -> Any:
     """4-connected breadth-first distance from the goals; -1 where unreachable.
 
@@ -44,7 +44,7 @@ def steps_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -
     return distance
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _push(bucket: NDArray[np.int64], used: int, cell: int) -> Any:
     if used == bucket.size:
         larger = np.empty(2 * bucket.size, dtype=np.int64)
@@ -54,7 +54,7 @@ def _push(bucket: NDArray[np.int64], used: int, cell: int) -> Any:
     return bucket
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -> Any:
     """8-connected distance without corner cutting; inf where unreachable. Arguments as in ``steps_from``.
 

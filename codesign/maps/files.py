@@ -8,6 +8,7 @@ import stat
 from pathlib import Path
 
 from codesign.errors import MapError
+from codesign.files import passing
 
 MAX_FILE_BYTES = 64 * 2**20
 """Largest map file read: a 16-bit image of ``MAX_CELLS`` pixels takes half of it."""
@@ -51,11 +52,9 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
     try:
         target = Path(path)
         partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-        try:
+        with passing(partial):
             partial.write_bytes(content)
             partial.replace(target)
-        finally:
-            partial.unlink(missing_ok=True)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise MapError(f"the file cannot be written: {reason}", str(path)) from None

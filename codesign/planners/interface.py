@@ -6,10 +6,10 @@ A planner is arrays in, arrays out, exact, without a clock. It is found through 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, Literal, Protocol
+from typing import Annotated, Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -263,3 +263,20 @@ class Planner(Protocol):
         from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False. It computes
         nothing that the plan does not hold: a way from elsewhere takes another plan.
         """
+
+
+@runtime_checkable
+class KnowsMemory(Protocol):
+    """A planner that says how much memory it takes; of another, a figure a cell is assumed."""
+
+    def memory(self, problem: Any, parameters: Any, tasks: Collection[str]) -> int:
+        """Bytes at the peak of a run: those of the problem, the plan, what makes it, and what judges it.
+
+        ``parameters``: those of the planning task; ``tasks``: the names of all that are mapped.
+        """
+
+    def memory_levers(self, problem: Any, parameters: Any) -> list[str]:
+        """What takes less, besides a smaller map, as in "smaller blocks"."""
+
+    def fields_recorded(self, parameters: Any) -> int:
+        """Fields of a double a cell that the records of one plan hold."""

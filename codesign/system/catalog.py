@@ -7,10 +7,10 @@ refused where a workload asks for it.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
@@ -44,13 +44,13 @@ class BrokenPlugIn:
 @cache
 def planners() -> Mapping[str, Planner]:
     """Every installed planner by the name that workloads use; without those that cannot be loaded."""
-    return _loaded(_PLANNERS, _sound_planner)[0]
+    return _loaded(_PLANNERS)[0]
 
 
 @cache
 def architectures() -> Mapping[tuple[str, str], Architecture]:
     """Every installed architecture style by (planner, style); without those that cannot be loaded."""
-    found = _loaded(_STYLES, _sound_styles)[0]
+    found = _loaded(_STYLES)[0]
     return {key: style for styles in found.values() for key, style in styles.items()}
 
 
@@ -60,14 +60,19 @@ def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
 
     Without those that cannot be loaded.
     """
-    found = _loaded(_TASKS, _sound_task_styles)[0]
+    found = _loaded(_TASKS)[0]
     return {key: style for styles in found.values() for key, style in styles.items()}
 
 
 def broken() -> tuple[BrokenPlugIn, ...]:
     """The planners and styles that are registered, and cannot be loaded."""
-    groups = (_PLANNERS, _sound_planner), (_STYLES, _sound_styles), (_TASKS, _sound_task_styles)
-    return tuple(plug_in for group, sound in groups for plug_in in _loaded(group, sound)[1])
+    return tuple(plug_in for group in GROUPS for plug_in in _loaded(group)[1])
+
+
+def registered() -> tuple[tuple[str, EntryPoint], ...]:
+    """(group, entry point) of every plug-in that is installed, ours included; in an order of its own."""
+    found = [(group, point) for group in GROUPS for point in entry_points(group=group)]
+    return tuple(sorted(found, key=lambda each: (each[0], each[1].name, each[1].value)))
 
 
 def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
@@ -149,12 +154,12 @@ def _refuse_broken(group: str, name: str, known: Container[str]) -> None:
 
 
 @cache
-def _loaded(group: str, sound: Callable[[Any], Any]) -> tuple[dict[str, Any], tuple[BrokenPlugIn, ...]]:
-    """What the entry points of a group stand for, each once found ``sound``; and those that are not."""
+def _loaded(group: str) -> tuple[dict[str, Any], tuple[BrokenPlugIn, ...]]:
+    """What the entry points of a group stand for, each once found sound; and those that are not."""
     found, failed = {}, []
     for point in entry_points(group=group):
         try:
-            found[point.name] = sound(point.load())
+            found[point.name] = GROUPS[group](point.load())
         # The code of others: it may raise anything, and one that ends the process must not end ours.
         except (Exception, SystemExit) as fault:
             why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
@@ -176,3 +181,7 @@ def _sound_task_styles(plug_in: Any) -> dict[tuple[str, str, str, str], TaskStyl
 
 def _sound_styles(plug_in: Any) -> dict[tuple[str, str], Architecture]:
     return {(style.planner, style.style): style for style in plug_in}
+
+
+GROUPS = {_PLANNERS: _sound_planner, _STYLES: _sound_styles, _TASKS: _sound_task_styles}
+"""Every entry-point group that plug-ins are loaded from, each with what reads an entry; results depend on all."""

@@ -25,14 +25,16 @@ from codesign.system.result import Result
 def check_files(
     sources: Sequence[str | Path],
     settings: Mapping[str, Any] | None = None,
+    memory: int | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
     A source is a shipped name or a path; its kind is told from what it is. A platform and a workload are bound and
-    built as ``simulate`` does it, so that both refuse the same. Each variant of a workload is checked too, unless
-    ``settings``, raw values by axis that are put into both, choose one. Files of one kind are checked as far as that is
-    possible without the other kind. ``tell`` takes each note (``Architecture.notes``) of designs without a fault.
+    built as ``simulate`` does it, so that both refuse the same; ``memory`` as there. Each variant of a workload is
+    checked too, unless ``settings``, raw values by axis that are put into both, choose one. Files of one kind are
+    checked as far as that is possible without the other kind. ``tell`` takes each note (``Architecture.notes``) of
+    designs without a fault.
 
     Raises:
         InputError: settings, and no platform and workload to put them into.
@@ -56,7 +58,9 @@ def check_files(
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
     pairs = list(itertools.product(workloads, platforms))
     notes: dict[str, None] = {}
-    found = [_faults_of_pair(platform, workload, settings or {}, notes) for workload, platform in pairs]
+    found = [
+        _faults_of_pair(platform, workload, settings or {}, memory, notes) for workload, platform in pairs
+    ]
     if not pairs:
         found += [iter(platform_faults(platform)) for platform in platforms]
         found += [_faults_of_workload(workload) for workload in workloads]
@@ -69,7 +73,11 @@ def check_files(
 
 
 def _faults_of_pair(
-    platform: Platform, workload: Workload, settings: Mapping[str, Any], notes: dict[str, None]
+    platform: Platform,
+    workload: Workload,
+    settings: Mapping[str, Any],
+    memory: int | None,
+    notes: dict[str, None],
 ) -> Iterator[Fault]:
     """Whatever keeps the workload, or a variant of it, from being simulated on the platform.
 
@@ -80,7 +88,7 @@ def _faults_of_pair(
         put_in = spec.pin if point == settings else spec.override
         try:
             system = bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
-            ready(system)
+            ready(system, memory=memory)
         except SpecError as wrong:
             yield from wrong.faults
         else:

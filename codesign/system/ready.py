@@ -6,24 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from codesign.errors import CodesignError, Fault, SpecError
+from codesign.errors import CodesignError, SpecError
 from codesign.records import Listener
 from codesign.spec import fault
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
+from codesign.system.memory import refusal
 from codesign.system.outcome import fitted_fields
 from codesign.system.refusals import refused
 from codesign.system.result import Reason
 
 if TYPE_CHECKING:
     from codesign.components import Granularity
-
-MAX_BYTES = 4 * 2**30
-"""Most memory that the field of one run may need, by an estimate."""
-
-# Assumed: the field of a stage, that of the stage before, its planes and the block under way; distances and labels.
-_WORDS_AT_ONCE = 4
-_BYTES_A_CELL = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +34,18 @@ class Ready:
 
 
 def ready(
-    system: System, listeners: Sequence[Listener] = (), granularity: Granularity | None = None
+    system: System,
+    listeners: Sequence[Listener] = (),
+    granularity: Granularity | None = None,
+    *,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Ready:
     """Fit the system and, where it fits, build its machine.
 
-    ``granularity``: run-ahead by default. Nothing is simulated, and no record is made.
+    ``granularity``: run-ahead by default. ``memory``: bytes that the run may take, by an estimate; by default half of
+    what the machine has free. ``keeping``: a listener keeps all records in memory. Nothing is simulated, and no record
+    is made.
 
     Raises:
         SpecError: a law, a component or the memory of this computer refuses the design point; at its place in a file.
@@ -61,26 +62,7 @@ def ready(
         raise SpecError([refused(system.workload, ("mapping", task), mapped.parameters, wrong)]) from wrong
     if reasons:
         return Ready(fields, reasons, None)
-    faults = _memory_faults(system)
-    if faults:
-        raise SpecError(faults)
+    too_much = refusal(system, memory, listening=bool(listeners), keeping=keeping)
+    if too_much is not None:
+        raise SpecError([fault(system.workload, ("mapping", task), *too_much)])
     return Ready(fields, (), build(system, listeners, granularity or Granularity.RUN_AHEAD))
-
-
-def _memory_faults(system: System) -> list[Fault]:
-    """What this computer has no memory for: a field of long words on a large map."""
-    precisions = getattr(system.planning, "precisions", None)
-    if not precisions or not hasattr(system.problem, "free"):
-        return []
-    words = max(precisions) // 64 + 1
-    needed = system.problem.free.size * (_WORDS_AT_ONCE * 8 * words + _BYTES_A_CELL)
-    if needed <= MAX_BYTES:
-        return []
-    text = (
-        f"{system.problem.free.size:,} cells at {max(precisions)} bits would need about"
-        f" {needed / 2**30:.1f} GiB of memory, more than {MAX_BYTES // 2**30}"
-    )
-    path = ("mapping", system.planner.planning_task, "schedule")
-    return [
-        fault(system.workload, path, text, "end the schedule at a lower precision, or take a smaller map")
-    ]

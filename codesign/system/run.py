@@ -31,17 +31,30 @@ def simulate(
     memo: Memo | None = None,
     grid: OccupancyGrid | None = None,
     progress: ProgressOfMission | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
-    ``listeners`` take the records of the run. ``memo`` shares the functional work of design points that have it in
-    common; the figures are the same with and without. ``grid``: the workload's map, where it was read already.
+    ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
+    functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
+    workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
+    of what the machine has free.
 
     Raises:
-        SpecError: platform, workload and map do not belong together.
+        SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see
+            ``simulate_system``.
     """
     system = bind(platform, workload, grid=grid)
-    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo, progress=progress)
+    return simulate_system(
+        system,
+        listeners=listeners,
+        granularity=granularity,
+        memo=memo,
+        progress=progress,
+        memory=memory,
+        keeping=keeping,
+    )
 
 
 def simulate_system(
@@ -51,6 +64,8 @@ def simulate_system(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
     progress: ProgressOfMission | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it.
 
@@ -65,7 +80,7 @@ def simulate_system(
             "granularity",
             choose_hint(granularity, list(Granularity)),
         )
-    prepared = ready(system, listeners, Granularity(granularity))
+    prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping)
     head, machine = head_fields(system) | prepared.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.reasons)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
 
 from codesign.errors import TraceError
-from codesign.files import is_special, landing
+from codesign.files import is_special, landing, passing
 from codesign.records import MapRecord, Record, SummaryRecord
 from codesign.trace.encoding import GRIDS, bared, encode, is_bare, schema_name, schema_of, topic_of
 from codesign.trace.foxglove import Floor, floor_of
@@ -66,11 +66,13 @@ class McapListener:
         self._views = Views()
         self._finished = False
         self._stream: BinaryIO | None = None
+        self._held = ExitStack()
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
         if is_special(self.path):
             raise TraceError("is no regular file", str(self.path), "a trace needs one: name a file")
         with self._guard():
+            self._held.enter_context(passing(self._part))
             self._stream = self._part.open("xb")
             self._writer = Writer(self._stream, chunk_size=CHUNK_BYTES, enable_data_crcs=True)
             self._writer.start(profile="", library=LIBRARY)
@@ -123,6 +125,7 @@ class McapListener:
             self._close_stream()
             self._part.replace(self._target)
         self._finished = True
+        self._held.close()
 
     def abort(self) -> None:
         """Remove what was written; after ``close`` it does nothing."""
@@ -131,8 +134,7 @@ class McapListener:
         self._finished = True
         with suppress(OSError):
             self._close_stream()
-        with suppress(OSError):
-            self._part.unlink()
+        self._held.close()
 
     def __enter__(self) -> McapListener:
         return self

@@ -121,7 +121,7 @@ def relax_steps(
     elif detail:
         told = _each_visit(run, costs, detect=False)
     else:
-        told = _each_stage(run, costs, Memo() if memo is None else memo)
+        told = _each_stage(run, costs, memo)
     stages, field, fault = yield from told
     return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None, run.below, fault)
 
@@ -187,7 +187,7 @@ def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
     return Step(RELAX, cycles, _visits_story(batch, clock), costs.ram_addresses)
 
 
-def _each_stage(run: _Run, costs: Costs, memo: Memo) -> _Told:
+def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
     height, width = parameters.block_shape(problem.rows, problem.columns)
@@ -198,10 +198,14 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo) -> _Told:
         parameters.termination,
     )
     for precision in run.precisions:
-        start = None if field is None else field.digest()
-        key = ("harmonic stage", problem.digest, *partition, start, run.below, precision)
         compute = partial(_stage_sums, run, precision, field)
-        sums = memo.get(key, compute)
+        if memo is None:
+            # Nobody would find them again: kept, the fields of all stages would only take memory.
+            sums = compute()
+        else:
+            start = None if field is None else field.digest()
+            key = ("harmonic stage", problem.digest, *partition, start, run.below, precision)
+            sums = memo.get(key, compute)
         block = np.arange(len(sums.iterations), dtype=np.int32)
         cycles = int(costs.iterations(precision, block, sums.iterations).sum())
         total = np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64)

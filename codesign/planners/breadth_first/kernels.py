@@ -15,7 +15,7 @@ BLOCKED, FREE, GOAL, WAITING_GOAL = 0, 1, 2, 3
 """What a cell of the padded map holds. Discovered, a free cell turns into BLOCKED, a goal into WAITING_GOAL."""
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
     """Search from ``start`` until a goal is popped or the queue is empty.
 
@@ -49,7 +49,7 @@ def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
     return queue, pushed, popped, depth, directions, -1
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def mark_path(directions: NDArray[np.int8], goal: int, stride: int) -> Any:
     """Int32 indices of the cells from the start to ``goal``, along the directions that ``trail`` left."""
     offsets = (-stride, stride, -1, 1)
@@ -67,7 +67,7 @@ def mark_path(directions: NDArray[np.int8], goal: int, stride: int) -> Any:
     return path
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def without_ring(indices: NDArray[np.int32], stride: int) -> Any:
     """Int32: the same cells, counted in the map without its ring of obstacles."""
     found = np.empty(indices.size, np.int32)

@@ -200,7 +200,10 @@ def _check_start(
             f"start of {field.shape} values for a map of {free.shape} cells",
             "start",
         )
-    limbs = field.shifted(precision).limbs.copy()
+    shifted = field.shifted(precision)
+    # A field of the same precision is the caller's own.
+    limbs = shifted.limbs.copy() if shifted is field else shifted.limbs
+    limbs.flags.writeable = True
     limbs[~free] = 0
     rows, columns = np.array(goals).T
     limbs[rows, columns] = 0

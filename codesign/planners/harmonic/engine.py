@@ -36,7 +36,9 @@ class Engine:
         budget: int = BUDGET,
         transposed: bool | None = None,
     ) -> None:
-        self._arguments = arguments
+        # Not the arguments as such: their start would take as much memory again as the values.
+        self._iterations = arguments.iterations
+        self._published = arguments.termination == "published"
         self._spare, self._budget = spare_planes, budget
         shape, block = arguments.free.shape, arguments.block
         self._transposed = better_transposed(block) if transposed is None else transposed
@@ -69,10 +71,9 @@ class Engine:
         known to come back, with a fault.
         """
         self._lift(precision - self._precision)
-        arguments, layout = self._arguments, self._layout
+        layout = self._layout
         control = np.zeros(kernels.CONTROL_SIZE, np.int64)
         control[kernels.POWER] = 1
-        published = arguments.termination == "published"
         counts = np.empty(VISITS_PER_BATCH, np.int32)
         blocks = layout.down * layout.across
         visits = iterations = 0
@@ -84,9 +85,9 @@ class Engine:
                 addresses(self._state),
                 control,
                 counts if most_sweeps is None else counts[: most_sweeps * blocks - visits],
-                arguments.iterations,
+                self._iterations,
                 self._budget,
-                published,
+                self._published,
                 self._signed,
             )
             if status == kernels.CYCLE and most_sweeps is None:
@@ -135,6 +136,7 @@ class Engine:
 
     def _lift(self, shift: int) -> None:
         """r << shift, d = 0: the start of the next stage."""
+        self._forget("ring", "visit", "odometer", "snapshot")
         old, old_planes = self._state, self._layout.planes
         # A sign is needed only where something negative is left, which no settled block has.
         self._signed &= bool(old.active.any())
@@ -152,8 +154,13 @@ class Engine:
             new.width[old.width == 0] += 1
         kernels.trim_all(self._layout, addresses(new), self._signed)
 
+    def _forget(self, *names: str) -> None:
+        """Give back the memory of planes that the stage is done with: they are most of it where blocks are large."""
+        self._state = self._state._replace(**dict.fromkeys(names, np.empty(0, np.uint64)))
+
     def _settle(self, precision: int) -> None:
         """h = (h << shift) + d: the values at the end of the stage."""
+        self._forget("ring", "visit", "snapshot")
         raised = np.empty((*self._movable.shape, limbs_needed(precision)), np.uint64)
         limbs.raise_field(
             self._layout,

@@ -48,21 +48,21 @@ from codesign.planners.harmonic.lanes import get, put
 from codesign.planners.harmonic.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "8268e6f51f6c7799"
+CALLED_DIGEST = "b51bce4affb58334"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
 CONTROL_SIZE = 6
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def trim_all(layout, state, signed):
     """Lower all widths to what r needs."""
     for block in range(layout.down * layout.across):
         trim(layout, state, block, signed)
 
 
-@njit
+@njit(nogil=True)
 def _has_room(layout, state, block, iterations):
     """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
     bits = 8
@@ -84,7 +84,7 @@ def _has_room(layout, state, block, iterations):
     return need <= layout.planes
 
 
-@njit
+@njit(nogil=True)
 def _same(layout, state):
     """Whether r is what the snapshot holds."""
     for block in range(layout.down * layout.across):
@@ -98,7 +98,7 @@ def _same(layout, state):
     return True
 
 
-@njit
+@njit(nogil=True)
 def _repeats(layout, state, control):
     """Whether r is what it was at an earlier sweep (Brent's method), so that the sweeps would never end."""
     if _same(layout, state):

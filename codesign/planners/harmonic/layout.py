@@ -98,6 +98,16 @@ def better_transposed(block: tuple[int, int]) -> bool:
     return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
 
 
+def plane_bytes(shape: tuple[int, int], block: tuple[int, int]) -> int:
+    """Bytes of one bit of all that is kept as planes: r and d of all blocks; the ring and d of the visited one."""
+    transposed = better_transposed(block)
+    if transposed:
+        shape, block = shape[::-1], block[::-1]
+    layout = make_layout(shape, block, 1, transposed)
+    # One slot of the ring stays zero, and is never touched.
+    return 8 * layout.plane * (2 * layout.down * layout.across + SLOTS + 2)
+
+
 def make_state(layout: Layout, signed: bool) -> State:
     """A state of zeros. Memory of planes that no value reaches is never touched.
 

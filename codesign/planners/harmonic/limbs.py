@@ -15,7 +15,7 @@ HALF_BITS = 32
 _HALF = np.int64((1 << HALF_BITS) - 1)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _half(limbs, row, column, half):
     """Half a limb of a value as int64; 0 outside the map and beyond the last limb."""
     if (
@@ -30,7 +30,7 @@ def _half(limbs, row, column, half):
     return np.int64(limb >> np.uint64(HALF_BITS)) if half % 2 else np.int64(limb & np.uint64(_HALF))
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _all_zero(limbs, row, column):
     """Whether a cell and its neighbours are 0, as most are at the start."""
     last_row, last_column = limbs.shape[0] - 1, limbs.shape[1] - 1
@@ -42,7 +42,7 @@ def _all_zero(limbs, row, column):
     return some == 0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _residual(limbs, row, column, residual):
     """N + E + S + W - 4h of a cell, in two's complement halves; the bits it takes, and whether it is negative."""
     if _all_zero(limbs, row, column):
@@ -72,7 +72,7 @@ def _residual(limbs, row, column, residual):
     return 0, negative
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def residual_bits(limbs, movable):
     """Most bits that r of any movable cell takes, its sign not counted, and whether any is negative."""
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
@@ -86,7 +86,7 @@ def residual_bits(limbs, movable):
     return most, any_negative
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _place(layout, row, column):
     """Block of a cell, the word that holds it within a plane, and the bit in that word."""
     block = row // layout.block_rows * layout.across + column // layout.block_columns
@@ -95,7 +95,7 @@ def _place(layout, row, column):
     return block, word, np.uint64(inner_column % 64)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_mask(layout, movable, mask):
     """Set the bits of ``mask`` (zero before) at the movable cells."""
     for row in range(movable.shape[0]):
@@ -105,7 +105,7 @@ def fill_mask(layout, movable, mask):
                 mask[block * layout.plane + word] |= np.uint64(1) << bit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def fill_residual(layout, limbs, movable, planes, count):
     """Set ``count`` bits of r of every movable cell in ``planes`` (zero before), negative ones in two's complement."""
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
@@ -127,7 +127,7 @@ def fill_residual(layout, limbs, movable, planes, count):
                 planes[plane * layout.plane + word] |= np.uint64(value) << bit
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _gather(planes, word, step, first, width, signed, digits):
     """Bits ``first`` to ``first`` + 63 of the 64 numbers of ``width`` planes that share a word."""
     last = min(first + 64, width)
@@ -142,7 +142,7 @@ def _gather(planes, word, step, first, width, signed, digits):
             digits[column] |= (bits >> np.uint64(column) & np.uint64(1)) << weight
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def raise_field(layout, limbs, shift, planes, widths, signed, raised):
     """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each group."""
     words, bits = shift // 64, np.uint64(shift % 64)
@@ -173,7 +173,7 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
             column += together
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _greater(limbs, row, column, other_row, other_column):
     """Whether the value at the first cell is greater than at the second; cells outside the map hold 0."""
     if row < 0 or column < 0 or row >= limbs.shape[0] or column >= limbs.shape[1]:
@@ -185,7 +185,7 @@ def _greater(limbs, row, column, other_row, other_column):
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def count_local_maxima(limbs, candidates):
     """Candidates none of whose four neighbours is strictly greater."""
     count = 0

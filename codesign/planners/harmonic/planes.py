@@ -14,13 +14,13 @@ from codesign.planners.harmonic.lanes import any_bit, load, spread, store, zeros
 from codesign.planners.harmonic.layout import WORD_BITS
 
 
-@njit
+@njit(nogil=True)
 def _majority(a, b, c):
     """The carry of a + b + c, whose sum is a ^ b ^ c."""
     return (a & b) | (c & (a | b))
 
 
-@njit
+@njit(nogil=True)
 def _add_seven(n, s, e, w, a, b, c):
     """Sum and the three carries of seven bits of equal weight."""
     first = n ^ s ^ e
@@ -28,7 +28,7 @@ def _add_seven(n, s, e, w, a, b, c):
     return second ^ b ^ c, _majority(n, s, e), _majority(first, w, a), _majority(second, b, c)
 
 
-@njit
+@njit(nogil=True)
 def _around(layout, ring, at):
     """North, south, east and west of eight words of a plane."""
     one, last = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
@@ -40,7 +40,7 @@ def _around(layout, ring, at):
     return load(ring, at - 1), load(ring, at + 1), east, west
 
 
-@njit(inline="always")
+@njit(inline="always", nogil=True)
 def needed_planes(planes, at, step, count, least, signed):
     """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
     while count > least:
@@ -53,7 +53,7 @@ def needed_planes(planes, at, step, count, least, signed):
     return count
 
 
-@njit(inline="always")
+@njit(inline="always", nogil=True)
 def iterate_group(layout, ring, free, source, target, width, signed):
     """One iteration of eight words of a block."""
     step = layout.plane
@@ -80,7 +80,7 @@ def iterate_group(layout, ring, free, source, target, width, signed):
         store(ring, out + step, _majority(a, b, c) & free)
 
 
-@njit(inline="always")
+@njit(inline="always", nogil=True)
 def _carry_on(planes, at, step, plane, have, carry):
     """Add a carry from ``plane`` on to an unsigned number of ``have`` planes; the planes it has then."""
     while any_bit(carry):
@@ -92,7 +92,7 @@ def _carry_on(planes, at, step, plane, have, carry):
     return max(have, plane)
 
 
-@njit(inline="always")
+@njit(inline="always", nogil=True)
 def sum_steps(ring, steps, slots, visit, at, step, width, have):
     """Add four unsigned steps of ``width`` planes to a group of ``visit``; the planes it has then, about."""
     s0, s1, s2, s3 = slots
@@ -121,7 +121,7 @@ def sum_steps(ring, steps, slots, visit, at, step, width, have):
     return _carry_on(visit, at, step, width + 2, max(have, width + 2), _majority(a, b, digit))
 
 
-@njit
+@njit(nogil=True)
 def sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
     """``sum_steps`` in two's complement."""
     total = max(have, width + 2) + 1
@@ -143,7 +143,7 @@ def sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
     return total
 
 
-@njit(inline="always")
+@njit(inline="always", nogil=True)
 def add_gains(planes, at, have, gains, source, count, right, left, select, step, signed):
     """Add gains, shifted ``right``, then ``left``, where selected, to a number; the planes it has then, about.
 

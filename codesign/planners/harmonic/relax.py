@@ -124,8 +124,9 @@ def _run(
 ) -> Iterator[VisitBatch | StageEnd]:
     from codesign.planners.harmonic.engine import Engine
 
-    engine = Engine(arguments)
-    for index, precision in enumerate(arguments.schedule):
+    engine, schedule = Engine(arguments), arguments.schedule
+    del arguments
+    for index, precision in enumerate(schedule):
         for item in engine.run(index, precision, most_sweeps):
             yield item
             if isinstance(item, StageEnd) and (
@@ -187,17 +188,21 @@ def relax(
         termination=termination,
         start=start,
     )
-    field = arguments.start
-    fault = ""
-    for item in _run(arguments, stop_without_local_maxima, most_sweeps):
+    reachable = arguments.reachable
+    run = _run(arguments, stop_without_local_maxima, most_sweeps)
+    # The start is the engine's from here on: it would take as much memory again as the field.
+    del arguments
+    field, fault = None, ""
+    for item in run:
         if isinstance(item, StageEnd):
             stages.append(item.stage)
             field, fault = item.field, item.fault
         elif record_visits:
             batches.append(item)
+    assert field is not None, "a schedule has at least one stage"
     visits = _record(batches) if record_visits else None
     below = start is None or isinstance(start, LowerBound)
-    return Relaxation(tuple(stages), field, arguments.reachable, visits, below, fault)
+    return Relaxation(tuple(stages), field, reachable, visits, below, fault)
 
 
 def _record(batches: list[VisitBatch]) -> VisitRecord:

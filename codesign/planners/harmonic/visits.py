@@ -21,7 +21,7 @@ from codesign.planners.harmonic.planes import (
 )
 
 
-@njit
+@njit(nogil=True)
 def iterate(layout, state, block, source, target, uniform, signed):
     """One iteration of a block, from one slot of the ring to another; the planes that the next steps take.
 
@@ -58,7 +58,7 @@ def iterate(layout, state, block, source, target, uniform, signed):
     return most
 
 
-@njit
+@njit(nogil=True)
 def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
     """Add the steps of four slots of the ring to what the visit added so far."""
     step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
@@ -82,7 +82,7 @@ def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
         put(state.visit_width, group, needed_planes(visit, word, step, have, 0, signed))
 
 
-@njit
+@njit(nogil=True)
 def add_visit(layout, state, block, signed):
     """Add what the visit added to d of its block."""
     none, everything = spread(np.uint64(0)), spread(~np.uint64(0))
@@ -99,7 +99,7 @@ def add_visit(layout, state, block, signed):
             put(state.deepest, block, max(get(state.deepest, block), width))
 
 
-@njit
+@njit(nogil=True)
 def _widen(layout, state, block, total):
     """Give r of all groups of a block ``total`` planes, by repeating the sign."""
     step, base = layout.plane, block * layout.planes * layout.plane
@@ -112,7 +112,7 @@ def _widen(layout, state, block, total):
         put(state.width, group, total - 2)
 
 
-@njit
+@njit(nogil=True)
 def trim(layout, state, block, signed):
     """Lower the widths of a block to what r needs. Visits rely on it: settled and of width 0 are the same."""
     base = block * layout.planes * layout.plane
@@ -129,7 +129,7 @@ def trim(layout, state, block, signed):
     put(state.active, block, most)
 
 
-@njit
+@njit(nogil=True)
 def _push(layout, state, block, source, target, vectors, right, left, select, signed):
     """Add what border nodes of the visited block gained to r of their neighbours in ``block``.
 
@@ -161,7 +161,7 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
             put(state.active, block, max(get(state.active, block), width))
 
 
-@njit
+@njit(nogil=True)
 def push_all(layout, state, block, signed):
     """Tell the four neighbouring blocks what the border nodes gained."""
     row, column = block // layout.across, block % layout.across
@@ -185,7 +185,7 @@ def push_all(layout, state, block, signed):
             _push(layout, state, below, top + bottom, top, 1, none, none, one_lane(0), signed)
 
 
-@njit
+@njit(nogil=True)
 def _enter(layout, state, block, signed):
     """Copy r of a block into the first slot of the ring."""
     step, base = layout.plane, block * layout.planes * layout.plane
@@ -200,7 +200,7 @@ def _enter(layout, state, block, signed):
         put(state.ring_width, group, width)
 
 
-@njit
+@njit(nogil=True)
 def _leave(layout, state, block, slot):
     """Copy r of a block back from a slot of the ring."""
     step, base = layout.plane, block * layout.planes * layout.plane
@@ -215,7 +215,7 @@ def _leave(layout, state, block, slot):
         put(state.width, block * layout.groups + group, width)
 
 
-@njit
+@njit(nogil=True)
 def visit_block(layout, state, block, done, iterations, budget, signed):
     """Iterate a block until it settles, ``iterations`` are done or the budget is spent.
 

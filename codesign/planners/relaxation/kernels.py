@@ -25,7 +25,7 @@ Doubles = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
     """Whether the run is over. ``watch``: the least change so far, and the sweeps since it was seen."""
     if change < tolerance:
@@ -38,7 +38,7 @@ def _verdict(change: float, tolerance: float, patience: int, floor: float, watch
     return STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _in_place(
     here: Doubles,
     movable: Mask,
@@ -61,7 +61,7 @@ def _in_place(
     return top
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _apart(
     target: Doubles,
     here: Doubles,
@@ -85,7 +85,7 @@ def _apart(
     return top
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def _mean(
     here: Doubles,
     first: Doubles,

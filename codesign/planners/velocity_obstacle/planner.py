@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,9 @@ from codesign.planners.velocity_obstacle.parameters import AvoidParameters, Robo
 from codesign.planners.velocity_obstacle.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.reference import BRAKE
 from codesign.task_graph import Flow
+
+STATE_BYTES = 120
+"""Bytes of a robot at one update: 44 in words, 32 in cells, and what judges the run."""
 
 COORDINATE_BITS = 16
 """A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
@@ -57,6 +60,18 @@ class VelocityObstacle:
             Flow("load", "avoid", "robots", 2 * coordinates),
             Flow("avoid", "command", "coordinates", coordinates),
         )
+
+    def memory(self, problem: RobotsProblem, parameters: AvoidParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+        """For each robot and update positions, velocities and counts, in words and once more in cells."""
+        return STATE_BYTES * problem.count * (parameters.updates + 1)
+
+    def memory_levers(self, problem: RobotsProblem, parameters: AvoidParameters) -> list[str]:  # noqa: ARG002
+        """None besides robots and updates."""
+        return []
+
+    def fields_recorded(self, parameters: AvoidParameters) -> int:  # noqa: ARG002
+        """None."""
+        return 0
 
     def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
         """Collisions, arrivals and detours of the run."""

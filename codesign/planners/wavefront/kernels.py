@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 OPEN, CLOSED, ENTERED = -1, -2, -3
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _release(
     potentials: NDArray[np.int32],
     order: NDArray[np.int32],
@@ -46,7 +46,7 @@ def _release(
     return used, left
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]) -> bool:
     """Whether an obstacle stands beside a diagonal step from ``cell``."""
     for offset in beside:  # noqa: SIM110 - numba compiles no generator
@@ -55,7 +55,7 @@ def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]
     return False
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _enter(
     potentials: NDArray[np.int32],
     order: NDArray[np.int32],
@@ -87,7 +87,7 @@ def _enter(
     return used, entered
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _all_reached(potentials: NDArray[np.int32], cells: NDArray[np.int32]) -> bool:
     for cell in cells:  # noqa: SIM110
         if potentials[cell] < 0:
@@ -95,7 +95,7 @@ def _all_reached(potentials: NDArray[np.int32], cells: NDArray[np.int32]) -> boo
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def spread(
     potentials: NDArray[np.int32],
     seeds: NDArray[np.int32],
@@ -154,7 +154,7 @@ def spread(
     return order[:used]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def rounds(
     potentials: NDArray[np.int32],
     order: NDArray[np.int32],
@@ -184,7 +184,7 @@ def rounds(
     return most
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def follow(
     potentials: NDArray[np.int32],
     distances: NDArray[np.int32],

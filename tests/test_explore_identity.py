@@ -1,0 +1,95 @@
+"""A result depends on every plug-in that is installed: whatever changes in one changes the digest of results."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from codesign.explore.identity import code_digest
+from codesign.system import catalog
+
+ALL = sorted(catalog.GROUPS)
+
+
+def install(
+    folder: Path, group: str, *, version: str = "1", value: str = "made_up:ALL", source: str = ""
+) -> None:
+    """A distribution as pip leaves it, that registers in one group only."""
+    (folder / "made_up").mkdir(exist_ok=True)
+    (folder / "made_up" / "__init__.py").write_text(f"ALL = OTHERS = ()\n{source}")
+    (folder / "made_up" / "deep").mkdir(exist_ok=True)
+    (folder / "made_up" / "deep" / "helper.py").write_text("FIGURE = 1\n")
+    information = folder / "made_up-0.dist-info"
+    information.mkdir(exist_ok=True)
+    (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: made-up\nVersion: {version}\n")
+    (information / "entry_points.txt").write_text(f"[{group}]\nmade_up = {value}\n")
+
+
+def digest() -> str:
+    code_digest.cache_clear()
+    sys.path_importer_cache.clear()
+    try:
+        return code_digest()
+    finally:
+        code_digest.cache_clear()
+
+
+def test_the_groups_are_those_that_this_package_registers_in() -> None:
+    assert {group for group, point in catalog.registered() if point.value.startswith("codesign.")} == set(ALL)
+
+
+@pytest.mark.parametrize("group", ALL)
+def test_a_plug_in_of_any_group_is_part_of_the_digest(
+    group: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    without = digest()
+    monkeypatch.syspath_prepend(tmp_path)
+    install(tmp_path, group)
+    seen = [without, digest()]
+    assert digest() == seen[-1]
+    install(tmp_path, group, version="2")
+    seen.append(digest())
+    install(tmp_path, group, version="2", value="made_up:OTHERS")
+    seen.append(digest())
+    install(
+        tmp_path, group, version="2", value="made_up:OTHERS", source="# mended, and the version forgotten\n"
+    )
+    seen.append(digest())
+    (tmp_path / "made_up" / "deep" / "helper.py").write_text("FIGURE = 2\n")
+    seen.append(digest())
+    assert len(set(seen)) == len(seen)
+
+
+def test_the_source_of_a_plug_in_of_one_module_is_part_of_the_digest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    install(tmp_path, ALL[0], value="made_up_module:ALL")
+    (tmp_path / "made_up_module.py").write_text("ALL = 1\n")
+    before = digest()
+    (tmp_path / "made_up_module.py").write_text("ALL = 2\n")
+    assert digest() != before
+
+
+def test_in_a_namespace_package_only_the_plug_in_itself_counts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    install(tmp_path, ALL[0], value="made_up_space.ours:ALL")
+    for name in ("ours", "theirs"):
+        (tmp_path / "made_up_space" / name).mkdir(parents=True)
+        (tmp_path / "made_up_space" / name / "__init__.py").write_text("ALL = 1\n")
+    before = digest()
+    (tmp_path / "made_up_space" / "theirs" / "__init__.py").write_text("ALL = 2\n")
+    assert digest() == before
+    (tmp_path / "made_up_space" / "ours" / "__init__.py").write_text("ALL = 2\n")
+    assert digest() != before
+
+
+def test_a_plug_in_that_is_not_there_does_not_end_the_digest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    without = digest()
+    install(tmp_path, ALL[0], value="made_up_nowhere.inside:ALL")
+    assert digest() != without
