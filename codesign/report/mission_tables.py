@@ -149,11 +149,14 @@ def energy_table(energy: MissionEnergy) -> Table:
         )
         if joules or name in energy.not_declared
     ]
+    notes = not_declared_notes(energy.not_declared)
+    if energy.idle_fpgas_j:
+        notes = (f"FPGAs without any task drew {quantity_text(energy.idle_fpgas_j, 'J')} of it", *notes)
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
         (*lines, (word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
-        not_declared_notes(energy.not_declared),
+        notes,
         strong=frozenset([len(lines)]),
     )
 

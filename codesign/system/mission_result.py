@@ -65,7 +65,10 @@ class Bottleneck(_Model):
 class MissionEnergy(_Model):
     """Energy of a mission, J."""
 
-    fpga_j: float = Field(description="of the FPGA, J")
+    fpga_j: float = Field(description="of all FPGAs of the platform, J")
+    idle_fpgas_j: float = Field(
+        default=0.0, description="the part of it that FPGAs without any task drew: their static power, J"
+    )
     processors_j: float = Field(description="of the processors, J")
     links_j: float = Field(description="of the links, J")
     memories_j: float = Field(description="of the external memories, J")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError, choose_hint
@@ -13,7 +13,7 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
-from codesign.system.outcome import drive_fields, fitted_fields, head_fields, plan_fields, use_fields
+from codesign.system.outcome import drive_fields, fitted, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
 
 if TYPE_CHECKING:
@@ -69,13 +69,13 @@ def simulate_system(
             choose_hint(granularity, list(Granularity)),
         )
     head = head_fields(system)
-    fields, reasons = fitted_fields(system)
-    head |= fields
-    if reasons:
-        return Result(**head, feasible=False, reasons=reasons)
+    held = fitted(system)
+    head |= held.fields
+    if held.reasons:
+        return Result(**head, feasible=False, reasons=held.reasons)
     _check_memory(system)
     machine = build(system, listeners, Granularity(granularity))
-    result = Result(**head, feasible=True, **_run(machine, head.get("power"), memo))
+    result = Result(**head, feasible=True, **_run(machine, held.boards, memo))
     for component in machine.components:
         component.report_utilisation()
     if listeners:
@@ -103,34 +103,34 @@ def _check_memory(system: System) -> None:
         )
 
 
-def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _run(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     """Let the machine do what its scenario says; the fields that this gives a result."""
     run = {"plan_once": _plan_once, "drive": _drive, "fleet": _fleet}[machine.system.workload.scenario.type]
-    return run(machine, power, memo)
+    return run(machine, boards, memo)
 
 
-def _plan_once(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _plan_once(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.plan_once import plan_once
 
     answer = plan_once(machine, memo)
-    return plan_fields(machine, answer, memo) | use_fields(machine, power)
+    return plan_fields(machine, answer, memo) | use_fields(machine, boards)
 
 
-def _drive(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _drive(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.drive import drive
     from codesign.system.scenarios.drive.summary import mission_of
 
     done = drive(machine, memo)
     fields = drive_fields(machine, done.log.first, done.log.last, memo)
-    return {**fields, **use_fields(machine, power), "mission": mission_of(machine, done, power)}
+    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards)}
 
 
-def _fleet(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _fleet(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.fleet import fly
 
     flight = fly(machine, memo=memo)
     problem = machine.system.problem
     ended = flight.ends[-1] if len(flight.ends) else flight.loaded
     answer = Answer(problem, flight.plan, flight.loaded, ended, ended, Ledger())
-    fields = plan_fields(machine, answer, memo) | use_fields(machine, power, flight.fpgas[1:])
+    fields = plan_fields(machine, answer, memo) | use_fields(machine, boards, flight.fpgas[1:])
     return {**fields, "fleet": flight.figures}

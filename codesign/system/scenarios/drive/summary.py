@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codesign import maps
 from codesign.spec.components import RobotComponent
+from codesign.system.energy import energy
 from codesign.system.ledger import Ledger, Spent
 from codesign.system.mission_result import (
     CONTACT_POINTS,
@@ -18,7 +20,6 @@ from codesign.system.mission_result import (
     Mission,
     MissionEnergy,
 )
-from codesign.system.outcome import energy
 from codesign.system.result import Power
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
@@ -35,7 +36,7 @@ LATE_MATTERS = 0.05
 """Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
 
 
-def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
+def mission_of(machine: Machine, done: Drive, boards: Mapping[str, Power]) -> Mission:
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
@@ -76,7 +77,7 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         driving_s=driving,
         waiting_s=waiting,
         known_share=scene.belief.known_share,
-        energy=_energy(machine, scene, power),
+        energy=_energy(machine, scene, boards),
         account=_account(machine, done),
         latency=latency,
         control=control,
@@ -102,8 +103,8 @@ def _shortest(scene: Scene) -> float | None:
     return cells * scene.resolution
 
 
-def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnergy:
-    own = energy(machine, power)
+def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> MissionEnergy:
+    own = energy(machine, boards)
     spec = machine.system.platform.components[scene.robot.name]
     assert isinstance(spec, RobotComponent), "a scene's robot is one"
     moving, standing = (
@@ -113,6 +114,7 @@ def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnerg
     robot = float(spec.power.moving.value) * moving + float(spec.power.standing.value) * standing
     return MissionEnergy(
         fpga_j=own.fpga_j,
+        idle_fpgas_j=own.idle_fpgas_j,
         processors_j=own.processors_j,
         links_j=own.links_j,
         memories_j=own.memories_j,
