@@ -16,6 +16,7 @@ from codesign.report.wording import (
     share_cell,
     share_text,
 )
+from codesign.system.ledger import SPENT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -99,6 +100,8 @@ def mission_table(mission: Mission) -> Table:
         ("clearance, mean", _metres(mission.clearance_mean_m)),
         ("plans", count_cell(mission.plans)),
         ("replans", count_cell(mission.replans)),
+        ("plans broken off", count_cell(mission.broken_off)),
+        ("plans broken off in a row, at most", count_cell(mission.broken_off_in_a_row)),
         ("replan latency, median", _seconds(mission.replan_latency_median_s)),
         ("replan latency, 95th percentile", _seconds(mission.replan_latency_95_s)),
         ("replan latency, worst", _seconds(mission.replan_latency_worst_s)),
@@ -195,7 +198,7 @@ def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
 
 
 def latency_table(shares: tuple[LatencyShare, ...]) -> Table:
-    """Where the time from asking for a plan to its answer went, over all plans."""
+    """Where the time from each scan that asked for a plan to the answer, or the request's end, went."""
     return _shares_table("Where the time of plans went", shares)
 
 
@@ -208,7 +211,10 @@ def _shares_table(title: str, shares: tuple[LatencyShare, ...]) -> Table:
     return Table(
         title,
         (*left("what", "where"), *right("time", unit="s"), *right("share", unit="1")),
-        tuple((*words(one.kind, one.where), _seconds(one.seconds), share_cell(one.share)) for one in shares),
+        tuple(
+            (*words(SPENT[one.kind], one.where), _seconds(one.seconds), share_cell(one.share))
+            for one in shares
+        ),
     )
 
 

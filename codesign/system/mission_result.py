@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from codesign.spec.exploration import ResultFigure
+from codesign.system.ledger import Spent
 
 CONTACT_POINTS = 100
 """Contacts that a result lists; it counts them all."""
@@ -43,23 +44,27 @@ class Account(_Model):
 class LatencyShare(_Model):
     """A share of some time."""
 
-    kind: Literal["compute", "wait", "transfer"] = Field(description="what the time was spent on")
+    kind: Spent = Field(
+        description="what the time was spent on; behind: a request waited for another plan; broken_off: in plans that"
+        " were broken off; failed: in plans that failed, and the pause after; unfinished: in the plan that the"
+        " mission's end cut"
+    )
     where: str = Field(description="the component or link")
     seconds: float = Field(description="how long, all together, s")
     share: float = Field(description="share of the whole")
 
 
 class Bottleneck(_Model):
-    """What sets the pace, and what would move it."""
+    """Where the time of a mission was seen to go."""
 
-    name: str = Field(description="the component or link that sets the pace")
-    kind: Literal["drive", "compute", "wait", "transfer"] = Field(
+    name: str = Field(description="the component or link that the time was spent at")
+    kind: Spent | Literal["drive"] = Field(
         description="what it spends the time on; drive: the robot's own motion"
     )
     share: float = Field(
         description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns"
     )
-    text: str = Field(description="the same in words, with what would move it")
+    text: str = Field(description="the same in words")
 
 
 class MissionEnergy(_Model):
@@ -97,6 +102,10 @@ class Mission(_Model):
     time_s: float = Field(description="simulated time at the end")
     goals_reached: int = Field(description="goals reached, those of the tour included")
     plans: int = Field(description="plans that were answered, the first of each goal included")
+    broken_off: int = Field(default=0, description="plans that were broken off before their answer")
+    broken_off_in_a_row: int = Field(
+        default=0, description="the most of them with no answer between them; 10 and more are a livelock"
+    )
     replans: int = Field(description="plans asked for because of what was seen on the way, and answered")
     replan_latency_median_s: float | None = Field(
         default=None, description="from the scan that asked for a plan to the answer; replans only"
@@ -130,13 +139,15 @@ class Mission(_Model):
     energy: MissionEnergy = Field(description="energy of the mission")
     account: dict[str, Account] = Field(description="where the time of each component and link went")
     latency: tuple[LatencyShare, ...] = Field(
-        default=(), description="where the time of plans went, largest first"
+        default=(),
+        description="where the time from each scan that asked for a plan to the answer, or the request's end, went;"
+        " largest first",
     )
     control: tuple[LatencyShare, ...] = Field(
         default=(), description="where the time of turns of the control loop went, largest first"
     )
     bottleneck: Bottleneck | None = Field(
-        default=None, description="what sets the pace; None where no time passed"
+        default=None, description="where the time was seen to go; None where no time passed"
     )
 
     def figures(self) -> dict[ResultFigure, float | None]:

@@ -77,7 +77,7 @@ def simulate_system(
     machine = build(system, listeners, Granularity(granularity))
     result = Result(**head, feasible=True, **_run(machine, held.boards, memo))
     for component in machine.components:
-        component.report_utilisation()
+        component.report_end()
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result

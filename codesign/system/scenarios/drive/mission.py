@@ -12,6 +12,7 @@ from codesign.system.scenarios.drive.goals import Exploration, Tour
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.pilot import Pilot
 from codesign.system.scenarios.drive.replanner import Replanner
+from codesign.system.scenarios.drive.request import livelock_text
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -65,7 +66,7 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
-    replanner.settle()
+    replanner.end()
     return Drive(scene, log, events)
 
 
@@ -88,7 +89,7 @@ def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
 def _because(replanner: Replanner, pilot: Pilot) -> str:
     """What kept the robot from doing what it was to do, as far as that is known."""
     active, turn = replanner.active, pilot.turn
-    why = replanner.refusal or replanner.log.stall
+    why = livelock_text(replanner.request_under_way) or replanner.refusal or replanner.log.stall
     if not why and replanner.busy:
         why = "a plan is under way"
     elif not why and active is not None and not active.arrives:

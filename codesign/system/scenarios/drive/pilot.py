@@ -18,7 +18,8 @@ from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.replanner import Replanner, Sight
+from codesign.system.scenarios.drive.replanner import Replanner
+from codesign.system.scenarios.drive.request import Sight
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.task_graph import Flow
 from codesign.units import PICOSECONDS_PER_SECOND

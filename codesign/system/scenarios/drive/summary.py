@@ -10,7 +10,7 @@ import numpy as np
 from codesign import maps
 from codesign.spec.components import RobotComponent
 from codesign.system.energy import energy
-from codesign.system.ledger import Ledger, Spent
+from codesign.system.ledger import SPENT, Ledger, Spent
 from codesign.system.mission_result import (
     CONTACT_POINTS,
     Account,
@@ -51,6 +51,8 @@ def mission_of(machine: Machine, done: Drive, boards: Mapping[str, Power]) -> Mi
         time_s=span / PICOSECONDS_PER_SECOND,
         goals_reached=log.goals_reached,
         plans=log.plans,
+        broken_off=log.broken_off,
+        broken_off_in_a_row=log.in_a_row,
         replans=len(log.latencies),
         replan_latency_median_s=float(np.quantile(latencies, 0.5)) if len(latencies) else None,
         replan_latency_95_s=float(np.quantile(latencies, 0.95)) if len(latencies) else None,
@@ -151,9 +153,7 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
     for each in ledgers:
         ledger.add(each)
     shares = [
-        LatencyShare(
-            kind=what.value, where=where, seconds=time / PICOSECONDS_PER_SECOND, share=time / ledger.total
-        )
+        LatencyShare(kind=what, where=where, seconds=time / PICOSECONDS_PER_SECOND, share=time / ledger.total)
         for (what, where), time in ledger.spent.items()
         if time > 0
     ]
@@ -163,7 +163,10 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
 def _bottleneck(
     done: Drive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
 ) -> Bottleneck | None:
-    """What sets the pace: what late turns spend their time on, or plans that are waited for; else the robot itself."""
+    """Where the time was seen to go: what late turns spend it on, or plans that are waited for, or the robot's motion.
+
+    What a change of the design would save is not told from that: see ``system.levers``.
+    """
     log, robot = done.log, done.scene.robot
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND
     if not span:
@@ -174,30 +177,16 @@ def _bottleneck(
     )
     if control and log.missed > LATE_MATTERS * log.turns:
         return _late(log, control[0])
-    told = (
-        f"; of the time of plans, {latency[0].share:.0%} is {latency[0].kind} at {latency[0].where}"
-        if latency
-        else ""
+    first = latency[0] if latency else None
+    spent = (
+        f"; of the time of plans, {first.share:.0%} is {SPENT[first.kind]} at {first.where}" if first else ""
     )
-    if not latency and waiting >= WAITING_MATTERS:
-        where = done.scene.machine.system.component
-        text = (
-            f"{where}: the robot stands waiting for a first plan {waiting:.0%} of the time, and the mission ends before"
-            " it is answered"
-        )
-        return Bottleneck(name=where, kind="wait", share=waiting, text=text)
-    if not latency or waiting < WAITING_MATTERS:
-        text = (
-            f"{robot.name} itself: it drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of"
-            f" it{told}. A faster robot or a shorter way ends the mission earlier, a faster planner does not"
-        )
-        return Bottleneck(name=robot.name, kind="drive", share=driving, text=text)
-    first = latency[0]
-    saved = waiting * span * first.share / 2
-    text = (
-        f"{first.where}: the robot stands waiting for plans {waiting:.0%} of the time, and {first.share:.0%} of"
-        f" the time of plans is {first.kind} there. Twice as fast, it would save about {saved:.3g} s of {span:.4g} s"
+    shares = (
+        f"the robot drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of it{spent}"
     )
+    if first is None or waiting < WAITING_MATTERS:
+        return Bottleneck(name=robot.name, kind="drive", share=driving, text=f"{robot.name}: {shares}")
+    text = f"{first.where}: {shares}"
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
 
 
@@ -206,7 +195,6 @@ def _late(log: Log, first: LatencyShare) -> Bottleneck:
     mean = first.seconds / log.turns
     text = (
         f"{first.where}: {log.missed} of {log.turns} turns had no answer by their deadline, and the robot braked;"
-        f" {first.share:.0%} of the time of turns is {first.kind} there, {mean * 1e3:.3g} ms a turn. Twice as fast, it"
-        f" would save {mean * 500:.3g} ms of each"
+        f" {first.share:.0%} of the time of turns is {SPENT[first.kind]} there, {mean * 1e3:.3g} ms a turn"
     )
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
