@@ -22,7 +22,7 @@ class Log:
       from the scan to the answer.
     - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time on the way to the
       map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
-    - ``broken_off``: plans broken off; ``in_a_row``: the most of them with no answer between them.
+    - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the most of them with no answer between them.
     - ``turns``: those of the control loop. ``turns_spent``: where their time went.
     - ``waiting``: ps in which the robot stood and a plan was under way.
     - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way
@@ -37,6 +37,7 @@ class Log:
     latencies: list[int] = field(default_factory=list)
     requests: list[Closed] = field(default_factory=list)
     planning: Ledger = field(default_factory=Ledger)
+    asked: int = 0
     broken_off: int = 0
     in_a_row: int = 0
     turns_spent: Ledger = field(default_factory=Ledger)

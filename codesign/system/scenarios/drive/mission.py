@@ -21,16 +21,25 @@ if TYPE_CHECKING:
 
 
 EVENTS_OF_A_TURN = 20
-"""Events that a turn of the control loop counts for beside its own: its scan and its way take about as long."""
+"""Events that a turn of the control loop counts for: its scan and its way take about as long as so many messages."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive that has ended: the scene as it was left, the log, and the events of the simulation it took."""
+    """A drive that has ended: the scene as it was left, the log, and its events (see ``_happened``)."""
 
     scene: Scene
     log: Log
     events: int
+
+
+def _happened(replanner: Replanner) -> int:
+    """Events of the mission up to now: messages, plans asked for, changes of the world, and turns, which count more.
+
+    Events of the simulation are not counted: a plan makes the more of them the finer it is simulated.
+    """
+    log, scene = replanner.log, replanner.scene
+    return replanner.machine.messages + log.asked + scene.changed + EVENTS_OF_A_TURN * log.turns
 
 
 def drive(machine: Machine, memo: Memo | None = None) -> Drive:
@@ -44,8 +53,8 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     environment.process(scene.changes())
     environment.process(pilot.run())
     environment.process(_patience(replanner, pilot))
-    events = 0
     while log.ended is None:
+        now_is_over = environment.peek() > machine.now
         if environment.peek() > scenario.limit:
             if machine.now < scenario.limit:
                 # The last event lies where the granularity put it; the mission ends at the limit itself.
@@ -54,7 +63,7 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
             log.end(
                 f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}"
             )
-        elif events + EVENTS_OF_A_TURN * log.turns >= scenario.events:
+        elif now_is_over and _happened(replanner) >= scenario.events:
             why = _because(replanner, pilot)
             log.end(f"the limit of {scenario.events:,} events was reached{why}")
         else:
@@ -62,12 +71,11 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
                 environment.step()
             except RunError as failed:
                 log.end(failed.what)
-            events += 1
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
     replanner.end()
-    return Drive(scene, log, events)
+    return Drive(scene, log, _happened(replanner))
 
 
 def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:

@@ -66,6 +66,7 @@ class Replanner:
 
     def _ask(self, request: Request) -> None:
         self._pending = request
+        self.log.asked += 1
         self.log.tell("plan_requested", request.why)
         if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.RESTART:
             self.process.interrupt("newer")

@@ -33,6 +33,7 @@ class Scene:
     """The true map over time, the robot, and its belief.
 
     ``world_at_start``: bool, rows × columns, cells that the robot's middle may not enter at the start.
+    ``changed``: times that the world changed, or was to change.
     ``clearances``: distance from the robot's middle to the nearest obstacle of the true map at each look, cells.
     """
 
@@ -75,6 +76,7 @@ class Scene:
             listeners=machine.listeners,
         )
         self.sensor = sensor_of(spec.sensor, self.resolution)
+        self.changed = 0
         self.clearances: list[float] = []
         machine.by_name[name] = self.robot
         if machine.listening:
@@ -139,6 +141,7 @@ class Scene:
         while (due := self.world.next_change(machine.now)) is not None:
             yield machine.environment.timeout(due - machine.now)
             self.advance()
+            self.changed += 1
             before = len(self.world.deferrals)
             cells = self.world.advance(machine.now, self.robot.position)
             self._tell_waiting(before)
