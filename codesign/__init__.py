@@ -59,11 +59,17 @@ def simulate(
     granularity: str = "run_ahead",
     trace: str | Path | None = None,
     listeners: Sequence[Listener] = (),
+    levers: bool = False,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
     ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run. A
     design that does not fit gives a result with ``feasible`` False and its reasons, and leaves no trace.
+
+    ``levers``: run a mission again with each of its levers moved by itself (clocks, costs of hosts, rates of links, the
+    robot's kinematics), which takes as many runs more; ``Mission.levers`` and ``Mission.bottleneck`` say what they
+    give. ``progress`` is told how many levers are done, of how many, and which comes next.
 
     Raises:
         SpecError: platform, workload and map do not belong together. TraceError: the trace cannot be written.
@@ -71,7 +77,9 @@ def simulate(
     from codesign import system
 
     if trace is None:
-        return system.simulate(platform, workload, granularity=granularity, listeners=listeners)
+        return system.simulate(
+            platform, workload, granularity=granularity, listeners=listeners, levers=levers, progress=progress
+        )
     from codesign.trace import McapListener
 
     identity = {
@@ -82,7 +90,14 @@ def simulate(
         "codesign": __version__,
     }
     with McapListener(trace, identity) as writer:
-        result = system.simulate(platform, workload, granularity=granularity, listeners=(*listeners, writer))
+        result = system.simulate(
+            platform,
+            workload,
+            granularity=granularity,
+            listeners=(*listeners, writer),
+            levers=levers,
+            progress=progress,
+        )
         if not result.feasible:
             writer.abort()
     return result

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -27,6 +28,12 @@ from codesign.errors import EXIT_INFEASIBLE, InputError, printable
     show_default=True,
     help="How far a component computes at a time; the result is the same.",
 )
+@click.option(
+    "--levers/--no-levers",
+    default=True,
+    show_default=True,
+    help="Run a mission again with each of its levers moved, to find what sets the pace.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
     platform: str,
@@ -35,6 +42,7 @@ def run(
     trace_file: Path | None,
     page: Path | None,
     granularity: str,
+    levers: bool,
     as_json: bool,
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
@@ -57,9 +65,15 @@ def run(
     )
     point = point_of(codesign.load_platform(platform), workload_spec, values)
     memory = MemoryListener()
-    result = codesign.simulate(
-        *point, granularity=granularity, trace=trace_file, listeners=() if page is None else (memory,)
-    )
+    with _levers_shown() as progress:
+        result = codesign.simulate(
+            *point,
+            granularity=granularity,
+            trace=trace_file,
+            listeners=() if page is None else (memory,),
+            levers=levers,
+            progress=progress,
+        )
     if page is not None:
         result_page(result, page, pictures=run_pictures(memory.records), command=command_line())
     if as_json:
@@ -72,6 +86,28 @@ def run(
                 click.echo(f"{name}: {printable(str(path), None)}")
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+@contextmanager
+def _levers_shown() -> Iterator[Callable[[int, int, str], None] | None]:
+    """A callback for progress: a bar on a terminal, None elsewhere."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bar(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("the design itself", total=None)
+
+        def show(done: int, total: int, path: str) -> None:
+            bar.update(task, total=total, completed=done, description=f"lever {path}" if path else "levers")
+
+        yield show
 
 
 def settings_of(texts: Iterable[str]) -> dict[str, object]:

@@ -38,6 +38,8 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
     tables: list[Table] = []
     if mission is not None:
         tables.append(mission_table(mission))
+        if mission.levers:
+            tables.append(levers_table(mission))
         if mission.contact_points:
             tables.append(contacts_table(mission))
         if mission.latency:
@@ -117,6 +119,48 @@ def mission_table(mission: Mission) -> Table:
     if mission.bottleneck is not None:
         rows.append((PACE, word(bottleneck_text(mission))))
     return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
+
+
+def levers_table(mission: Mission) -> Table:
+    """The mission as it is, and run again with each lever moved by itself."""
+    without = (
+        *words("none", "", ""),
+        *_run_cells(mission.reached, mission.time_s, mission.energy.total_j, mission.missed_deadlines),
+        Cell(""),
+    )
+    return Table(
+        "Levers, each run by itself",
+        (
+            *left("lever", "from", "to", "reached"),
+            *right("mission time", unit="s"),
+            *right("energy", unit="J"),
+            *right("missed deadlines"),
+            *left("not run as"),
+        ),
+        (
+            without,
+            *(
+                (
+                    *words(one.path, one.before, one.after or ABSENT),
+                    *_run_cells(one.reached, one.time_s, one.energy_j, one.missed_deadlines),
+                    word(one.refused or ""),
+                )
+                for one in mission.levers or ()
+            ),
+        ),
+        strong=frozenset([0]),
+    )
+
+
+def _run_cells(
+    reached: bool | None, time_s: float | None, energy_j: float | None, missed: int | None
+) -> tuple[Cell, ...]:
+    return (
+        Cell(ABSENT) if reached is None else Cell("yes" if reached else "no", reached),
+        _seconds(time_s),
+        Cell(ABSENT) if energy_j is None else _joules(energy_j),
+        Cell(ABSENT) if missed is None else count_cell(missed),
+    )
 
 
 def contacts_table(mission: Mission) -> Table:

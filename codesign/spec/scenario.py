@@ -147,8 +147,8 @@ class _Mission(SpecModel):
     )
     events: Annotated[int, Field(ge=1, le=10**10)] = Field(
         default=2_000_000,
-        description="Events after which the mission is given up: messages, plans asked for, changes of the world, 20 for"
-        " each turn of a drive; messages and single decisions of a fleet.",
+        description="Events after which the mission is given up: messages, plans asked for, changes of the world, 20"
+        " for each turn of a drive; messages and single decisions of a fleet.",
     )
 
 

@@ -13,6 +13,10 @@ CONTACT_POINTS = 100
 """Contacts that a result lists; it counts them all."""
 
 
+LIVELOCK = 10
+"""Plans broken off in a row, with no answer between them, that are told as a livelock. Assumed."""
+
+
 class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
 
@@ -55,16 +59,35 @@ class LatencyShare(_Model):
 
 
 class Bottleneck(_Model):
-    """Where the time of a mission was seen to go."""
+    """What sets the pace: the lever that was found to help most, or else where the time was seen to go."""
 
-    name: str = Field(description="the component or link that the time was spent at")
-    kind: Spent | Literal["drive"] = Field(
-        description="what it spends the time on; drive: the robot's own motion"
+    name: str = Field(
+        description="what the best lever moves, or the component or link that the time was spent at"
+    )
+    kind: Spent | Literal["drive", "lever"] = Field(
+        description="what it spends the time on; drive: the robot's own motion; lever: it was found by running levers"
     )
     share: float = Field(
-        description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns"
+        description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns;"
+        " of a lever the share of the mission's time that it saves"
     )
     text: str = Field(description="the same in words")
+
+
+class LeverRun(_Model):
+    """The mission run again with one value of the design moved, and nothing else."""
+
+    path: str = Field(description="the axis that was moved")
+    before: str = Field(description="its value in the design")
+    after: str | None = Field(default=None, description="its value in this run")
+    refused: str | None = Field(
+        default=None, description="why it was not run, or does not fit; then there are no figures"
+    )
+    reached: bool | None = Field(default=None, description="whether the mission did all that it was to do")
+    time_s: float | None = Field(default=None, description="simulated time at the end")
+    energy_j: float | None = Field(default=None, description="energy of the mission, J")
+    missed_deadlines: int | None = Field(default=None, description="turns without an answer by the deadline")
+    ended: str | None = Field(default=None, description="why the mission ended")
 
 
 class MissionEnergy(_Model):
@@ -147,7 +170,12 @@ class Mission(_Model):
         default=(), description="where the time of turns of the control loop went, largest first"
     )
     bottleneck: Bottleneck | None = Field(
-        default=None, description="where the time was seen to go; None where no time passed"
+        default=None,
+        description="what sets the pace: found by levers where they were run, else where the time was seen to go; None"
+        " where no time passed",
+    )
+    levers: tuple[LeverRun, ...] | None = Field(
+        default=None, description="the mission with one value moved each, the best first; None: not run"
     )
 
     def figures(self) -> dict[ResultFigure, float | None]:

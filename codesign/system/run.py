@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError, choose_hint
@@ -13,6 +14,7 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine, build
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
+from codesign.system.levers import with_levers
 from codesign.system.outcome import drive_fields, fitted, head_fields, plan_fields, use_fields
 from codesign.system.result import Power, Result
 
@@ -35,17 +37,25 @@ def simulate(
     granularity: str = "run_ahead",
     memo: Memo | None = None,
     grid: OccupancyGrid | None = None,
+    levers: bool = False,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
     ``listeners`` take the records of the run. ``memo`` shares the functional work of design points that have it in
     common; the figures are the same with and without. ``grid``: the workload's map, where it was read already.
+    ``levers``: run a mission's levers too; ``progress``: see ``with_levers``.
 
     Raises:
         SpecError: platform, workload and map do not belong together.
     """
     system = bind(platform, workload, grid=grid)
-    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo)
+    complete = None
+    if levers:
+        memo = Memo() if memo is None else memo
+        run = partial(simulate, memo=memo, grid=grid)
+        complete = partial(with_levers, system=system, run=run, progress=progress)
+    return simulate_system(system, listeners=listeners, granularity=granularity, memo=memo, complete=complete)
 
 
 def simulate_system(
@@ -54,8 +64,9 @@ def simulate_system(
     listeners: Sequence[Listener] = (),
     granularity: str = "run_ahead",
     memo: Memo | None = None,
+    complete: Callable[[Result], Result] | None = None,
 ) -> Result:
-    """Simulate a bound system: fit it, and where it fits, run it.
+    """Simulate a bound system: fit it, and where it fits, run it. ``complete`` adds to the result before it is told.
 
     Raises:
         InputError: an unknown granularity, or a run that would need more than ``MAX_BYTES`` of memory.
@@ -76,6 +87,8 @@ def simulate_system(
     _check_memory(system)
     machine = build(system, listeners, Granularity(granularity))
     result = Result(**head, feasible=True, **_run(machine, held.boards, memo))
+    if complete is not None:
+        result = complete(result)
     for component in machine.components:
         component.report_end()
     if listeners:

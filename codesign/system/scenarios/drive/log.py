@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from codesign.records import MissionRecord
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
-from codesign.system.scenarios.drive.request import LIVELOCK, Closed, Fate, Request, livelock_text
+from codesign.system.mission_result import LIVELOCK
+from codesign.system.scenarios.drive.request import Closed, Fate, Request, livelock_text
 
 if TYPE_CHECKING:
     from codesign.system.scenarios.drive.scene import Scene
@@ -22,11 +23,12 @@ class Log:
       from the scan to the answer.
     - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time on the way to the
       map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
-    - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the most of them with no answer between them.
+    - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the
+      most of them with no answer between them.
     - ``turns``: those of the control loop. ``turns_spent``: where their time went.
     - ``waiting``: ps in which the robot stood and a plan was under way.
-    - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way
-      that did not fail, ps.
+    - ``stall``: what last kept the robot from driving on. ``progress``: when a plan was last under way that did not
+      fail, ps.
     - ``ended``: why the drive ended; None while it goes on. ``reached``: whether it did all that it was to do.
     """
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from codesign.system.ledger import Ledger, Spent
-
-LIVELOCK = 10
-"""Plans broken off in a row, with no answer between them, that are told as a livelock. Assumed."""
+from codesign.system.mission_result import LIVELOCK
 
 
 class Fate(StrEnum):
