@@ -27,7 +27,10 @@ if TYPE_CHECKING:
 NOT_DECLARED = "not declared"
 """In place of the energy of links or memories none of which has a declared power."""
 
-SHORTEST_WAY = "the shortest way is 8-connected, corners not cut, on the true map of the start"
+SHORTEST_WAY = (
+    "the shortest path is the any-angle path of the robot's middle from the start over the cells of the goals, without"
+    " what appears or moves: no robot drives less"
+)
 
 _CONTACTS = 20
 
@@ -61,7 +64,7 @@ def mission_headline(mission: Mission) -> tuple[tuple[str, str], ...]:
     told = [("reached" if mission.reached else "not reached", "")]
     told.append((quantity_text(mission.time_s, "s"), "mission time"))
     if mission.distance_ratio is not None:
-        told.append((number_cell(mission.distance_ratio).text, "times the shortest way"))
+        told.append((number_cell(mission.distance_ratio).text, "times the shortest path"))
     told.append((quantity_text(mission.replans, ""), "replans"))
     if mission.replan_latency_95_s is not None:
         told.append((quantity_text(mission.replan_latency_95_s, "s"), "replan latency, 95th percentile"))
@@ -96,7 +99,7 @@ def mission_table(mission: Mission) -> Table:
         ("simulated time", _seconds(mission.time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
         ("distance driven", _metres(mission.distance_m)),
-        ("shortest way", _metres(mission.shortest_m)),
+        ("shortest path", _metres(mission.shortest_m)),
         ("distance over the shortest", number_cell(mission.distance_ratio)),
         ("clearance, least", _metres(mission.clearance_least_m)),
         ("clearance, mean", _metres(mission.clearance_mean_m)),

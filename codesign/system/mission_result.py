@@ -137,15 +137,21 @@ class Mission(_Model):
     replan_latency_worst_s: float | None = Field(default=None, description="the same, worst")
     distance_m: float = Field(description="driven, m")
     shortest_m: float | None = Field(
-        default=None, description="shortest 8-connected way on the true map of the start, corners not cut"
+        default=None,
+        description="lower bound of what can be driven: shortest any-angle path of the robot's middle from the start"
+        " over the cells of the goals in order, without what appears or moves",
     )
     distance_ratio: float | None = Field(
-        default=None, description="driven over the shortest way; None where there is no such way"
+        default=None,
+        description="driven over shortest_m, at least 1; None where there is no path, or nothing to drive",
     )
     clearance_least_m: float | None = Field(
-        default=None, description="least distance from the robot's middle to an obstacle of the true map"
+        default=None,
+        description="least distance from the robot's middle to an obstacle of the true map, over all its path and time",
     )
-    clearance_mean_m: float | None = Field(default=None, description="the same, mean over its looks around")
+    clearance_mean_m: float | None = Field(
+        default=None, description="the same, mean over the length of the path"
+    )
     turns: int = Field(description="turns of the control loop that began")
     missed_deadlines: int = Field(description="turns without an answer by the deadline")
     safety_stops: int = Field(description="times that the robot braked because an answer was overdue")

@@ -135,7 +135,7 @@ def _drive(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> 
 
     done = drive(machine, memo)
     fields = drive_fields(machine, done.log.first, done.log.last, memo)
-    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards)}
+    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards, memo)}
 
 
 def _fleet(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codesign import maps
+from codesign.memo import Memo
+from codesign.mission.inflation import Inflation
 from codesign.spec.components import RobotComponent
 from codesign.system.energy import energy
 from codesign.system.ledger import SPENT, Ledger, Spent
@@ -36,11 +39,17 @@ LATE_MATTERS = 0.05
 """Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
 
 
-def mission_of(machine: Machine, done: Drive, boards: Mapping[str, Power]) -> Mission:
+def mission_of(
+    machine: Machine, done: Drive, boards: Mapping[str, Power], memo: Memo | None = None
+) -> Mission:
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
-    shortest = _shortest(scene) if log.reached and scene.scenario.purpose == "reach" else None
+    shortest = (
+        _shortest(scene, Memo() if memo is None else memo)
+        if log.reached and scene.scenario.purpose == "reach"
+        else None
+    )
     latencies = np.array(sorted(log.latencies), np.float64) / PICOSECONDS_PER_SECOND
     latency = _shares(log.planning, log.asking)
     control = _shares(log.turns_spent)
@@ -60,8 +69,8 @@ def mission_of(machine: Machine, done: Drive, boards: Mapping[str, Power]) -> Mi
         distance_m=robot.distance_metres,
         shortest_m=shortest,
         distance_ratio=robot.distance_metres / shortest if shortest else None,
-        clearance_least_m=min(scene.clearances) * scene.resolution if scene.clearances else None,
-        clearance_mean_m=float(np.mean(scene.clearances)) * scene.resolution if scene.clearances else None,
+        clearance_least_m=scene.clearance.least * scene.resolution,
+        clearance_mean_m=scene.clearance.mean * scene.resolution,
         turns=log.turns,
         missed_deadlines=log.missed,
         safety_stops=robot.safety_stops,
@@ -87,22 +96,26 @@ def mission_of(machine: Machine, done: Drive, boards: Mapping[str, Power]) -> Mi
     )
 
 
-def _shortest(scene: Scene) -> float | None:
-    """The shortest 8-connected way from the start over all goals in order on the true map of the start, m."""
+def _shortest(scene: Scene, memo: Memo) -> float | None:
+    """What the robot cannot undercut from the start over all goals in order, m; None where no path leads there.
+
+    Each leg is the shortest any-angle path from anywhere in a goal's cell to anywhere in the next one's, in the cells
+    that the robot's middle may ever enter: what appears or moves may be gone when the robot comes by.
+    """
     problem = scene.machine.system.problem
-    free = ~scene.world_at_start
-    here, cells = problem.starts[0], 0.0
-    for leg in (problem.goals, *((goal,) for goal in scene.scenario.tour)):
-        standing = [goal for goal in leg if free[goal]]
-        if not standing:
+    free = ~Inflation(~scene.true_free, scene.robot.radius_cells).blocked
+    free[problem.starts[0]] = True
+    here: tuple[tuple[int, int], ...] = (problem.starts[0],)
+    cells = 0.0
+    for number, leg in enumerate((problem.goals, *((goal,) for goal in scene.scenario.tour))):
+        there = tuple(goal for goal in leg if free[goal])
+        if not there:
             return None
-        steps = maps.distance_octile(free, [here])
-        # Of several goals of a leg the one that is nearest is where the next leg begins.
-        here = min(standing, key=lambda goal: float(steps[goal]))
-        if not np.isfinite(steps[here]):
-            return None
-        cells += float(steps[here])
-    return cells * scene.resolution
+        # The robot sets out from the middle of its cell, and from anywhere in that of a goal.
+        key = ("least distance", free.tobytes(), free.shape, here, there, number)
+        cells += memo.get(key, partial(maps.least_distance, free, here, there, point=number == 0))
+        here = there
+    return cells * scene.resolution if np.isfinite(cells) else None
 
 
 def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> MissionEnergy:
