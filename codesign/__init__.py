@@ -62,6 +62,8 @@ def simulate(
     progress: Callable[[MissionProgress], None] | None = None,
     memory: int | None = None,
     keeping: bool = False,
+    levers: bool = False,
+    lever_progress: Callable[[int, int, str], None] | None = None,
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
@@ -70,6 +72,10 @@ def simulate(
     ``feasible`` False and its reasons, and leaves no trace. ``memory``: bytes that the run may take, by an estimate
     made before it begins; by default half of what the machine has free. ``keeping``: a listener keeps all records in
     memory, which the estimate then counts.
+
+    ``levers``: run a mission again with each of its levers moved by itself (clocks, costs of hosts, rates of links, the
+    robot's kinematics), which takes as many runs more; ``Mission.levers`` and ``Mission.bottleneck`` say what they
+    give. ``lever_progress`` is told how many levers are done, of how many, and which comes next.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or the run would take more than ``memory``.
@@ -86,6 +92,8 @@ def simulate(
             progress=progress,
             memory=memory,
             keeping=keeping,
+            levers=levers,
+            lever_progress=lever_progress,
         )
     from codesign.trace import McapListener
 
@@ -105,6 +113,8 @@ def simulate(
             progress=progress,
             memory=memory,
             keeping=keeping,
+            levers=levers,
+            lever_progress=lever_progress,
         )
         if not result.feasible:
             writer.abort()

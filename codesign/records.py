@@ -15,6 +15,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+ENDED, BROKEN_OFF, UNFINISHED = "ended", "broken off", "unfinished"
+"""What becomes of a task."""
+
 
 @dataclass(frozen=True)
 class Record:
@@ -39,11 +42,15 @@ class MapRecord(Record):
 
 @dataclass(frozen=True)
 class TaskRecord(Record):
-    """A task that ran on ``source`` from ``time`` to ``end`` (ps), for ``cycles`` clock cycles."""
+    """A task that ran on ``source`` from ``time`` to ``end`` (ps), for ``cycles`` clock cycles.
+
+    ``outcome``: "ended"; "broken off", where it was interrupted at ``end``; or "unfinished", where the run ended first.
+    """
 
     task: str
     end: int
     cycles: int
+    outcome: str = ENDED
 
 
 @dataclass(frozen=True)
@@ -191,7 +198,7 @@ class MissionRecord(Record):
     """Something that happened in a mission: ``event`` names its kind, ``text`` says what.
 
     Events: ``plan_requested``, ``plan_ready``, ``no_way``, ``deadline_missed``, ``safety_stop``, ``contact``,
-    ``obstacle_waits``, ``goal_reached``, ``ended``.
+    ``obstacle_waits``, ``goal_reached``, ``livelock``, ``ended``.
     """
 
     event: str

@@ -131,7 +131,7 @@ def simulate(build: Build, listeners: Sequence[Listener] = ()) -> tuple[Componen
         moments.append(environment.now)
         assert 0 <= component.busy <= component.now
     environment.run(until=environment.now + 5)
-    component.report_utilisation()
+    component.report_end()
     return component, moments
 
 

@@ -177,7 +177,12 @@ def test_an_interruption_tells_how_many_units_are_done(
         assert preempted.units == sum(end <= at for end in ends)
         assert preempted.cycles == CLOCK.cycles_by(at)
         assert fpga.busy == at
-        assert len(heard) == (preempted.units == len(cycles))
+        (told,) = heard
+        assert isinstance(told, TaskRecord)
+        assert told.end == at or preempted.units == len(cycles)
+        outcome = "ended" if preempted.units == len(cycles) else "broken off"
+        cut = sum(cycles) if outcome == "ended" else preempted.cycles
+        assert (told.time, told.cycles, told.outcome) == (0, cut, outcome)
     if announced or at:
         assert bool(caught) == (at <= ends[-1])
     # The FPGA is free again.

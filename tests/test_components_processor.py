@@ -141,7 +141,11 @@ def test_an_interruption_tells_what_was_done_and_frees_the_core() -> None:
         ("obstacle", 100_000, "plan", 2, 3),
     ]
     assert other.value == 140_000
-    assert [r.time for r in heard] == [100_000]
+    tasks = [record for record in heard if isinstance(record, TaskRecord)]
+    assert [(task.time, task.end, task.cycles, task.outcome) for task in tasks] == [
+        (0, 100_000, 4, "broken off"),
+        (100_000, 140_000, 2, "ended"),
+    ]
     assert processor.busy == 140_000
 
 

@@ -59,6 +59,10 @@ def check_energy(result: Result, robot: tuple[float, float] = (20.0, 5.0)) -> No
     if result.power is not None:
         power = result.power.static.value + result.power.dynamic.value * utilisation["fpga"]
         assert energy.fpga_j == pytest.approx(span * power)
+    else:
+        power = sum(board.value for board in result.idle_fpgas.values())
+        assert energy.fpga_j == energy.idle_fpgas_j == pytest.approx(span * power)
+        assert power > 0
     parts = energy.fpga_j + energy.processors_j + energy.links_j + energy.memories_j + energy.robot_j
     assert energy.total_j == pytest.approx(parts)
 

@@ -61,7 +61,7 @@ def test_a_result_counts_all_contacts_and_lists_the_first(tmp_path: Path) -> Non
     done = drive(machine)
     [contact] = done.scene.robot.contacts
     done.scene.robot.contacts.extend([contact] * 2 * CONTACT_POINTS)
-    mission = mission_of(machine, done, None)
+    mission = mission_of(machine, done, {})
     assert mission.contacts == 2 * CONTACT_POINTS + 1
     assert len(mission.contact_points) == CONTACT_POINTS
     assert isinstance(mission.contact_points[0], ContactPoint)

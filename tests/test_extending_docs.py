@@ -61,7 +61,7 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 
 def run(hwsw: Run, example: Path, *more: object) -> Any:
-    result = hwsw("run", example / "field-robot.yaml", example / "rooms.yaml", "--json", *more)
+    result = hwsw("run", example / "field-robot.yaml", example / "rooms.yaml", "--json", "--no-levers", *more)
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)
 

@@ -31,7 +31,7 @@ BLOCK = re.compile(r"^```yaml\n# (\S+)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 
 
 def mission(hwsw: Run, platform: object, workload: object, *more: object) -> Any:
-    result = hwsw("run", platform, workload, "--json", *more)
+    result = hwsw("run", platform, workload, "--json", "--no-levers", *more)
     assert result.exit_code == 0, result.output
     return json.loads(result.stdout)["mission"]
 
@@ -44,8 +44,7 @@ def test_the_example_arrives_past_what_it_did_not_know(hwsw: Run, tmp_path: Path
     assert told["reached"], told["ended"]
     assert told["replans"] > 0
     assert told["contacts"] == 0
-    # It drives in any direction and to anywhere in the goal's cell, the shortest way in eight and to its middle.
-    assert told["distance_m"] >= told["shortest_m"] * 0.92
+    assert told["distance_m"] >= told["shortest_m"]
 
 
 def test_a_mission_that_ends_without_its_goal_is_a_result(hwsw: Run, tmp_path: Path) -> None:
@@ -54,7 +53,7 @@ def test_a_mission_that_ends_without_its_goal_is_a_result(hwsw: Run, tmp_path: P
         (tmp_path / name).write_text(text, encoding="utf-8")
     point = (tmp_path / "board.yaml", tmp_path / "rooms.yaml", "--set", "workload.scenario.limit=1 s")
     assert not mission(hwsw, *point)["reached"]
-    done = hwsw("run", *point)
+    done = hwsw("run", *point, "--no-levers")
     assert done.exit_code == 0
     lines = done.stdout.splitlines()
     assert lines[lines.index("Mission") + 3].startswith("ended ")

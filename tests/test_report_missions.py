@@ -92,7 +92,7 @@ def test_the_figures_of_a_mission_stand_in_its_table_with_plain_values() -> None
 def test_every_number_of_a_mission_is_told() -> None:
     """A figure that the model gains must be shown, or be left out here on purpose."""
     told = {name: 1000 + number for number, name in enumerate(type(a_mission()).model_fields)}
-    no_numbers = {"ended", "reached", "energy", "account", "latency", "control", "bottleneck"}
+    no_numbers = {"ended", "reached", "energy", "account", "latency", "control", "bottleneck", "levers"}
     # Contacts have a table of their own, and a share is none of 1000.
     numbers = {
         name: float(value)

@@ -118,7 +118,7 @@ def test_a_start_on_its_goal_is_no_step_away() -> None:
 def test_show_reads_what_was_told(hwsw: Callable[..., Result], tmp_path: Path, planner: str) -> None:
     board, rooms = files(tmp_path, planner)
     trace = tmp_path / "run.mcap"
-    ran = hwsw("run", board, rooms, "--trace", trace, "--html", tmp_path / "run.html")
+    ran = hwsw("run", board, rooms, "--no-levers", "--trace", trace, "--html", tmp_path / "run.html")
     assert ran.exit_code == 0, ran.output
     shown = hwsw("trace", "show", trace)
     assert shown.exit_code == 0, shown.output

@@ -38,6 +38,12 @@ _QUIET_SECONDS = 5.0
     help="How far a component computes at a time; the result is the same.",
 )
 @memory_option
+@click.option(
+    "--levers/--no-levers",
+    default=True,
+    show_default=True,
+    help="Run a mission again with each of its levers moved, to find what sets the pace.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
     platform: str,
@@ -47,6 +53,7 @@ def run(
     page: Path | None,
     granularity: str,
     memory: int | None,
+    levers: bool,
     as_json: bool,
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
@@ -82,6 +89,8 @@ def run(
             progress=mission_progress(show),
             memory=memory,
             keeping=page is not None,
+            levers=levers,
+            lever_progress=lever_progress(show),
         )
     if page is not None:
         result_page(result, page, pictures=run_pictures(records.records), command=command_line())
@@ -108,6 +117,20 @@ def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
         spent = time.monotonic() - begun
         left = spent * (1 / told.share - 1) if told.share else None
         show(Advance(int(1000 * told.share), 1000, words, left))
+
+    return progress
+
+
+def lever_progress(show: Show) -> Callable[[int, int, str], None]:
+    """What shows how many levers of a mission were run, with the time left at the pace so far."""
+    from codesign.cli.progress import Advance
+
+    begun: list[float] = []
+
+    def progress(done: int, total: int, path: str) -> None:
+        begun.append(time.monotonic())
+        left = (begun[-1] - begun[0]) / done * (total - done) if done else None
+        show(Advance(done, total, f"levers run, {path}" if path else "levers run", left))
 
     return progress
 

@@ -51,10 +51,14 @@ class Component:
         """How busy the component was from time 0 to now."""
         return UtilisationRecord(time=self.now, source=self.name, busy=self.busy, span=self.now)
 
-    def report_utilisation(self) -> None:
-        """Emit ``utilisation()``: called once, at the end of a run."""
+    def report_end(self) -> None:
+        """Emit the tasks under way, as unfinished, and ``utilisation()``: called once, at the end of a run."""
         if self.listening:
+            self._tell_unfinished()
             self.emit(self.utilisation())
+
+    def _tell_unfinished(self) -> None:
+        """Emit a record of each task under way that is told as a record; most components have none."""
 
     @contextmanager
     def _working(self, *, alone: bool = True) -> Iterator[None]:

@@ -16,7 +16,7 @@ from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
-from codesign.records import Listener
+from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 if TYPE_CHECKING:
     from codesign.architectures.interface import Step
@@ -92,6 +92,7 @@ class Fpga(Component):
         self.block_ram = block_ram
         self.external: ExternalMemory | None = None
         self.phases: dict[str, PhaseUse] = {}
+        self._step: tuple[Step, int] | None = None
 
     def use(self, memory: ExternalMemory) -> None:
         """Let the design use a memory on its pins; the two share the design's clock from now on.
@@ -110,7 +111,7 @@ class Fpga(Component):
         return.
 
         A step's record is emitted at the end of the step, at both granularities: the same records, at the
-        same simulated times, in the same order.
+        same simulated times, in the same order. A step that is broken off leaves a ``TaskRecord`` of its phase.
 
         Raises:
             PreemptedError: the process was interrupted.
@@ -134,6 +135,7 @@ class Fpga(Component):
     def _run(self, step: Step, first: int, granularity: Granularity) -> Generator[simpy.Event, Any, int]:
         """Run one step from edge ``first`` on; returns the edge at which it ends."""
         ends = self._unit_ends(step, first)
+        self._step = step, first
         done = 0
         try:
             while done < len(ends):
@@ -144,11 +146,15 @@ class Fpga(Component):
             now = self.clock.cycles_by(self.now)
             units = int(np.searchsorted(ends, now, side="right"))
             self._book(step, first, now, self.now, units)
+            self._step = None
             if units == len(ends):
                 self._tell(step, first, now)
+            else:
+                self._tell_part(step, first, BROKEN_OFF)
             raise PreemptedError(interrupt.cause, self.now, step.phase, units, now - first) from None
         last = int(ends[-1]) if len(ends) else first
         self._book(step, first, last, self.clock.edge(last), len(ends))
+        self._step = None
         self._tell(step, first, last)
         return last
 
@@ -200,3 +206,13 @@ class Fpga(Component):
     def _tell(self, step: Step, first: int, last: int) -> None:
         if self.listening and step.record is not None:
             self.emit(step.record(self.clock.edge(first), self.clock.edge(last), self.name))
+
+    def _tell_part(self, step: Step, first: int, outcome: str) -> None:
+        """Tell what was done up to now of a step that began at edge ``first``."""
+        if self.listening and step.record is not None:
+            begin, cycles = self.clock.edge(first), self.clock.cycles_by(self.now) - first
+            self.emit(TaskRecord(begin, self.name, step.phase, self.now, cycles, outcome))
+
+    def _tell_unfinished(self) -> None:
+        if self._step is not None:
+            self._tell_part(*self._step, UNFINISHED)

@@ -12,7 +12,7 @@ from codesign.architectures.external import ExternalMemoryLaw, Traffic
 from codesign.components.clock import ClockDomain
 from codesign.components.scan import Claims, Scan, ScannedMemory
 from codesign.errors import RunError
-from codesign.records import Listener, TaskRecord
+from codesign.records import BROKEN_OFF, ENDED, Listener, TaskRecord
 from codesign.units import PICOSECONDS_PER_SECOND
 
 
@@ -103,7 +103,7 @@ class ExternalMemory(ScannedMemory):
         """Process generator: read ``words`` words, in order or anywhere; returns the time of the end, ps.
 
         Its ``TaskRecord`` is emitted at the end, with the cycles that it took, those lost to the display
-        included. What is interrupted frees the memory and leaves no record.
+        included. What is interrupted frees the memory, and is told as "broken off".
 
         Raises:
             RunError: no words.
@@ -133,12 +133,18 @@ class ExternalMemory(ScannedMemory):
             try:
                 with self._working():
                     yield self.environment.timeout(self.clock.edge(last) - begin)
+            except simpy.Interrupt:
+                self._tell(task, begin, self.clock.cycles_by(self.now) - first, BROKEN_OFF)
+                raise
             finally:
                 self._work_ends(self.clock.cycle_at_or_after(self.now))
         self.accesses[kind] += words
-        if self.listening:
-            self.emit(TaskRecord(begin, self.name, task, self.now, last - first))
+        self._tell(task, begin, last - first, ENDED)
         return self.now
+
+    def _tell(self, task: str, begin: int, cycles: int, outcome: str) -> None:
+        if self.listening:
+            self.emit(TaskRecord(begin, self.name, task, self.now, cycles, outcome))
 
     def _end(self, first: int, work: int) -> int:
         if self.claims is None:

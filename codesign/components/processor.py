@@ -13,7 +13,7 @@ from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.components.fpga import PreemptedError
 from codesign.errors import InputError, RunError, choose_hint
-from codesign.records import Listener, TaskRecord
+from codesign.records import BROKEN_OFF, ENDED, UNFINISHED, Listener, TaskRecord
 
 
 @dataclass(slots=True, eq=False)
@@ -28,6 +28,7 @@ class _Job:
     number: int
     asked: int
     duration: int
+    task: str
     served: int = 0
     runs: bool = False
     since: int = 0
@@ -114,10 +115,11 @@ class Processor(Component):
         Raises:
             PreemptedError: the process was interrupted from outside; ``units`` and ``cycles`` (whole ones) of
                 the task that were done, ``phase`` None where it had not begun. The task is not resumed, and leaves a
-                record only where all of its units were done.
+                record of what was served of it, as "broken off" unless all of it was.
             RunError: see ``duration``.
         """
-        job = _Job(priority, self._asked, self.now, self.duration(kernel, units))
+        told = task or kernel
+        job = _Job(priority, self._asked, self.now, self.duration(kernel, units), told)
         self._asked += 1
         insort(self._jobs, job, key=lambda waiting: waiting.key)
         self._assign_cores()
@@ -130,9 +132,9 @@ class Processor(Component):
                     job.resume = self.environment.event()
                     yield job.resume
         except simpy.Interrupt as interrupt:
-            raise self._abandon(job, kernel, units, task or kernel, interrupt.cause) from None
+            raise self._abandon(job, kernel, units, interrupt.cause) from None
         self._leave(job)
-        self._tell(job, task or kernel)
+        self._tell(job)
         return self.now
 
     def _served(self, job: _Job) -> int:
@@ -168,18 +170,22 @@ class Processor(Component):
         self.waited += self.now - job.asked - job.served
         self._assign_cores()
 
-    def _abandon(self, job: _Job, kernel: str, units: int, task: str, cause: object) -> PreemptedError:
+    def _abandon(self, job: _Job, kernel: str, units: int, cause: object) -> PreemptedError:
         self._leave(job)
         if job.begin is None:
             return PreemptedError(cause, self.now, None, 0, 0)
-        if job.served == job.duration:
-            self._tell(job, task)
+        self._tell(job, ENDED if job.served == job.duration else BROKEN_OFF)
         cost = self.costs[kernel]
         done = job.served // cost if cost else units
-        return PreemptedError(cause, self.now, task, done, self.clock.cycles_by(job.served))
+        return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
-    def _tell(self, job: _Job, task: str) -> None:
+    def _tell(self, job: _Job, outcome: str = ENDED) -> None:
         if self.listening:
-            assert job.begin is not None, "a task that ended had begun"
-            cycles = self.clock.cycle_at_or_after(job.duration)
-            self.emit(TaskRecord(job.begin, self.name, task, self.now, cycles))
+            assert job.begin is not None, "what is told had begun"
+            cycles = self.clock.cycle_at_or_after(self._served(job))
+            self.emit(TaskRecord(job.begin, self.name, job.task, self.now, cycles, outcome))
+
+    def _tell_unfinished(self) -> None:
+        for job in self._jobs:
+            if job.begin is not None:
+                self._tell(job, UNFINISHED)

@@ -144,6 +144,11 @@ class Way:
         distances = np.sqrt(((feet - position) ** 2).sum(axis=1))
         return self.arcs[:-1] + share * np.diff(self.arcs), distances
 
+    def between(self, start: float, end: float) -> NDArray[np.float64]:
+        """The points of the way from arc ``start`` to ``end``, both included: float64 n × 2, n ≥ 2."""
+        inner = self.points[(self.arcs > start) & (self.arcs < end)]
+        return np.concatenate((np.array([self.point_at(start)]), inner, np.array([self.point_at(end)])))
+
     def cut(self, start: float) -> Way:
         """What is left of the way from arc ``start`` on."""
         if start <= 0.0:

@@ -1,5 +1,6 @@
 """Occupancy grids: read from files, made from seeds, and measured (reach, distance, clearance)."""
 
+from codesign.maps.any_angle import least_distance
 from codesign.maps.generate import (
     GENERATORS,
     corridor,
@@ -38,6 +39,7 @@ __all__ = [
     "distance_steps",
     "empty",
     "generate",
+    "least_distance",
     "map_files",
     "map_stamp",
     "maze",

@@ -64,10 +64,15 @@ def physical_table(result: Result) -> Table:
     if result.power is not None:
         rows.append((word(f"static power{each}"), *_source_cells(result.power.static)))
         rows.append((word(f"dynamic power{each}"), *_source_cells(result.power.dynamic)))
+    rows += [
+        (word(f"static power of {name}, which has no task"), *_source_cells(power))
+        for name, power in result.idle_fpgas.items()
+    ]
     if result.energy is not None and result.mission is None:
         energy = result.energy
         for name, joules in (
             (f"energy of {'the FPGA' if result.fleet is None else 'all FPGAs'}", energy.fpga_j),
+            *((("energy of FPGAs without a task", energy.idle_fpgas_j),) if energy.idle_fpgas_j else ()),
             ("energy of processors", energy.processors_j),
             ("energy of links", energy.links_j),
             ("energy of memories", energy.memories_j),
@@ -120,6 +125,8 @@ def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
     if result.power is not None:
         yield "static power", "", result.power.static.status.value, result.power.static.source
         yield "dynamic power", "", result.power.dynamic.status.value, result.power.dynamic.source
+    for name, figure in result.idle_fpgas.items():
+        yield "static power", name, figure.status.value, figure.source
 
 
 def _source_cells(figure: Source) -> tuple[Cell, Cell, Cell]:

@@ -16,6 +16,7 @@ from codesign.report.wording import (
     share_cell,
     share_text,
 )
+from codesign.system.ledger import SPENT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -26,7 +27,10 @@ if TYPE_CHECKING:
 NOT_DECLARED = "not declared"
 """In place of the energy of links or memories none of which has a declared power."""
 
-SHORTEST_WAY = "the shortest way is 8-connected, corners not cut, on the true map of the start"
+SHORTEST_WAY = (
+    "the shortest path is the any-angle path of the robot's middle from the start over the cells of the goals, without"
+    " what appears or moves: no robot drives less"
+)
 
 _CONTACTS = 20
 
@@ -37,6 +41,8 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
     tables: list[Table] = []
     if mission is not None:
         tables.append(mission_table(mission))
+        if mission.levers:
+            tables.append(levers_table(mission))
         if mission.contact_points:
             tables.append(contacts_table(mission))
         if mission.latency:
@@ -58,7 +64,7 @@ def mission_headline(mission: Mission) -> tuple[tuple[str, str], ...]:
     told = [("reached" if mission.reached else "not reached", "")]
     told.append((quantity_text(mission.time_s, "s"), "mission time"))
     if mission.distance_ratio is not None:
-        told.append((number_cell(mission.distance_ratio).text, "times the shortest way"))
+        told.append((number_cell(mission.distance_ratio).text, "times the shortest path"))
     told.append((quantity_text(mission.replans, ""), "replans"))
     if mission.replan_latency_95_s is not None:
         told.append((quantity_text(mission.replan_latency_95_s, "s"), "replan latency, 95th percentile"))
@@ -93,12 +99,14 @@ def mission_table(mission: Mission) -> Table:
         ("simulated time", _seconds(mission.time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
         ("distance driven", _metres(mission.distance_m)),
-        ("shortest way", _metres(mission.shortest_m)),
+        ("shortest path", _metres(mission.shortest_m)),
         ("distance over the shortest", number_cell(mission.distance_ratio)),
         ("clearance, least", _metres(mission.clearance_least_m)),
         ("clearance, mean", _metres(mission.clearance_mean_m)),
         ("plans", count_cell(mission.plans)),
         ("replans", count_cell(mission.replans)),
+        ("plans broken off", count_cell(mission.broken_off)),
+        ("plans broken off in a row, at most", count_cell(mission.broken_off_in_a_row)),
         ("replan latency, median", _seconds(mission.replan_latency_median_s)),
         ("replan latency, 95th percentile", _seconds(mission.replan_latency_95_s)),
         ("replan latency, worst", _seconds(mission.replan_latency_worst_s)),
@@ -114,6 +122,48 @@ def mission_table(mission: Mission) -> Table:
     if mission.bottleneck is not None:
         rows.append((PACE, word(bottleneck_text(mission))))
     return pairs("Mission", rows, (SHORTEST_WAY,) if mission.shortest_m is not None else ())
+
+
+def levers_table(mission: Mission) -> Table:
+    """The mission as it is, and run again with each lever moved by itself."""
+    without = (
+        *words("none", "", ""),
+        *_run_cells(mission.reached, mission.time_s, mission.energy.total_j, mission.missed_deadlines),
+        Cell(""),
+    )
+    return Table(
+        "Levers, each run by itself",
+        (
+            *left("lever", "from", "to", "reached"),
+            *right("mission time", unit="s"),
+            *right("energy", unit="J"),
+            *right("missed deadlines"),
+            *left("not run as"),
+        ),
+        (
+            without,
+            *(
+                (
+                    *words(one.path, one.before, one.after or ABSENT),
+                    *_run_cells(one.reached, one.time_s, one.energy_j, one.missed_deadlines),
+                    word(one.refused or ""),
+                )
+                for one in mission.levers or ()
+            ),
+        ),
+        strong=frozenset([0]),
+    )
+
+
+def _run_cells(
+    reached: bool | None, time_s: float | None, energy_j: float | None, missed: int | None
+) -> tuple[Cell, ...]:
+    return (
+        Cell(ABSENT) if reached is None else Cell("yes" if reached else "no", reached),
+        _seconds(time_s),
+        Cell(ABSENT) if energy_j is None else _joules(energy_j),
+        Cell(ABSENT) if missed is None else count_cell(missed),
+    )
 
 
 def contacts_table(mission: Mission) -> Table:
@@ -149,11 +199,14 @@ def energy_table(energy: MissionEnergy) -> Table:
         )
         if joules or name in energy.not_declared
     ]
+    notes = not_declared_notes(energy.not_declared)
+    if energy.idle_fpgas_j:
+        notes = (f"FPGAs without any task drew {quantity_text(energy.idle_fpgas_j, 'J')} of it", *notes)
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
         (*lines, (word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
-        not_declared_notes(energy.not_declared),
+        notes,
         strong=frozenset([len(lines)]),
     )
 
@@ -192,7 +245,7 @@ def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
 
 
 def latency_table(shares: tuple[LatencyShare, ...]) -> Table:
-    """Where the time from asking for a plan to its answer went, over all plans."""
+    """Where the time from each scan that asked for a plan to the answer, or the request's end, went."""
     return _shares_table("Where the time of plans went", shares)
 
 
@@ -205,7 +258,10 @@ def _shares_table(title: str, shares: tuple[LatencyShare, ...]) -> Table:
     return Table(
         title,
         (*left("what", "where"), *right("time", unit="s"), *right("share", unit="1")),
-        tuple((*words(one.kind, one.where), _seconds(one.seconds), share_cell(one.share)) for one in shares),
+        tuple(
+            (*words(SPENT[one.kind], one.where), _seconds(one.seconds), share_cell(one.share))
+            for one in shares
+        ),
     )
 
 

@@ -37,6 +37,7 @@ MARKS: dict[str, tuple[str, str, str]] = {
     "safety_stop": ("safety stop", "s", "#b35806"),
     "no_way": ("no way", "D", "#000000"),
     "contact": ("contact", "X", "#d7191c"),
+    "livelock": ("livelock", "P", "#542788"),
     "goal_reached": ("goal reached", "*", "#1a9850"),
 }
 """How an event of a mission is marked: its words, its marker and its colour."""

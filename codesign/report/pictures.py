@@ -8,6 +8,7 @@ from typing import Any
 
 from codesign.figures import label
 from codesign.records import (
+    ENDED,
     FieldRecord,
     MapRecord,
     MessageRecord,
@@ -80,7 +81,8 @@ def _bars(records: tuple[Record, ...]) -> list[Bar]:
     bars: list[Bar] = []
     for record in records:
         if isinstance(record, TaskRecord):
-            bars.append((record.source, label(record.task), record.time, record.end))
+            outcome = "" if record.outcome == ENDED else f" ({record.outcome})"
+            bars.append((record.source, f"{label(record.task)}{outcome}", record.time, record.end))
         elif isinstance(record, MessageRecord):
             bars.append((record.source, f"message: {record.name}", record.begin, record.end))
         elif isinstance(record, StageRecord):

@@ -146,7 +146,9 @@ class _Mission(SpecModel):
         default=60 * _MINUTE, description="Simulated time after which the mission is given up."
     )
     events: Annotated[int, Field(ge=1, le=10**10)] = Field(
-        default=2_000_000, description="Events of the simulation after which the mission is given up."
+        default=2_000_000,
+        description="Events after which the mission is given up: messages, plans asked for, changes of the world, 20"
+        " for each turn of a drive; messages and single decisions of a fleet.",
     )
 
 

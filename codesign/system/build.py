@@ -132,6 +132,11 @@ class Machine:
         for listener in self._listeners:
             listener(record)
 
+    @property
+    def messages_sent(self) -> int:
+        """Messages handed to all links so far, those sent again included: the same at each granularity."""
+        return sum(link.sent + link.retransmissions for link in self.links.values())
+
     def cycles(self) -> dict[str, int]:
         """Clock cycles of the planning component by phase."""
         if self.system.part is None:

@@ -7,11 +7,32 @@ from enum import StrEnum
 
 
 class Spent(StrEnum):
-    """What time was spent on."""
+    """What time was spent on.
+
+    - ``compute``, ``wait``, ``transfer``: of work and messages that came to their end.
+    - ``behind``: a request for a plan waited while another plan was made. ``broken_off``: in plans that were broken
+      off. ``failed``: in plans that failed, and the pause after. ``unfinished``: in the plan cut by the mission's end.
+    """
 
     COMPUTE = "compute"
     WAIT = "wait"
     TRANSFER = "transfer"
+    BEHIND = "behind"
+    BROKEN_OFF = "broken_off"
+    FAILED = "failed"
+    UNFINISHED = "unfinished"
+
+
+SPENT = {
+    Spent.COMPUTE: "compute",
+    Spent.WAIT: "wait",
+    Spent.TRANSFER: "transfer",
+    Spent.BEHIND: "wait behind another plan",
+    Spent.BROKEN_OFF: "in plans that were broken off",
+    Spent.FAILED: "in plans that failed, and the pause after",
+    Spent.UNFINISHED: "in the plan cut by the mission's end",
+}
+"""The same in words."""
 
 
 class Ledger:

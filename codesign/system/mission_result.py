@@ -7,9 +7,14 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from codesign.spec.exploration import ResultFigure
+from codesign.system.ledger import Spent
 
 CONTACT_POINTS = 100
 """Contacts that a result lists; it counts them all."""
+
+
+LIVELOCK = 10
+"""Plans broken off in a row, with no answer between them, that are told as a livelock. Assumed."""
 
 
 class _Model(BaseModel):
@@ -48,29 +53,55 @@ class Account(_Model):
 class LatencyShare(_Model):
     """A share of some time."""
 
-    kind: Literal["compute", "wait", "transfer"] = Field(description="what the time was spent on")
+    kind: Spent = Field(
+        description="what the time was spent on; behind: a request waited for another plan; broken_off: in plans that"
+        " were broken off; failed: in plans that failed, and the pause after; unfinished: in the plan that the"
+        " mission's end cut"
+    )
     where: str = Field(description="the component or link")
     seconds: float = Field(description="how long, all together, s")
     share: float = Field(description="share of the whole")
 
 
 class Bottleneck(_Model):
-    """What sets the pace, and what would move it."""
+    """What sets the pace: the lever that was found to help most, or else where the time was seen to go."""
 
-    name: str = Field(description="the component or link that sets the pace")
-    kind: Literal["drive", "compute", "wait", "transfer"] = Field(
-        description="what it spends the time on; drive: the robot's own motion"
+    name: str = Field(
+        description="what the best lever moves, or the component or link that the time was spent at"
+    )
+    kind: Spent | Literal["drive", "lever"] = Field(
+        description="what it spends the time on; drive: the robot's own motion; lever: it was found by running levers"
     )
     share: float = Field(
-        description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns"
+        description="share of the mission's time (drive), of the time of plans, or of that of the control loop's turns;"
+        " of a lever the share of the mission's time that it saves"
     )
-    text: str = Field(description="the same in words, with what would move it")
+    text: str = Field(description="the same in words")
+
+
+class LeverRun(_Model):
+    """The mission run again with one value of the design moved, and nothing else."""
+
+    path: str = Field(description="the axis that was moved")
+    before: str = Field(description="its value in the design")
+    after: str | None = Field(default=None, description="its value in this run")
+    refused: str | None = Field(
+        default=None, description="why it was not run, or does not fit; then there are no figures"
+    )
+    reached: bool | None = Field(default=None, description="whether the mission did all that it was to do")
+    time_s: float | None = Field(default=None, description="simulated time at the end")
+    energy_j: float | None = Field(default=None, description="energy of the mission, J")
+    missed_deadlines: int | None = Field(default=None, description="turns without an answer by the deadline")
+    ended: str | None = Field(default=None, description="why the mission ended")
 
 
 class MissionEnergy(_Model):
     """Energy of a mission, J."""
 
-    fpga_j: float = Field(description="of the FPGA, J")
+    fpga_j: float = Field(description="of all FPGAs of the platform, J")
+    idle_fpgas_j: float = Field(
+        default=0.0, description="the part of it that FPGAs without any task drew: their static power, J"
+    )
     processors_j: float = Field(description="of the processors, J")
     links_j: float = Field(description="of the links, J")
     memories_j: float = Field(description="of the external memories, J")
@@ -99,6 +130,10 @@ class Mission(_Model):
     time_s: float = Field(description="simulated time at the end")
     goals_reached: int = Field(description="goals reached, those of the tour included")
     plans: int = Field(description="plans that were answered, the first of each goal included")
+    broken_off: int = Field(default=0, description="plans that were broken off before their answer")
+    broken_off_in_a_row: int = Field(
+        default=0, description="the most of them with no answer between them; 10 and more are a livelock"
+    )
     replans: int = Field(description="plans asked for because of what was seen on the way, and answered")
     replan_latency_median_s: float | None = Field(
         default=None, description="from the scan that asked for a plan to the answer; replans only"
@@ -107,15 +142,21 @@ class Mission(_Model):
     replan_latency_worst_s: float | None = Field(default=None, description="the same, worst")
     distance_m: float = Field(description="driven, m")
     shortest_m: float | None = Field(
-        default=None, description="shortest 8-connected way on the true map of the start, corners not cut"
+        default=None,
+        description="lower bound of what can be driven: shortest any-angle path of the robot's middle from the start"
+        " over the cells of the goals in order, without what appears or moves",
     )
     distance_ratio: float | None = Field(
-        default=None, description="driven over the shortest way; None where there is no such way"
+        default=None,
+        description="driven over shortest_m, at least 1; None where there is no path, or nothing to drive",
     )
     clearance_least_m: float | None = Field(
-        default=None, description="least distance from the robot's middle to an obstacle of the true map"
+        default=None,
+        description="least distance from the robot's middle to an obstacle of the true map, over all its path and time",
     )
-    clearance_mean_m: float | None = Field(default=None, description="the same, mean over its looks around")
+    clearance_mean_m: float | None = Field(
+        default=None, description="the same, mean over the length of the path"
+    )
     turns: int = Field(description="turns of the control loop that began")
     missed_deadlines: int = Field(description="turns without an answer by the deadline")
     safety_stops: int = Field(description="times that the robot braked because an answer was overdue")
@@ -132,13 +173,20 @@ class Mission(_Model):
     energy: MissionEnergy = Field(description="energy of the mission")
     account: dict[str, Account] = Field(description="where the time of each component and link went")
     latency: tuple[LatencyShare, ...] = Field(
-        default=(), description="where the time of plans went, largest first"
+        default=(),
+        description="where the time from each scan that asked for a plan to the answer, or the request's end, went;"
+        " largest first",
     )
     control: tuple[LatencyShare, ...] = Field(
         default=(), description="where the time of turns of the control loop went, largest first"
     )
     bottleneck: Bottleneck | None = Field(
-        default=None, description="what sets the pace; None where no time passed"
+        default=None,
+        description="what sets the pace: found by levers where they were run, else where the time was seen to go; None"
+        " where no time passed",
+    )
+    levers: tuple[LeverRun, ...] | None = Field(
+        default=None, description="the mission with one value moved each, the best first; None: not run"
     )
 
     def figures(self) -> dict[ResultFigure, float | None]:

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
 
 from codesign.memo import Memo
-from codesign.spec.components import DisplayComponent, FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.spec.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
+from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import fit, source
 from codesign.system.mission_result import LinkUse
-from codesign.system.result import DisplayUse, Energy, Power, Reason, Source, Times
+from codesign.system.result import DisplayUse, Power, Reason, Source, Times
 
 if TYPE_CHECKING:
     from codesign.components import Component, Display
@@ -47,40 +49,58 @@ def _told(system: System, parameters: BaseModel) -> dict[str, Any]:
     return parameters.model_dump(mode="json", exclude=exclude)
 
 
-def fitted_fields(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
-    """What the design takes of its part, as fields of a result, and why it does not fit where it does not."""
+@dataclass(frozen=True)
+class Fitted:
+    """What a design takes of its parts.
+
+    - ``fields``: of a result. ``reasons``: why it does not fit; empty where it does.
+    - ``boards``: the power of every FPGA of the platform, by name.
+    """
+
+    fields: dict[str, Any]
+    reasons: tuple[Reason, ...]
+    boards: dict[str, Power]
+
+
+def fitted(system: System) -> Fitted:
+    """Hold the design against its parts."""
     problem, parameters, part = system.problem, system.planning, system.part
     external = {} if system.external is None else {"external": system.external}
     inside = system.placement.inside
     demand = system.architecture.demand(problem, parameters, part, inside=inside, **external)
-    fields, reasons = _apart(system)
+    fields, reasons, powers = _apart(system)
     if part is None:
         held = fit(demand, None, system.clock, None)
-        return {"processor": _processor_figures(system), **fields}, held.reasons + reasons
-    limit = system.architecture.clock_limit(problem, parameters, part, **external)
-    held = fit(demand, part, system.clock, limit)
-    static, dynamic = system.architecture.power(demand, system.clock, part)
-    power = Power(static=source(static), dynamic=source(dynamic))
-    own = {"resources": held.resources, "clock": held.clock, "power": power}
-    return fields | own, held.reasons + reasons
+        fields = {"processor": _processor_figures(system), **fields}
+    else:
+        limit = system.architecture.clock_limit(problem, parameters, part, **external)
+        held = fit(demand, part, system.clock, limit)
+        static, dynamic = system.architecture.power(demand, system.clock, part)
+        powers[system.component] = power = Power(static=source(static), dynamic=source(dynamic))
+        fields |= {"resources": held.resources, "clock": held.clock, "power": power}
+    boards = board_powers(system, powers)
+    fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
+    return Fitted(fields, held.reasons + reasons, boards)
 
 
-def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...]]:
-    """What tasks take of an FPGA that does not plan."""
+def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str, Power]]:
+    """What tasks take of FPGAs that do not plan: fields of a result, what does not fit, and the power of each FPGA."""
     fields: dict[str, Any] = {}
     reasons: tuple[Reason, ...] = ()
+    powers: dict[str, Power] = {}
     for task, style in system.placement.styles.items():
-        spec = system.platform.components[system.placement.places[task]]
+        name = system.placement.places[task]
+        spec = system.platform.components[name]
         if task in system.placement.inside or not isinstance(spec, FpgaComponent):
             continue
         part, clock = spec.chip, int(spec.clock.value)
         demand = style.demand(system.problem, system.planning, part)
         held = fit(demand, part, clock, style.clock_limit(system.problem, system.planning, part))
         static, dynamic = style.power(demand, clock, part)
-        power = Power(static=source(static), dynamic=source(dynamic))
+        powers[name] = power = Power(static=source(static), dynamic=source(dynamic))
         fields = {"resources": held.resources, "clock": held.clock, "power": power}
         reasons += held.reasons
-    return fields, reasons
+    return fields, reasons, powers
 
 
 def _processor_figures(system: System) -> dict[str, Source]:
@@ -127,10 +147,12 @@ def _quality(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
     return (Memo() if memo is None else memo).get(key, lambda: planner.quality(answer.problem, answer.plan))
 
 
-def use_fields(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> dict[str, Any]:
-    """What was used up to now. ``others``: FPGAs like the planning one, beside the platform's."""
+def use_fields(
+    machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()
+) -> dict[str, Any]:
+    """What was used up to now. ``boards``, ``others``: see ``energy``."""
     return {
-        "energy": energy(machine, power, others),
+        "energy": energy(machine, boards, others),
         "utilisation": {
             # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
             component.name: component.busy / max(machine.now, 1)
@@ -168,51 +190,3 @@ def link_use(link: Any, now: int, ignored: dict[str, int]) -> LinkUse:
         utilisation=link.busy / max(now, 1),
         queued_s=link.queued / 1e12,
     )
-
-
-def energy(machine: Machine, power: Power | None, others: Sequence[Component] = ()) -> Energy:
-    """Static power over the whole time and dynamic power over the busy time; all others by their own figures."""
-    span, system = machine.now / 1e12, machine.system
-    fpga = 0.0
-    if power is not None:
-        fpgas = [
-            machine.by_name[name]
-            for name, spec in system.platform.components.items()
-            if isinstance(spec, FpgaComponent)
-        ]
-        spent = sum(one.busy for one in (*fpgas, *others)) / 1e12
-        fpga = power.static.value * span * (1 + len(others)) + power.dynamic.value * spent
-    parts = {ProcessorComponent: 0.0, MemoryComponent: 0.0}
-    for name, component in system.platform.components.items():
-        for kind in parts:
-            if isinstance(component, kind) and component.power is not None:
-                parts[kind] += _joules(component.power, machine.by_name[name].busy / 1e12, span)
-    links = sum(
-        _joules(spec.power, machine.links[name].busy / 1e12, span)
-        for name, spec in system.platform.links.items()
-        if spec.power is not None
-    )
-    processors, memories = parts[ProcessorComponent], parts[MemoryComponent]
-    return Energy(
-        fpga_j=fpga,
-        processors_j=processors,
-        links_j=links,
-        memories_j=memories,
-        total_j=fpga + processors + links + memories,
-        not_declared=_not_declared(system),
-    )
-
-
-def _not_declared(system: System) -> dict[str, tuple[str, ...]]:
-    """Links and memories without a figure of power."""
-    components, links = system.platform.components, system.platform.links
-    memories = {name: spec for name, spec in components.items() if isinstance(spec, MemoryComponent)}
-    found = {
-        kind: tuple(name for name, spec in of_kind.items() if spec.power is None)
-        for kind, of_kind in (("links", links), ("memories", memories))
-    }
-    return {kind: names for kind, names in found.items() if names}
-
-
-def _joules(power: Any, busy: float, span: float) -> float:
-    return float(power.busy.value * busy + power.idle.value * (span - busy))

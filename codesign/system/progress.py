@@ -10,7 +10,7 @@ from codesign.spec.scenario import Drive
 from codesign.units import PICOSECONDS_PER_SECOND
 
 EVENTS_OF_A_TURN = 20
-"""Events that a turn of the control loop counts for beside its own: its scan and its way take about as long."""
+"""Events that a turn of the control loop counts for: its scan and its way take about as long as so many messages."""
 
 LONG_DRIVE = 36_001
 """Turns of the longest drive by default: an hour, ten turns a second, the first at 0. Measured: half a minute on a map
@@ -40,7 +40,7 @@ ProgressOfMission = Callable[[MissionProgress], None]
 
 def longest_turns(scenario: Drive) -> int:
     """Turns of the control loop by which a drive has ended: at its limit, or by its events."""
-    by_events = scenario.events // (EVENTS_OF_A_TURN + 1)
+    by_events = scenario.events // EVENTS_OF_A_TURN
     return min(scenario.limit // scenario.control_period, by_events) + 1
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from codesign.errors import CodesignError, SpecError
 from codesign.records import Listener
@@ -12,9 +12,8 @@ from codesign.spec import fault
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
 from codesign.system.memory import refusal
-from codesign.system.outcome import fitted_fields
+from codesign.system.outcome import Fitted, fitted
 from codesign.system.refusals import refused
-from codesign.system.result import Reason
 
 if TYPE_CHECKING:
     from codesign.components import Granularity
@@ -24,12 +23,11 @@ if TYPE_CHECKING:
 class Ready:
     """A system that nothing keeps from being simulated.
 
-    ``fields``: what the design takes of its part, as fields of a result. ``reasons``: why it does not fit; empty: it
-    fits. ``machine``: its components at time 0; None where it does not fit.
+    ``held``: what the design takes of its part, and why it does not fit where it does not. ``machine``: its components
+    at time 0; None where it does not fit.
     """
 
-    fields: dict[str, Any]
-    reasons: tuple[Reason, ...]
+    held: Fitted
     machine: Machine | None
 
 
@@ -55,14 +53,14 @@ def ready(
     task = system.planner.planning_task
     mapped = system.workload.mapping[task]
     try:
-        fields, reasons = fitted_fields(system)
+        held = fitted(system)
     except SpecError:
         raise
     except CodesignError as wrong:
         raise SpecError([refused(system.workload, ("mapping", task), mapped.parameters, wrong)]) from wrong
-    if reasons:
-        return Ready(fields, reasons, None)
+    if held.reasons:
+        return Ready(held, None)
     too_much = refusal(system, memory, listening=bool(listeners), keeping=keeping)
     if too_much is not None:
         raise SpecError([fault(system.workload, ("mapping", task), *too_much)])
-    return Ready(fields, (), build(system, listeners, granularity or Granularity.RUN_AHEAD))
+    return Ready(held, build(system, listeners, granularity or Granularity.RUN_AHEAD))

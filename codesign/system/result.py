@@ -117,7 +117,10 @@ class Energy(_Model):
     """Energy up to the first plan, J: static power over the whole time, dynamic power over the busy time."""
 
     fpga_j: float = Field(
-        description="of the FPGA: static over the whole time, dynamic over the busy time, J"
+        description="of all FPGAs of the platform: static over the whole time, dynamic over the busy time, J"
+    )
+    idle_fpgas_j: float = Field(
+        default=0.0, description="the part of it that FPGAs without any task drew: their static power, J"
     )
     processors_j: float = Field(description="of the processors, busy and idle, J")
     links_j: float = Field(default=0.0, description="of the links, busy and idle, J")
@@ -168,6 +171,9 @@ class Result(_Model):
     )
     clock: Clock | None = Field(default=None, description="clock of the design, and its limit")
     power: Power | None = Field(default=None, description="power of the FPGA while it plans")
+    idle_fpgas: dict[str, Source] = Field(
+        default={}, description="static power of each FPGA without any task, W; it is drawn all the time"
+    )
     processor: dict[str, Source] = Field(
         default={}, description="cost of the kernel (ps a unit) and power (W) of the processor that plans"
     )

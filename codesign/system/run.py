@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError, choose_hint
@@ -13,6 +14,7 @@ from codesign.system.bind import System, bind
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.ledger import Ledger
+from codesign.system.levers import LeverProgress, with_levers
 from codesign.system.outcome import drive_fields, head_fields, plan_fields, use_fields
 from codesign.system.progress import ProgressOfMission
 from codesign.system.ready import ready
@@ -33,19 +35,26 @@ def simulate(
     progress: ProgressOfMission | None = None,
     memory: int | None = None,
     keeping: bool = False,
+    levers: bool = False,
+    lever_progress: LeverProgress | None = None,
 ) -> Result:
     """Simulate one design point; see ``codesign.simulate``.
 
     ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
     functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
     workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
-    of what the machine has free.
+    of what the machine has free. ``levers``: run a mission's levers too; ``lever_progress``: see ``with_levers``.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see
             ``simulate_system``.
     """
     system = bind(platform, workload, grid=grid)
+    complete = None
+    if levers:
+        memo = Memo() if memo is None else memo
+        run = partial(simulate, memo=memo, grid=grid, memory=memory)
+        complete = partial(with_levers, system=system, run=run, progress=lever_progress)
     return simulate_system(
         system,
         listeners=listeners,
@@ -54,6 +63,7 @@ def simulate(
         progress=progress,
         memory=memory,
         keeping=keeping,
+        complete=complete,
     )
 
 
@@ -66,8 +76,9 @@ def simulate_system(
     progress: ProgressOfMission | None = None,
     memory: int | None = None,
     keeping: bool = False,
+    complete: Callable[[Result], Result] | None = None,
 ) -> Result:
-    """Simulate a bound system: fit it, and where it fits, run it.
+    """Simulate a bound system: fit it, and where it fits, run it. ``complete`` adds to the result before it is told.
 
     Raises:
         SpecError: see ``ready``. InputError: an unknown granularity.
@@ -81,46 +92,48 @@ def simulate_system(
             choose_hint(granularity, list(Granularity)),
         )
     prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping)
-    head, machine = head_fields(system) | prepared.fields, prepared.machine
+    head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
-        return Result(**head, feasible=False, reasons=prepared.reasons)
+        return Result(**head, feasible=False, reasons=prepared.held.reasons)
     machine.progress = progress
-    result = Result(**head, feasible=True, **_run(machine, head.get("power"), memo))
+    result = Result(**head, feasible=True, **_run(machine, prepared.held.boards, memo))
+    if complete is not None:
+        result = complete(result)
     for component in machine.components:
-        component.report_utilisation()
+        component.report_end()
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result
 
 
-def _run(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _run(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     """Let the machine do what its scenario says; the fields that this gives a result."""
     run = {"plan_once": _plan_once, "drive": _drive, "fleet": _fleet}[machine.system.workload.scenario.type]
-    return run(machine, power, memo)
+    return run(machine, boards, memo)
 
 
-def _plan_once(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _plan_once(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.plan_once import plan_once
 
     answer = plan_once(machine, memo)
-    return plan_fields(machine, answer, memo) | use_fields(machine, power)
+    return plan_fields(machine, answer, memo) | use_fields(machine, boards)
 
 
-def _drive(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _drive(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.drive import drive
     from codesign.system.scenarios.drive.summary import mission_of
 
     done = drive(machine, memo)
     fields = drive_fields(machine, done.log.first, done.log.last, memo)
-    return {**fields, **use_fields(machine, power), "mission": mission_of(machine, done, power)}
+    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards, memo)}
 
 
-def _fleet(machine: Machine, power: Power | None, memo: Memo | None) -> dict[str, Any]:
+def _fleet(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
     from codesign.system.scenarios.fleet import fly
 
     flight = fly(machine)
     problem = machine.system.problem
     ended = flight.ends[-1] if len(flight.ends) else flight.loaded
     answer = Answer(problem, flight.plan, flight.loaded, ended, ended, Ledger())
-    fields = plan_fields(machine, answer, memo) | use_fields(machine, power, flight.fpgas[1:])
+    fields = plan_fields(machine, answer, memo) | use_fields(machine, boards, flight.fpgas[1:])
     return {**fields, "fleet": flight.figures}

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from codesign.records import (
+    ENDED,
     FieldRecord,
     MessageRecord,
     MissionRecord,
@@ -95,7 +96,8 @@ class _End:
 
 def _events(record: Record, tracks: _Tracks) -> Iterator[dict[str, Any]]:
     if isinstance(record, TaskRecord):
-        yield _span(tracks, record.source, record.task, record.time, record.end, cycles=record.cycles)
+        name = record.task if record.outcome == ENDED else f"{record.task} ({record.outcome})"
+        yield _span(tracks, record.source, name, record.time, record.end, cycles=record.cycles)
     elif isinstance(record, StageRecord):
         counts = {"precision": record.precision, "sweeps": record.sweeps, "local_maxima": record.local_maxima}
         name = f"stage {record.stage}"

@@ -16,7 +16,7 @@ from codesign.records import MapRecord, MissionRecord, PoseRecord, PositionsReco
 from codesign.units import PICOSECONDS_PER_SECOND
 
 _INFORMATION, _WARNING = 2, 3
-_ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact"}
+_ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
 
 # Decimals of metres and quaternions: more than a screen shows, and few enough to pack well.
 _DECIMALS = 6

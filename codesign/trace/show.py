@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from codesign.errors import TraceError, printable
 from codesign.records import (
+    ENDED,
     BeliefRecord,
     CommandRecord,
     FieldRecord,
@@ -146,7 +147,10 @@ def _tell_message(record: MessageRecord) -> _Told:
 
 
 def _tell_task(record: TaskRecord) -> _Told:
-    return record.time, record.end, f"task {record.task}", _some(record.cycles, "cycle")
+    details = _some(record.cycles, "cycle")
+    if record.outcome != ENDED:
+        details += f", {printable(record.outcome, 40)}"
+    return record.time, record.end, f"task {record.task}", details
 
 
 def _tell_trajectory(record: TrajectoryRecord) -> _Told:

@@ -23,6 +23,9 @@ from codesign.records import StageRecord, TaskRecord, VisitsRecord
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
 
+STAGE_END = "stage_end"
+"""What the work at the end of a stage is told as; its cycles count in phase ``relax``."""
+
 DETECT = "detect"
 """The task that tells whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
 
@@ -160,8 +163,9 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
         else:
             stages.append(item.stage)
             field, fault = item.field, item.fault
-            ending = [costs.stage_end] if costs.stage_end else []
-            yield Step(RELAX, np.array(ending, np.int64), _stage_story(item, clock), costs.ram_addresses)
+            if costs.stage_end:
+                yield replace(task_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
+            yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
 

@@ -55,8 +55,7 @@ class Flight:
     """A fleet's run up to the last update that was over, its figures, and the FPGAs.
 
     ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
-    update began, ps; ``ends``: when each update was over. ``events``: of the simulation, which are no figure of the
-    fleet: they hang on the granularity.
+    update began, ps; ``ends``: when each update was over. ``events``: messages, and decisions of single robots.
     """
 
     plan: Avoidance
@@ -125,17 +124,21 @@ class _Run:
         for robot in range(len(self.fpgas)):
             environment.process(self._robot(robot))
         environment.process(self._mission())
-        events, limit, most = 0, self.scenario.limit, self.scenario.events
+        limit, most = self.scenario.limit, self.scenario.events
         horizon = environment.peek()
-        while horizon <= limit and events < most:
+        # Looked at between two moments only: how many steps one takes depends on the granularity.
+        while horizon <= limit and (horizon == environment.now or self._happened() < most):
             environment.step()
-            events += 1
             horizon = environment.peek()
         stopped = None
         if horizon != float("inf"):
             seconds = f"{limit / PICOSECONDS_PER_SECOND:g} s of simulated time"
             stopped = f"the limit of {seconds if horizon > limit else f'{most:,} events'} was reached"
-        return self._flight(stopped, events)
+        return self._flight(stopped, self._happened())
+
+    def _happened(self) -> int:
+        """Events up to now: messages, and decisions of single robots; not those of the simulation."""
+        return self.machine.messages_sent + len(self.begins) * len(self.fpgas)
 
     def _mission(self) -> Generator[Any, Any, None]:
         """Process generator: load, then update after update."""

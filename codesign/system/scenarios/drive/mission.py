@@ -13,6 +13,7 @@ from codesign.system.scenarios.drive.goals import Exploration, Tour
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.pilot import Pilot
 from codesign.system.scenarios.drive.replanner import Replanner
+from codesign.system.scenarios.drive.request import livelock_text
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -20,17 +21,26 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 
-_EVENTS_BETWEEN_CALLS = 256
-"""Events between two calls of ``Machine.progress``."""
+_STEPS_BETWEEN_CALLS = 256
+"""Steps of the simulation between two calls of ``Machine.progress``."""
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """A drive that has ended: the scene as it was left, the log, and the events of the simulation it took."""
+    """A drive that has ended: the scene as it was left, the log, and its events (see ``_happened``)."""
 
     scene: Scene
     log: Log
     events: int
+
+
+def _happened(replanner: Replanner) -> int:
+    """Events of the mission up to now: messages, plans asked for, changes of the world, and turns, which count more.
+
+    Events of the simulation are not counted: a plan makes the more of them the finer it is simulated.
+    """
+    log, scene = replanner.log, replanner.scene
+    return replanner.machine.messages_sent + log.asked + scene.changed + EVENTS_OF_A_TURN * log.turns
 
 
 def drive(machine: Machine, memo: Memo | None = None) -> Drive:
@@ -44,8 +54,9 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
     environment.process(scene.changes())
     environment.process(pilot.run())
     environment.process(_patience(replanner, pilot))
-    events = 0
+    steps = 0
     while log.ended is None:
+        now_is_over = environment.peek() > machine.now
         if environment.peek() > scenario.limit:
             if machine.now < scenario.limit:
                 # The last event lies where the granularity put it; the mission ends at the limit itself.
@@ -54,7 +65,7 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
             log.end(
                 f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}"
             )
-        elif events + EVENTS_OF_A_TURN * log.turns >= scenario.events:
+        elif now_is_over and _happened(replanner) >= scenario.events:
             why = _because(replanner, pilot)
             log.end(f"the limit of {scenario.events:,} events was reached{why}")
         else:
@@ -62,16 +73,17 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
                 environment.step()
             except RunError as failed:
                 log.end(failed.what)
-            events += 1
-            if machine.progress is not None and events % _EVENTS_BETWEEN_CALLS == 0:
-                counted = events + EVENTS_OF_A_TURN * log.turns
-                told = MissionProgress(machine.now, scenario.limit, counted, scenario.events, log.turns)
-                machine.progress(told)
+            steps += 1
+            if machine.progress is not None and steps % _STEPS_BETWEEN_CALLS == 0:
+                happened = _happened(replanner)
+                machine.progress(
+                    MissionProgress(machine.now, scenario.limit, happened, scenario.events, log.turns)
+                )
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
-    replanner.settle()
-    return Drive(scene, log, events)
+    replanner.end()
+    return Drive(scene, log, _happened(replanner))
 
 
 def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
@@ -93,7 +105,7 @@ def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
 def _because(replanner: Replanner, pilot: Pilot) -> str:
     """What kept the robot from doing what it was to do, as far as that is known."""
     active, turn = replanner.active, pilot.turn
-    why = replanner.refusal or replanner.log.stall
+    why = livelock_text(replanner.request_under_way) or replanner.refusal or replanner.log.stall
     if not why and replanner.busy:
         why = "a plan is under way"
     elif not why and active is not None and not active.arrives:

@@ -19,7 +19,8 @@ from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SEEN, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.replanner import Replanner, Sight
+from codesign.system.scenarios.drive.replanner import Replanner
+from codesign.system.scenarios.drive.request import Sight
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.sent_map import CHANGE_BITS
 from codesign.task_graph import Flow

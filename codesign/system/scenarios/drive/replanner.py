@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import simpy
@@ -17,11 +16,12 @@ from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
-from codesign.system.ledger import Ledger
+from codesign.system.ledger import Spent
 from codesign.system.messages import LostMessageError
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals
 from codesign.system.scenarios.drive.log import Log
+from codesign.system.scenarios.drive.request import Fate, Request, Sight
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.scenarios.plan_once import tell_field
 from codesign.system.sent_map import SentMap
@@ -31,26 +31,10 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 
-@dataclass(frozen=True)
-class Sight:
-    """A scan at ``at`` (ps) that asks for something, and where its way to the map spent its time."""
-
-    at: int
-    spent: Ledger
-
-
-@dataclass(frozen=True)
-class Request:
-    """A plan that is asked for: by which scan, ``why``, and whether something ``seen`` is why."""
-
-    sight: Sight
-    why: str
-    seen: bool
-
-
 class Replanner:
     """Makes plans. ``active``: the one that the robot follows.
 
+    ``request_under_way``: the one that is being answered, or asked again after a pause.
     ``no_way``: the last request where it could not be answered, and ``refusal`` why; None where it was. It is asked
     again when more is known.
     """
@@ -64,6 +48,7 @@ class Replanner:
         self._sent: dict[str, SentMap] = {}
         self._unseen: Sight | None = None
         self._pending: Request | None = None
+        self.request_under_way: Request | None = None
         self._wake = machine.environment.event()
         self._again = any(flow.name == POSE for flow in machine.system.placement.graph.flows)
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
@@ -78,8 +63,12 @@ class Replanner:
         """Ask for a plan; one that waits already is made from what is known when its turn comes."""
         if self._pending is not None:
             return
-        self._pending = Request(sight, why, seen)
-        self.log.tell("plan_requested", why)
+        self._ask(Request(sight, why, seen))
+
+    def _ask(self, request: Request) -> None:
+        self._pending = request
+        self.log.asked += 1
+        self.log.tell("plan_requested", request.why)
         if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.RESTART:
             self.process.interrupt("newer")
         elif not self._wake.triggered:
@@ -125,7 +114,10 @@ class Replanner:
                 yield from self._rest(self._wake)
             request, self._pending = self._pending, None
             if request is not None:
+                self.request_under_way = request
+                request.book_rest(Spent.BEHIND, self.machine.system.component, self.machine.now)
                 yield from self._answer(request)
+                self.request_under_way = None
 
     def _answer(self, request: Request) -> Generator[Any, Any, None]:
         try:
@@ -133,7 +125,7 @@ class Replanner:
         except RunError as failed:
             problem = failed.what
         if isinstance(problem, str):
-            self._cannot(request, problem)
+            self._refuse(request, problem)
             return
         scene, machine = self.scene, self.machine
         scene.advance()
@@ -142,19 +134,19 @@ class Replanner:
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
-            # The request that broke this one off stands for both; what it was sent may be half a map.
+            # What the planner was sent may be half a map.
             self._sent.clear()
-            self.log.progress = machine.now
-            if self._pending is not None:
-                self._pending = Request(request.sight, self._pending.why, request.seen)
+            request.book_rest(Spent.BROKEN_OFF, machine.system.component, machine.now)
+            self._go_on(request)
             return
         except (LostMessageError, MisreadMapError) as lost:
             self._sent.clear()
             self._cannot(request, f"{lost.where}: {lost.what}")
-            answer = None
+            answer, where = None, lost.where or machine.system.component
         except (RunError, InputError) as failed:
             self._policy = ReplanPolicy.RESTART
-            self._cannot(request, failed.what)
+            request.book_rest(Spent.FAILED, machine.system.component, machine.now)
+            self._refuse(request, failed.what)
             return
         finally:
             self.settle()
@@ -162,13 +154,18 @@ class Replanner:
         if answer is None:
             # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
             yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
-            self.ask_again()
+            request.book_rest(Spent.FAILED, where, machine.now)
+            if self._pending is None:
+                self._ask(request)
+            else:
+                self.log.close(request, Fate.REFUSED)
             return
+        request.spent.add(answer.ledger)
         self.log.progress = machine.now
         try:
             active = self._active(answer, asked[1])
         except RunError as failed:
-            self._cannot(request, failed.what)
+            self._refuse(request, failed.what)
             return
         self._tell_plan(active, *asked)
         self._install(request, active)
@@ -184,6 +181,27 @@ class Replanner:
         if machine.listening:
             times = {"asked": asked, "seen": look.at, "loaded": answer.loaded, "planned": answer.planned}
             machine.tell(PlanRecord(machine.now, machine.system.component, active.number, **times))
+
+    def _go_on(self, request: Request) -> None:
+        """Ask again for what was broken off; the request that broke it off is part of it from now on."""
+        newer, self._pending = self._pending, request
+        if newer is not None:
+            request.why = newer.why
+            self.log.close(newer, Fate.MERGED)
+        self.log.break_off(request)
+        self.log.progress = self.machine.now
+
+    def end(self) -> None:
+        """The mission is over: book what is open."""
+        self.settle()
+        now, where = self.machine.now, self.machine.system.component
+        if self.request_under_way is not None:
+            kind = Spent.UNFINISHED if self.busy else Spent.FAILED
+            self.request_under_way.book_rest(kind, where, now)
+            self.log.close(self.request_under_way, Fate.OPEN)
+        if self._pending is not None:
+            self._pending.book_rest(Spent.BEHIND, where, now)
+            self.log.close(self._pending, Fate.OPEN)
 
     def settle(self) -> None:
         """Book the waiting for a plan under way up to now: when it stands, or when the mission ends without it."""
@@ -228,6 +246,10 @@ class Replanner:
             wrong = system.planner.check(problem, system.planning)
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 
+    def _refuse(self, request: Request, why: str) -> None:
+        self._cannot(request, why)
+        self.log.close(request, Fate.REFUSED)
+
     def _cannot(self, request: Request, why: str) -> None:
         self.no_way, self.refusal = request, why
         self.log.tell("no_way", why)
@@ -244,8 +266,7 @@ class Replanner:
         latency = answer.answered - request.sight.at
         log.plans += 1
         log.first, log.last = log.first or answer, answer
-        log.asking.add(request.sight.spent)
-        log.planning.add(answer.ledger)
+        log.close(request, Fate.ANSWERED)
         if request.seen:
             log.latencies.append(latency)
         if machine.listening:

@@ -15,6 +15,7 @@ from codesign.components.robot import PRESSING, Robot
 from codesign.components.sensor import NOTHING, Scan, Sensor
 from codesign.components.way import Point, cell_of
 from codesign.mission.belief import Belief, Update
+from codesign.mission.clearance import Clearance
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.mission.world import World
 from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 Cell = tuple[int, int]
-
-_WINDOW = 24
-"""Cells around the robot in which the nearest obstacle is looked for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +74,8 @@ class Scene:
     ``known``: the latest look that reached the map on board. What keeps the map, plans and commands knows the robot's
     place by it alone; where the robot is now, only the robot itself and those who draw up the figures know.
 
-    ``world_at_start``: bool, rows × columns, cells that the robot's middle may not enter at the start.
-    ``clearances``: distance from the robot's middle to the nearest obstacle of the true map at each look, cells.
+    ``clearance``: how near the robot came to obstacles of the true map.
+    ``changed``: times that the world changed, or was to change.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -101,7 +99,6 @@ class Scene:
         row, column = problem.starts[0]
         # What is there from the start is there before anybody looks.
         self.world.advance(0, (float(row), float(column)))
-        self.world_at_start = self.world.blocked_for_robot.copy()
         self.belief = Belief(
             problem.rows,
             problem.columns,
@@ -119,8 +116,10 @@ class Scene:
             listeners=machine.listeners,
         )
         self.sensor: Sensor = sensor_of(spec.sensor, self.resolution)
-        self.clearances: list[float] = []
         self.known = Look(0, NOTHING, self.robot.position, 0.0)
+        self.changed = 0
+        self.clearance = Clearance()
+        self.clearance.stand(self.world.free_now, self.robot.position)
         machine.by_name[name] = self.robot
         if machine.listening:
             goals = np.array(problem.goals, np.int32).reshape(-1, 2)
@@ -130,8 +129,10 @@ class Scene:
     def advance(self) -> None:
         """Bring the robot up to now; what it ran against on the way is told."""
         robot, machine = self.robot, self.machine
-        before = len(robot.contacts)
+        before, way, arc = len(robot.contacts), robot.way, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
+        if robot.arc > arc:
+            self.clearance.drive(self.world.free_now, way.between(arc, robot.arc))
         if machine.listening:
             for contact in robot.contacts[before:]:
                 row, column = contact.position
@@ -159,7 +160,6 @@ class Scene:
         self.advance()
         self.tell_pose()
         position = self.robot.position
-        self.clearances.append(clearance(self.world.free_now, position))
         scan = self.sensor.scan(self.world.free_now, position)
         return Look(self.machine.now, scan, position, self.robot.speed)
 
@@ -197,8 +197,11 @@ class Scene:
         while (due := self.world.next_change(machine.now)) is not None:
             yield machine.environment.timeout(due - machine.now)
             self.advance()
+            self.changed += 1
             before = len(self.world.deferrals)
             cells = self.world.advance(machine.now, self.robot.position)
+            if len(cells):
+                self.clearance.stand(self.world.free_now, self.robot.position)
             self._tell_waiting(before)
             if len(cells) and machine.listening:
                 free = self.world.free_now[cells[:, 0], cells[:, 1]]
@@ -237,21 +240,3 @@ class Scene:
     def _moving(self) -> list[Moving]:
         count = len(self.scenario.obstacles.moving)
         return [moving_of(self.scenario, index, self.resolution) for index in range(count)]
-
-
-def clearance(free: NDArray[np.bool_], position: tuple[float, float]) -> float:
-    """Distance from a position to the nearest blocked cell, or to the rim of the map, cells.
-
-    Looked for in a window; where that has none, its half side.
-    """
-    row, column = position
-    centre = round(row), round(column)
-    top, left = max(centre[0] - _WINDOW, 0), max(centre[1] - _WINDOW, 0)
-    near = free[top : centre[0] + _WINDOW + 1, left : centre[1] + _WINDOW + 1]
-    rows, columns = np.nonzero(~near)
-    rim = min(row + 0.5, column + 0.5, free.shape[0] - 0.5 - row, free.shape[1] - 0.5 - column)
-    if not len(rows):
-        return float(min(rim, _WINDOW))
-    down = np.maximum(np.abs(rows + top - row) - 0.5, 0.0)
-    across = np.maximum(np.abs(columns + left - column) - 0.5, 0.0)
-    return float(min(np.hypot(down, across).min(), rim, _WINDOW))

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codesign import maps
+from codesign.memo import Memo
+from codesign.mission.inflation import Inflation
 from codesign.spec.components import RobotComponent
-from codesign.system.ledger import Ledger, Spent
+from codesign.system.energy import energy
+from codesign.system.ledger import SPENT, Ledger, Spent
 from codesign.system.mission_result import (
     CONTACT_POINTS,
     Account,
@@ -18,7 +23,6 @@ from codesign.system.mission_result import (
     Mission,
     MissionEnergy,
 )
-from codesign.system.outcome import energy
 from codesign.system.result import Power
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
@@ -35,11 +39,17 @@ LATE_MATTERS = 0.05
 """Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
 
 
-def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
+def mission_of(
+    machine: Machine, done: Drive, boards: Mapping[str, Power], memo: Memo | None = None
+) -> Mission:
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
-    shortest = _shortest(scene) if log.reached and scene.scenario.purpose == "reach" else None
+    shortest = (
+        _shortest(scene, Memo() if memo is None else memo)
+        if log.reached and scene.scenario.purpose == "reach"
+        else None
+    )
     latencies = np.array(sorted(log.latencies), np.float64) / PICOSECONDS_PER_SECOND
     latency = _shares(log.planning, log.asking)
     control = _shares(log.turns_spent)
@@ -50,6 +60,8 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         time_s=span / PICOSECONDS_PER_SECOND,
         goals_reached=log.goals_reached,
         plans=log.plans,
+        broken_off=log.broken_off,
+        broken_off_in_a_row=log.in_a_row,
         replans=len(log.latencies),
         replan_latency_median_s=float(np.quantile(latencies, 0.5)) if len(latencies) else None,
         replan_latency_95_s=float(np.quantile(latencies, 0.95)) if len(latencies) else None,
@@ -57,8 +69,8 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         distance_m=robot.distance_metres,
         shortest_m=shortest,
         distance_ratio=robot.distance_metres / shortest if shortest else None,
-        clearance_least_m=min(scene.clearances) * scene.resolution if scene.clearances else None,
-        clearance_mean_m=float(np.mean(scene.clearances)) * scene.resolution if scene.clearances else None,
+        clearance_least_m=scene.clearance.least * scene.resolution,
+        clearance_mean_m=scene.clearance.mean * scene.resolution,
         turns=log.turns,
         missed_deadlines=log.missed,
         safety_stops=robot.safety_stops,
@@ -76,7 +88,7 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
         driving_s=driving,
         waiting_s=waiting,
         known_share=scene.belief.known_share,
-        energy=_energy(machine, scene, power),
+        energy=_energy(machine, scene, boards),
         account=_account(machine, done),
         latency=latency,
         control=control,
@@ -84,26 +96,30 @@ def mission_of(machine: Machine, done: Drive, power: Power | None) -> Mission:
     )
 
 
-def _shortest(scene: Scene) -> float | None:
-    """The shortest 8-connected way from the start over all goals in order on the true map of the start, m."""
+def _shortest(scene: Scene, memo: Memo) -> float | None:
+    """What the robot cannot undercut from the start over all goals in order, m; None where no path leads there.
+
+    Each leg is the shortest any-angle path from anywhere in a goal's cell to anywhere in the next one's, in the cells
+    that the robot's middle may ever enter: what appears or moves may be gone when the robot comes by.
+    """
     problem = scene.machine.system.problem
-    free = ~scene.world_at_start
-    here, cells = problem.starts[0], 0.0
-    for leg in (problem.goals, *((goal,) for goal in scene.scenario.tour)):
-        standing = [goal for goal in leg if free[goal]]
-        if not standing:
+    free = ~Inflation(~scene.true_free, scene.robot.radius_cells).blocked
+    free[problem.starts[0]] = True
+    here: tuple[tuple[int, int], ...] = (problem.starts[0],)
+    cells = 0.0
+    for number, leg in enumerate((problem.goals, *((goal,) for goal in scene.scenario.tour))):
+        there = tuple(goal for goal in leg if free[goal])
+        if not there:
             return None
-        steps = maps.distance_octile(free, [here])
-        # Of several goals of a leg the one that is nearest is where the next leg begins.
-        here = min(standing, key=lambda goal: float(steps[goal]))
-        if not np.isfinite(steps[here]):
-            return None
-        cells += float(steps[here])
-    return cells * scene.resolution
+        # The robot sets out from the middle of its cell, and from anywhere in that of a goal.
+        key = ("least distance", free.tobytes(), free.shape, here, there, number)
+        cells += memo.get(key, partial(maps.least_distance, free, here, there, point=number == 0))
+        here = there
+    return cells * scene.resolution if np.isfinite(cells) else None
 
 
-def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnergy:
-    own = energy(machine, power)
+def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> MissionEnergy:
+    own = energy(machine, boards)
     spec = machine.system.platform.components[scene.robot.name]
     assert isinstance(spec, RobotComponent), "a scene's robot is one"
     moving, standing = (
@@ -113,6 +129,7 @@ def _energy(machine: Machine, scene: Scene, power: Power | None) -> MissionEnerg
     robot = float(spec.power.moving.value) * moving + float(spec.power.standing.value) * standing
     return MissionEnergy(
         fpga_j=own.fpga_j,
+        idle_fpgas_j=own.idle_fpgas_j,
         processors_j=own.processors_j,
         links_j=own.links_j,
         memories_j=own.memories_j,
@@ -149,9 +166,7 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
     for each in ledgers:
         ledger.add(each)
     shares = [
-        LatencyShare(
-            kind=what.value, where=where, seconds=time / PICOSECONDS_PER_SECOND, share=time / ledger.total
-        )
+        LatencyShare(kind=what, where=where, seconds=time / PICOSECONDS_PER_SECOND, share=time / ledger.total)
         for (what, where), time in ledger.spent.items()
         if time > 0
     ]
@@ -161,7 +176,10 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
 def _bottleneck(
     done: Drive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
 ) -> Bottleneck | None:
-    """What sets the pace: what late turns spend their time on, or plans that are waited for; else the robot itself."""
+    """Where the time was seen to go: what late turns spend it on, or plans that are waited for, or the robot's motion.
+
+    What a change of the design would save is not told from that: see ``system.levers``.
+    """
     log, robot = done.log, done.scene.robot
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND
     if not span:
@@ -172,30 +190,16 @@ def _bottleneck(
     )
     if control and log.missed > LATE_MATTERS * log.turns:
         return _late(log, control[0])
-    told = (
-        f"; of the time of plans, {latency[0].share:.0%} is {latency[0].kind} at {latency[0].where}"
-        if latency
-        else ""
+    first = latency[0] if latency else None
+    spent = (
+        f"; of the time of plans, {first.share:.0%} is {SPENT[first.kind]} at {first.where}" if first else ""
     )
-    if not latency and waiting >= WAITING_MATTERS:
-        where = done.scene.machine.system.component
-        text = (
-            f"{where}: the robot stands waiting for a first plan {waiting:.0%} of the time, and the mission ends before"
-            " it is answered"
-        )
-        return Bottleneck(name=where, kind="wait", share=waiting, text=text)
-    if not latency or waiting < WAITING_MATTERS:
-        text = (
-            f"{robot.name} itself: it drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of"
-            f" it{told}. A faster robot or a shorter way ends the mission earlier, a faster planner does not"
-        )
-        return Bottleneck(name=robot.name, kind="drive", share=driving, text=text)
-    first = latency[0]
-    saved = waiting * span * first.share / 2
-    text = (
-        f"{first.where}: the robot stands waiting for plans {waiting:.0%} of the time, and {first.share:.0%} of"
-        f" the time of plans is {first.kind} there. Twice as fast, it would save about {saved:.3g} s of {span:.4g} s"
+    shares = (
+        f"the robot drives {driving:.0%} of the time and stands waiting for plans {waiting:.1%} of it{spent}"
     )
+    if first is None or waiting < WAITING_MATTERS:
+        return Bottleneck(name=robot.name, kind="drive", share=driving, text=f"{robot.name}: {shares}")
+    text = f"{first.where}: {shares}"
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
 
 
@@ -204,7 +208,6 @@ def _late(log: Log, first: LatencyShare) -> Bottleneck:
     mean = first.seconds / log.turns
     text = (
         f"{first.where}: {log.missed} of {log.turns} turns had no answer by their deadline, and the robot braked;"
-        f" {first.share:.0%} of the time of turns is {first.kind} there, {mean * 1e3:.3g} ms a turn. Twice as fast, it"
-        f" would save {mean * 500:.3g} ms of each"
+        f" {first.share:.0%} of the time of turns is {SPENT[first.kind]} there, {mean * 1e3:.3g} ms a turn"
     )
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)

@@ -1,0 +1,211 @@
+"""Levers of a mission: what moves its time, found by running it again with one value of the design moved.
+
+Time that is spent somewhere does not say what would save it: a robot that drives all the time may take a detour as a
+plan comes late. So each lever is run, and only what its run gives is said.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from codesign.errors import CodesignError
+from codesign.figures import Figure
+from codesign.spec import Platform, Workload
+from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
+from codesign.spec.design_point import SCENARIO, override
+from codesign.spec.links import BusLink, SerialLink
+from codesign.spec.scenario import Drive, WhenBusy
+from codesign.system.bind import System
+from codesign.system.mission_result import LIVELOCK, Bottleneck, LeverRun, Mission
+from codesign.system.result import Result
+from codesign.units import Dimension, format_quantity
+
+FACTOR = 2
+"""By how much a lever moves what it moves: twice as fast, or half as long."""
+
+HELPS = 0.01
+"""Share of a mission's time from which what a lever saves is said to be saved. Assumed."""
+
+_TOLD = 3
+
+LeverProgress = Callable[[int, int, str], None]
+"""Is told how many levers are done, of how many, and which comes next."""
+
+
+@dataclass(frozen=True)
+class Lever:
+    """One value of a design point to be moved.
+
+    - ``path``: the axis. ``before``, ``after``: in words, with units. ``value``: as YAML would have it.
+    - ``refused``: why it cannot be moved, "" where it can.
+    """
+
+    path: str
+    before: str
+    after: str = ""
+    value: Any = None
+    refused: str = ""
+
+
+def levers_of(system: System, result: Result) -> tuple[Lever, ...]:
+    """The levers of a design point: clocks, costs of hosts and rates of links that it uses, its robot, its replanning.
+
+    ``result``: of its mission.
+    """
+    mission = result.mission
+    assert mission is not None, "the caller looks"
+    found = [*_of_components(system, result), *_of_links(system, result)]
+    scenario = system.workload.scenario
+    assert isinstance(scenario, Drive), "only drives are missions"
+    if scenario.replan.when_busy is WhenBusy.RESTART:
+        path, after = f"{SCENARIO}.replan.when_busy", WhenBusy.FINISH.value
+        found.append(Lever(path, WhenBusy.RESTART.value, after, after))
+    if mission.broken_off_in_a_row >= LIVELOCK:
+        path = f"{SCENARIO}.control_period"
+        found.append(_doubled(path, scenario.control_period, Dimension.TIME, "ps"))
+    return tuple(found)
+
+
+def with_levers(
+    result: Result,
+    system: System,
+    run: Callable[[Platform, Workload], Result],
+    progress: LeverProgress | None = None,
+) -> Result:
+    """The result with its levers run; as it is, where it holds no mission.
+
+    Args:
+        result: of ``system``.
+        system: the design point.
+        run: simulates another design point.
+        progress: is told how many levers are done, of how many, and which comes next.
+    """
+    mission = result.mission
+    if mission is None:
+        return result
+    found = levers_of(system, result)
+    runs = []
+    for done, lever in enumerate(found):
+        if progress is not None:
+            progress(done, len(found), lever.path)
+        runs.append(_run(lever, system, run))
+    if progress is not None:
+        progress(len(found), len(found), "")
+    runs.sort(key=lambda one: (one.refused is not None, not one.reached, one.time_s or 0.0, one.path))
+    moved = {"levers": tuple(runs), "bottleneck": _pace(mission, tuple(runs))}
+    return result.model_copy(update={"mission": mission.model_copy(update=moved)})
+
+
+def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Result]) -> LeverRun:
+    refused = lever.refused
+    mission: Mission | None = None
+    if not refused:
+        try:
+            moved = run(*override(system.platform, system.workload, {lever.path: lever.value}, "lever: "))
+        except CodesignError as wrong:
+            refused = str(wrong)
+        else:
+            mission = moved.mission
+            refused = "; ".join(map(str, moved.reasons))
+    told: dict[str, Any] = {"path": lever.path, "before": lever.before, "after": lever.after or None}
+    if mission is None:
+        return LeverRun(**told, refused=refused)
+    return LeverRun(
+        **told,
+        reached=mission.reached,
+        time_s=mission.time_s,
+        energy_j=mission.energy.total_j,
+        missed_deadlines=mission.missed_deadlines,
+        ended=mission.ended,
+    )
+
+
+def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
+    """What sets the pace, from the runs of its levers; the observation alone where none was run."""
+    seen, tried = mission.bottleneck, [one for one in runs if one.time_s is not None]
+    if seen is None or not tried:
+        return seen
+    helpful = [one for one in tried if _helps(mission, one)]
+    if not helpful:
+        names = ", ".join(f"{one.path} {one.before} → {one.after}" for one in tried)
+        what = "ends the mission earlier" if mission.reached else "makes the mission reach its goals"
+        text = f"{seen.text}. None of the levers that were run {what}: {names}"
+        return seen.model_copy(update={"text": text})
+    told = "; ".join(_told(mission, one) for one in helpful[:_TOLD])
+    others = f"{len(helpful)} of the {len(tried)} levers that were run, one at a time, help"
+    first = helpful[0]
+    assert first.time_s is not None, "it was run"
+    name = first.path if first.path.startswith(SCENARIO) else first.path.partition(".")[0]
+    share = max(0.0, 1.0 - first.time_s / mission.time_s)
+    return Bottleneck(name=name, kind="lever", share=share, text=f"{told}. {others}. Seen: {seen.text}")
+
+
+def _helps(mission: Mission, one: LeverRun) -> bool:
+    """Whether the mission ends earlier, or reaches what it did not."""
+    if not one.reached or one.time_s is None:
+        return False
+    return not mission.reached or one.time_s < (1.0 - HELPS) * mission.time_s
+
+
+def _told(mission: Mission, one: LeverRun) -> str:
+    without = f"{mission.time_s:.4g} s" if mission.reached else f"no end in {mission.time_s:.4g} s"
+    return f"{one.path} {one.before} → {one.after}: {one.time_s:.4g} s in place of {without}"
+
+
+def _of_components(system: System, result: Result) -> Iterator[Lever]:
+    used = set(system.placement.places.values())
+    for name, spec in system.platform.components.items():
+        if name not in used:
+            continue
+        if isinstance(spec, FpgaComponent):
+            yield _fpga_clock(system, result, name, spec)
+        elif isinstance(spec, ProcessorComponent):
+            halved = {kernel: int(cost.value) // FACTOR for kernel, cost in spec.costs.items()}
+            if any(halved.values()):
+                value = {kernel: f"{cost} ps" for kernel, cost in halved.items()}
+                yield Lever(f"{name}.costs", "as declared", "halved", value)
+        elif isinstance(spec, RobotComponent):
+            for key, figure in spec.kinematics:
+                if isinstance(figure, Figure):
+                    path = f"{name}.kinematics.{key}"
+                    faster = FACTOR * float(figure.value)
+                    before, after = (f"{each:.4g} {figure.unit}" for each in (figure.value, faster))
+                    yield Lever(path, before, after, f"{faster!r} {figure.unit}")
+
+
+def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) -> Lever:
+    """Twice the clock, or as near to that as part, design and memory allow."""
+    clock = int(spec.clock.value)
+    limits = [spec.chip.block_ram_clock.interval[1]]
+    if result.clock is not None:
+        limits.append(result.clock.limit.value)
+    limits += [
+        memory.clock.value
+        for memory in system.platform.components.values()
+        if isinstance(memory, MemoryComponent) and memory.beside == name
+    ]
+    faster = min(FACTOR * clock, math.floor(min(limits)))
+    path, before = f"{name}.clock", format_quantity(clock, Dimension.FREQUENCY)
+    if faster <= clock:
+        return Lever(path, before, refused=f"{before} is the most that part, design and memory allow")
+    return Lever(path, before, format_quantity(faster, Dimension.FREQUENCY), f"{faster} Hz")
+
+
+def _of_links(system: System, result: Result) -> Iterator[Lever]:
+    for name, link in system.platform.links.items():
+        if result.links is None or not result.links[name].sent:
+            continue
+        if isinstance(link, SerialLink):
+            baud = int(link.baud.value)
+            yield Lever(f"{name}.baud", f"{baud:,}", f"{FACTOR * baud:,}", FACTOR * baud)
+        elif isinstance(link, BusLink):
+            yield _doubled(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
+
+
+def _doubled(path: str, value: int, dimension: Dimension, unit: str) -> Lever:
+    """A quantity of so many whole units, times ``FACTOR``."""
+    before, after = (format_quantity(each, dimension) for each in (value, FACTOR * value))
+    return Lever(path, before, after, f"{FACTOR * value} {unit}")
