@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import resource
 import signal
 from collections.abc import Iterator
@@ -265,7 +266,7 @@ def _put(tree: Any, keys: KeyPath, value: Any) -> None:
             return
         tree = tree.setdefault(key, {})
     if isinstance(tree, dict):
-        tree[keys[-1]] = value
+        tree[keys[-1]] = copy.deepcopy(value)
 
 
 def _text(tree: Any) -> str:

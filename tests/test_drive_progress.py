@@ -42,10 +42,10 @@ def test_no_drive_takes_more_turns_than_told(limit: int, period: int, events: in
         ({"limit": "1000 h", "events": 1000}, None),
         (
             {"limit": "1000 h"},
-            "95,239 turns of the control loop, and ends after 3,600,000 s of simulated time",
+            "100,001 turns of the control loop, and ends after 3,600,000 s of simulated time",
         ),
         ({"limit": "1000 h", "events": 10**10}, "36,000,001 turns"),
-        ({"control_period": "1 us", "limit": "60 min"}, "95,239 turns"),
+        ({"control_period": "1 us", "limit": "60 min"}, "100,001 turns"),
     ],
 )
 def test_a_long_drive_is_announced(tmp_path: Path, scenario: dict[str, object], said: str | None) -> None:

@@ -18,8 +18,8 @@ from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 import codesign
 from codesign.spec import Platform, Workload
 from codesign.spec.design_point import override
-from codesign.system import Result, bind, simulate
-from codesign.system.levers import HELPS, levers_of
+from codesign.system import Result, System, bind, levers, simulate
+from codesign.system.levers import HELPS, Lever, levers_of
 from codesign.system.mission_result import Mission
 
 Hwsw = Callable[..., Done]
@@ -178,18 +178,26 @@ def test_the_trace_holds_the_result_with_its_levers(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_office_on_a_slow_clock() -> None:
-    """The case that was found: the robot drives all the time, and yet a faster planner saves a third."""
+def test_the_office_on_a_slow_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The robot drives nearly all the time; what a faster planner gives is said by its run alone."""
     values = {
         "fpga.clock": "25 MHz",
         "workload.scenario.replan.when_busy": "restart",
         "workload.scenario.replan.trigger": "change",
     }
     point = override(codesign.load_platform("zynq"), codesign.load_workload("office-harmonic"), values)
-    plain = simulate(*point)
-    (clock,) = [lever for lever in levers_of(bind(*point), plain) if lever.path == "fpga.clock"]
-    moved = simulate(*override(*point, {clock.path: clock.value}))
-    assert mission_of(moved).time_s < 0.7 * mission_of(plain).time_s
-    bottleneck = mission_of(plain).bottleneck
-    assert bottleneck is not None
-    assert not CLAIMS.search(bottleneck.text)
+
+    def the_clock(system: System, result: Result) -> tuple[Lever, ...]:
+        return tuple(lever for lever in levers_of(system, result) if lever.path == "fpga.clock")
+
+    monkeypatch.setattr(levers, "levers_of", the_clock)
+    plain, told = mission_of(simulate(*point)), mission_of(codesign.simulate(*point, levers=True))
+    moved = mission_of(simulate(*override(*point, {"fpga.clock": "50 MHz"})))
+    assert plain.bottleneck is not None
+    assert not CLAIMS.search(plain.bottleneck.text)
+    assert told.bottleneck is not None
+    if moved.time_s < (1 - HELPS) * plain.time_s:
+        said = f"{moved.time_s:.4g} s in place of {plain.time_s:.4g} s"
+        assert told.bottleneck.text.startswith(f"fpga.clock 25 MHz → 50 MHz: {said}")
+    else:
+        assert "None of the levers that were run ends the mission earlier" in told.bottleneck.text
