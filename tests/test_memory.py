@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import codesign
-from codesign.errors import InputError
+from codesign.errors import SpecError
 from codesign.explore import explore
 from codesign.planners.interface import KnowsMemory
 from codesign.system import catalog
@@ -73,6 +73,15 @@ def workload_file(folder: Path, planner: str, map_: str, side: int, mapping: str
 
 
 def check_peak(*arguments: object) -> None:
+    expected, peak = measured(*arguments)
+    if expected / peak <= LEAST:
+        # The first process of a fresh checkout compiles kernels, which takes more memory than the run.
+        expected, peak = measured(*arguments)
+    assert LEAST < expected / peak < MOST, f"{expected / 2**20:.0f} MiB expected, {peak / 2**20:.0f} taken"
+
+
+def measured(*arguments: object) -> tuple[int, int]:
+    """Bytes that a run in a process of its own was estimated to take, and that it took."""
     done = subprocess.run(
         [sys.executable, "-c", MEASURE, *map(str, arguments)],
         capture_output=True,
@@ -82,7 +91,7 @@ def check_peak(*arguments: object) -> None:
     )
     assert done.returncode == 0, done.stderr
     expected, peak = json.loads(done.stdout)
-    assert LEAST < expected / peak < MOST, f"{expected / 2**20:.0f} MiB expected, {peak / 2**20:.0f} taken"
+    return expected, peak
 
 
 needs_rusage = pytest.mark.skipif(sys.platform == "win32", reason="peaks are measured by getrusage")
@@ -149,12 +158,13 @@ def big(tmp_path: Path) -> Path:
 def test_a_run_above_the_bound_is_refused_with_estimate_bound_and_levers(big: Path) -> None:
     platform, workload = codesign.load_platform("pc-epyc"), codesign.load_workload(big)
     expected = estimate(bind(platform, workload)).total
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(SpecError) as caught:
         codesign.simulate(platform, workload, memory=expected - 1)
-    assert caught.value.where == "mapping.relax"
-    assert f"about {machine.in_words(expected)}" in caught.value.what
-    assert f"more than {machine.in_words(expected - 1)}, the bound given" in caught.value.what
-    hint = str(caught.value.hint)
+    (refused,) = caught.value.faults
+    assert refused.key == "mapping.relax"
+    assert f"about {machine.in_words(expected)}" in refused.what
+    assert f"more than {machine.in_words(expected - 1)}, the bound given" in refused.what
+    hint = str(refused.hint)
     for lever in ("smaller or coarser map", "fewer bits", "smaller blocks", "--memory"):
         assert lever in hint
     kept = estimate(bind(platform, workload), listening=True, keeping=True)
@@ -167,7 +177,7 @@ def test_by_default_the_bound_is_half_of_what_is_free(big: Path, monkeypatch: py
     monkeypatch.setattr(machine, "_free_of_machine", lambda: 700 * 2**20)
     monkeypatch.setattr(machine, "_free_of_group", lambda: None)
     assert free_bound() == 350 * 2**20
-    with pytest.raises(InputError, match="350 MiB, half of what this machine has free"):
+    with pytest.raises(SpecError, match="350 MiB, half of what this machine has free"):
         codesign.simulate(platform, workload)
     monkeypatch.setattr(machine, "_free_of_group", lambda: 600 * 2**20)
     assert free_bound() == 300 * 2**20
@@ -227,5 +237,5 @@ def test_an_exploration_of_what_fits_no_worker_is_refused_and_a_single_point_fai
     assert [point.state for point in study.points] == ["failed", "done"]
     assert "the run would need about" in str(study.points[0].failure)
     specs[1].write_text((text + axes).rpartition("    - ")[0], encoding="utf-8")
-    with pytest.raises(InputError, match="the run would need about"):
+    with pytest.raises(SpecError, match="the run would need about"):
         explore(platform, codesign.load_workload(specs[1]), workers=1, memory=2**28)

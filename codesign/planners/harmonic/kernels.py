@@ -48,7 +48,7 @@ from codesign.planners.harmonic.lanes import get, put
 from codesign.planners.harmonic.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "b51bce4affb58334"
+CALLED_DIGEST = "f36b5b8df029d28f"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
