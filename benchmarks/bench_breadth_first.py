@@ -14,8 +14,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import breadth_first_order
 
 from codesign import maps
-from codesign.planners.breadth_first import search
-from codesign.planners.breadth_first.reference import trail
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.reference import trail
 
 SIDE = 1000
 REFERENCE_SIDE = 200

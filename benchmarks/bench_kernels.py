@@ -19,11 +19,11 @@ from benchmarks.other_kernels import (
     visits,
 )
 from codesign.maps.generate import rooms
-from codesign.planners.harmonic import Field, Stage, StageEnd, relax
-from codesign.planners.harmonic.arguments import check_arguments
-from codesign.planners.harmonic.engine import Engine
-from codesign.planners.harmonic.layout import LANES, addresses, make_layout, make_state
-from codesign.planners.harmonic.visits import iterate
+from codesign.planners.harmonic.plan import Field, Stage, StageEnd, relax
+from codesign.planners.harmonic.plan.arguments import check_arguments
+from codesign.planners.harmonic.plan.engine import Engine
+from codesign.planners.harmonic.plan.layout import LANES, addresses, make_layout, make_state
+from codesign.planners.harmonic.plan.visits import iterate
 
 CLOCK = 150e6
 GOAL = (20, 20)

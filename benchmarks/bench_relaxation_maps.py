@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from codesign import maps
 from codesign.maps import OccupancyGrid, reachable
 from codesign.planners.interface import Problem
-from codesign.planners.relaxation import PUBLISHED_TOLERANCE
-from codesign.planners.relaxation.parameters import RelaxParameters
-from codesign.planners.relaxation.planner import PLANNER
-from codesign.reproduce.saudi2016_map import GOAL, floor_plan
+from codesign.planners.relaxation.paper.map import GOAL, floor_plan
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE
+from codesign.planners.relaxation.plan.parameters import RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps"
 REAL_MAPS = {

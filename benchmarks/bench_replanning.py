@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.architectures.harmonic import ARCHITECTURES
-from codesign.architectures.harmonic.steps import MOST_SWEEPS
 from codesign.maps.reach import distance_octile
-from codesign.planners.harmonic import Relaxation
-from codesign.planners.harmonic.parameters import RelaxParameters
-from codesign.planners.harmonic.precision import converged_field
-from codesign.planners.harmonic.trajectory import Ascent, share_reaching_goal
-from codesign.planners.harmonic.warm_start import warm_start
+from codesign.planners.harmonic.plan import Relaxation
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.precision import converged_field
+from codesign.planners.harmonic.plan.trajectory import Ascent, share_reaching_goal
+from codesign.planners.harmonic.plan.warm_start import warm_start
+from codesign.planners.harmonic.styles import ARCHITECTURES
+from codesign.planners.harmonic.styles.steps import MOST_SWEEPS
 from codesign.planners.interface import Problem
-from codesign.planners.relaxation import PUBLISHED_TOLERANCE, solve
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
 
 PLACEMENTS = 5
 NEW_OBSTACLES = (1, 5, 20)

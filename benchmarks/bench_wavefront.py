@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.planners.wavefront import propagate
-from codesign.planners.wavefront.grid import check_map
-from codesign.planners.wavefront.tiles import run_tiles
+from codesign.planners.wavefront.plan import propagate
+from codesign.planners.wavefront.plan.grid import check_map
+from codesign.planners.wavefront.plan.tiles import run_tiles
 
 SIDE = 256
 RUNS = 15

@@ -18,7 +18,7 @@ from codesign.kernel_cache import provide_kernel_cache
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from codesign.explore import Progress, Study
+    from codesign.exploration import Progress, Study
     from codesign.records import Listener
     from codesign.spec import Platform, Workload
     from codesign.system import MissionProgress, Result
@@ -138,7 +138,7 @@ def explore(
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
     """
     # By name: importing the package puts it in the place of this function, as something that is called alike.
-    from codesign.explore import run
+    from codesign.exploration import run
 
     return run.explore(platform, workload, store=store, workers=workers, progress=progress, memory=memory)
 

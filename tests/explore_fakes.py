@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from codesign.errors import InputError
-from codesign.explore.space import DesignPoint
+from codesign.exploration.space import DesignPoint
 from codesign.planners.interface import Quality
 from codesign.system.mission_result import Mission, MissionEnergy
 from codesign.system.result import Reason, ResourceUse, Result, Times

@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass, field
 from typing import Any
 
-from codesign.explore.study import Outcome, Study
+from codesign.exploration.study import Outcome, Study
 from codesign.figures import Status
 from codesign.planners.interface import Quality
 from codesign.spec.exploration import Constraint, ResultFigure

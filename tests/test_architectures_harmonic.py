@@ -12,14 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.harmonic import ARCHITECTURES, levers, published, resources, timing
-from codesign.architectures.harmonic.software import block_cells, limbs
-from codesign.architectures.interface import RESOURCES, Step
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
-from codesign.planners.harmonic.parameters import RelaxParameters
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
+from codesign.planners.harmonic.styles.software import block_cells, limbs
 from codesign.planners.interface import Problem
+from codesign.planners.styles import RESOURCES, Step
 from codesign.records import StageRecord, VisitsRecord
 from codesign.spec.part import Part
 
@@ -299,7 +300,7 @@ def test_coarse_steps_and_a_memo_change_no_cycle_and_no_bit(style: Any) -> None:
 
 
 def test_plan_of_every_style_is_the_planner_s() -> None:
-    from codesign.planners.harmonic.planner import PLANNER
+    from codesign.planners.harmonic.plan.planner import PLANNER
 
     task = Problem(MAZE, ((0, 0),), ())
     chosen = RelaxParameters(block=(3, 3), iterations=4, schedule=(6, 12, 30))

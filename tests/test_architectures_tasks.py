@@ -8,23 +8,23 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.architectures.breadth_first import ARCHITECTURES as BREADTH_FIRST
-from codesign.architectures.breadth_first import TASK_STYLES as BREADTH_FIRST_TASKS
-from codesign.architectures.host_costs import PROBES
-from codesign.architectures.relaxation import ARCHITECTURES as RELAXATION
-from codesign.architectures.relaxation import TASK_STYLES as RELAXATION_TASKS
-from codesign.architectures.relaxation.costs import SEARCH_UNITS
-from codesign.architectures.wavefront import ARCHITECTURES as WAVEFRONT
-from codesign.architectures.wavefront import TASK_STYLES as WAVEFRONT_TASKS
+from codesign.calibrate.host_costs import PROBES
 from codesign.errors import InputError
 from codesign.memo import Memo
-from codesign.planners.breadth_first.parameters import SearchParameters
+from codesign.planners.breadth_first.plan.parameters import SearchParameters
+from codesign.planners.breadth_first.styles import ARCHITECTURES as BREADTH_FIRST
+from codesign.planners.breadth_first.styles import TASK_STYLES as BREADTH_FIRST_TASKS
 from codesign.planners.interface import Problem
-from codesign.planners.relaxation import solve
-from codesign.planners.relaxation.parameters import RelaxParameters
-from codesign.planners.relaxation.planner import PLANNER
-from codesign.planners.wavefront.parameters import Course, Paths, PropagateParameters
-from codesign.planners.wavefront.planner import PLANNER as WAVEFRONT_PLANNER
+from codesign.planners.relaxation.plan import solve
+from codesign.planners.relaxation.plan.parameters import RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER
+from codesign.planners.relaxation.styles import ARCHITECTURES as RELAXATION
+from codesign.planners.relaxation.styles import TASK_STYLES as RELAXATION_TASKS
+from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
+from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters
+from codesign.planners.wavefront.plan.planner import PLANNER as WAVEFRONT_PLANNER
+from codesign.planners.wavefront.styles import ARCHITECTURES as WAVEFRONT
+from codesign.planners.wavefront.styles import TASK_STYLES as WAVEFRONT_TASKS
 from codesign.spec import load_platform
 from codesign.system import catalog
 

@@ -12,22 +12,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.architectures.interface import Architecture, Demand, Step
-from codesign.architectures.wavefront import (
-    ARCHITECTURES,
-    AdderComparator,
-    DelayLine,
-    Software,
-    Tiled,
-    published,
-)
-from codesign.architectures.wavefront.resources import Layout, adder_node, delay_line_node
 from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
-from codesign.planners.wavefront import longest_distance, reference, register_bits
-from codesign.planners.wavefront.parameters import PropagateParameters
-from codesign.planners.wavefront.planner import PLANNER
+from codesign.planners.styles import Architecture, Demand, Step
+from codesign.planners.wavefront import published
+from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled
+from codesign.planners.wavefront.styles.resources import Layout, adder_node, delay_line_node
 from codesign.records import TaskRecord
 from codesign.spec import load_platform
 from codesign.spec.part import load_part
@@ -268,7 +262,7 @@ def test_design_points_share_their_waves() -> None:
 
 
 def test_the_platform_s_pentium_is_the_fitted_one() -> None:
-    from codesign.reproduce.moeller1998_maps import SAMPLES, sample, unit_seconds
+    from codesign.planners.wavefront.paper.maps import SAMPLES, sample, unit_seconds
 
     samples = tuple(sample(name) for name in SAMPLES)
     cost = load_platform("wavefront-array").components["host"].costs["wavefront_cell"]

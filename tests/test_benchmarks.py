@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from codesign.planners.harmonic import Field, relax
+from codesign.planners.harmonic.plan import Field, relax
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 

@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
+from reference_harmonic import relax_reference
 
-from codesign.architectures.harmonic import resources, timing
-from codesign.architectures.harmonic.levers import largest_block, resource_levers
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
-from codesign.planners.harmonic.reference import relax_reference
-from codesign.planners.harmonic.relax import relax
+from codesign.planners.harmonic.plan.relax import relax
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
-from codesign.planners.wavefront.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.spec import load_part
 from codesign.system import Result, catalog, simulate
 

@@ -8,28 +8,28 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.architectures.breadth_first import ARCHITECTURES, StateMachine, resources, timing
-from codesign.architectures.breadth_first.software import (
-    JAVA_BYTES_A_CELL_HIGH,
-    JAVA_BYTES_A_CELL_LOW,
-    JAVA_HEAP,
-    heap_bound,
-)
-from codesign.architectures.breadth_first.steps import pushes_of_each_pop
-from codesign.architectures.interface import Bound, Demand
 from codesign.errors import InputError
 from codesign.figures import Status
 from codesign.memo import Memo
-from codesign.planners.breadth_first import search
-from codesign.planners.breadth_first.parameters import (
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.parameters import (
     Display,
     MemoryPlace,
     MicroArchitecture,
     SearchParameters,
 )
-from codesign.planners.breadth_first.planner import PLANNER
-from codesign.planners.breadth_first.reference import NEIGHBOURS
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
+from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, resources, timing
+from codesign.planners.breadth_first.styles.software import (
+    JAVA_BYTES_A_CELL_HIGH,
+    JAVA_BYTES_A_CELL_LOW,
+    JAVA_HEAP,
+    heap_bound,
+)
+from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
 from codesign.planners.interface import Problem
+from codesign.planners.styles import Bound, Demand
 from codesign.spec.part import Part, load_part
 
 MACHINE = StateMachine()

@@ -16,10 +16,10 @@ from pydantic import ValidationError
 
 from codesign import maps
 from codesign.errors import InputError, MapError
-from codesign.planners.breadth_first import EAST, NEIGHBOURS, WEST, Search, search, search_nearest
-from codesign.planners.breadth_first.parameters import SearchParameters
-from codesign.planners.breadth_first.planner import PLANNER
-from codesign.planners.breadth_first.reference import mark_path, trail
+from codesign.planners.breadth_first.plan import EAST, NEIGHBOURS, WEST, Search, search, search_nearest
+from codesign.planners.breadth_first.plan.parameters import SearchParameters
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.plan.reference import mark_path, trail
 from codesign.planners.interface import Problem
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "maps" / "movingai"

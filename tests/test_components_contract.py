@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import simpy
 
-from codesign.architectures.interface import Step
 from codesign.components import (
     Arbitration,
     BlockRam,
@@ -25,6 +24,7 @@ from codesign.components import (
     choose_shape,
 )
 from codesign.errors import RunError
+from codesign.planners.styles import Step
 from codesign.records import Listener, Record, TaskRecord
 
 CLOCK = ClockDomain(33_000_000)

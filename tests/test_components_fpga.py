@@ -12,9 +12,9 @@ import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.interface import Step
 from codesign.components import ClockDomain, Fpga, Granularity, PhaseUse, PreemptedError
 from codesign.errors import RunError
+from codesign.planners.styles import Step
 from codesign.records import Record, TaskRecord
 
 CLOCK = ClockDomain(150_000_000)

@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, all_errors, an_ideal_link, run
 
-from codesign.architectures.interface import Step
 from codesign.components import (
     ABANDONED,
     LINK_DOWN,
@@ -26,6 +25,7 @@ from codesign.components import (
     Outcome,
 )
 from codesign.errors import RunError
+from codesign.planners.styles import Step
 from codesign.records import Record, TaskRecord
 
 times = st.integers(0, 4_000_000)

@@ -8,8 +8,8 @@ import pytest
 import simpy
 import test_components_contract as contract
 
-from codesign.architectures.external import ExternalMemoryLaw
 from codesign.components import BlockRam, Component, Display, ExternalMemory, Scan
+from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
 SCAN = Scan(4, 2, 6, 3)

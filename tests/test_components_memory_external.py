@@ -15,9 +15,9 @@ import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.external import ExternalMemoryLaw
 from codesign.components import ClockDomain, Display, ExternalMemory, Scan
 from codesign.errors import InputError, RunError
+from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Record, TaskRecord
 
 SRAM = ExternalMemoryLaw("sram", 100_000_000, 32, 8 * 2**20, 2)

@@ -14,8 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.architectures.breadth_first import ARCHITECTURES, StateMachine, external
-from codesign.architectures.external import ExternalMemoryLaw
 from codesign.components import (
     BlockRam,
     ClockDomain,
@@ -29,9 +27,11 @@ from codesign.components import (
 from codesign.components.display import SVGA_65
 from codesign.errors import RunError
 from codesign.figures import Status
-from codesign.planners.breadth_first.parameters import MemoryPlace, SearchParameters
-from codesign.planners.breadth_first.planner import PLANNER
-from codesign.planners.breadth_first.reference import NEIGHBOURS
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
+from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, external
+from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
 from codesign.spec.part import load_part
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from mission_specs import Ground, rectangle
 
-from codesign.planners.breadth_first.planner import BreadthFirst
+from codesign.planners.breadth_first.plan.planner import BreadthFirst
 
 OPEN = "\n".join(["." * 16] * 12)
 

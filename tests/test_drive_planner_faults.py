@@ -10,7 +10,7 @@ import pytest
 from mission_specs import Ground
 
 import codesign
-from codesign.planners.breadth_first.planner import BreadthFirst
+from codesign.planners.breadth_first.plan.planner import BreadthFirst
 from codesign.records import SummaryRecord
 from codesign.trace import open_trace
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from mission_specs import IDEAL, POINT, Ground
 
-from codesign.architectures.relaxation.costs import SEARCH_UNITS
 from codesign.errors import SpecError
-from codesign.planners.harmonic.precision import converged_field
+from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.interface import Problem
-from codesign.planners.wavefront.parameters import PropagateParameters
-from codesign.planners.wavefront.planner import PLANNER
+from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.records import FieldRecord, MessageRecord, MissionRecord, Record, TaskRecord
 from codesign.system import bind, simulate
 from codesign.system.chain import Answer

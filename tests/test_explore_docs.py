@@ -10,7 +10,7 @@ import pytest
 
 MODULES = [
     "codesign.memo",
-    *(f"codesign.explore.{name}" for name in ("executor", "front", "schedule", "space")),
+    *(f"codesign.exploration.{name}" for name in ("executor", "front", "schedule", "space")),
 ]
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "exploration.md"
 
@@ -31,8 +31,8 @@ def test_page() -> None:
 
 def test_labyrinth_schedules_of_the_page() -> None:
     import codesign
-    from codesign.explore import optimise_schedule
-    from codesign.planners.harmonic.parameters import RelaxParameters, Stop
+    from codesign.planners.harmonic.plan.best_schedule import optimise_schedule
+    from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
     from codesign.system.bind import bind
 
     problem = bind(codesign.load_platform("virtex4-pci"), codesign.load_workload("labyrinth")).problem

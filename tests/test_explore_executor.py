@@ -15,9 +15,9 @@ import pytest
 from explore_fakes import Fake, computed
 
 from codesign.errors import RunError
-from codesign.explore.executor import Executor, ProcessExecutor, SerialExecutor
-from codesign.explore.space import DesignPoint, Space, group
-from codesign.explore.store import Entry, State
+from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
+from codesign.exploration.space import DesignPoint, Space, group
+from codesign.exploration.store import Entry, State
 from codesign.system.result import Result
 
 
@@ -140,8 +140,8 @@ SCRIPT = """
 import sys
 from pathlib import Path
 from explore_fakes import Fake
-from codesign.explore.executor import ProcessExecutor
-from codesign.explore.space import Space, group
+from codesign.exploration.executor import ProcessExecutor
+from codesign.exploration.space import Space, group
 
 if __name__ == "__main__":
     points = list(Space({"do": ["nothing"] + [f"sleep"] * 6}, "").points())
@@ -198,8 +198,8 @@ STRUCK = """
 import multiprocessing, signal, sys
 from concurrent.futures import ProcessPoolExecutor
 from explore_fakes import Fake
-from codesign.explore.executor import ProcessExecutor
-from codesign.explore.space import Space, group
+from codesign.exploration.executor import ProcessExecutor
+from codesign.exploration.space import Space, group
 from test_explore_executor import gone
 
 class Pool(ProcessPoolExecutor):
@@ -214,7 +214,7 @@ class Pool(ProcessPoolExecutor):
         return future
 
 if __name__ == "__main__":
-    from codesign.explore import executor
+    from codesign.exploration import executor
     executor.ProcessPoolExecutor = Pool
     groups = group(list(Space({"slices": list(range(10, 30))}, "").points()), cheap=["slices"], limit=1)
     try:

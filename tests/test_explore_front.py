@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.explore.front import non_dominated
+from codesign.exploration.front import non_dominated
 
 # Few distinct values, so that ties in one objective and equal points are common.
 FIGURES = st.one_of(st.integers(0, 3).map(float), st.sampled_from([math.nan, math.inf, -math.inf, -0.0, 0.5]))

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from codesign.explore.identity import code_digest
+from codesign.exploration.identity import code_digest
 from codesign.system import catalog
 
 ALL = sorted(catalog.GROUPS)

@@ -10,7 +10,7 @@ import click.testing
 import pytest
 from explore_fakes import mission, result
 
-from codesign.explore.study import Outcome, Study, figure_of, judged
+from codesign.exploration.study import Outcome, Study, figure_of, judged
 from codesign.report import front_table, reasons_table, render_text, study_table
 from codesign.report.chart import chart_data
 from codesign.report.study_tables import study_counts

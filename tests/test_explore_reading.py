@@ -15,14 +15,14 @@ from explore_fakes import Fake
 
 import codesign
 from codesign.errors import StoreError
-from codesign.explore import Progress, explore, load_study
-from codesign.explore.store import Entry, FileStore, State
+from codesign.exploration import Progress, explore, load_study
+from codesign.exploration.store import Entry, FileStore, State
 from codesign.spec import Exploration
 
 COUNTS = [0, 1, 2500]
 WRITER = """
 import sys
-from codesign.explore.store import Entry, FileStore, State
+from codesign.exploration.store import Entry, FileStore, State
 store = FileStore(sys.argv[1])
 store.begin("study", "definition")
 for index in range(int(sys.argv[2])):

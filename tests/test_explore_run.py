@@ -12,10 +12,10 @@ from explore_fakes import Fake, computed
 
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
-from codesign.explore import FileStore, MemoryStore, Progress, Space, State, Study, explore, load_study
-from codesign.explore.identity import _sources, code_digest, fingerprint
-from codesign.explore.space import canonical
-from codesign.explore.store import Entry
+from codesign.exploration import FileStore, MemoryStore, Progress, Space, State, explore, load_study
+from codesign.exploration.identity import _sources, code_digest, fingerprint
+from codesign.exploration.space import canonical
+from codesign.exploration.store import Entry
 from codesign.memo import Memo
 from codesign.spec import Constraint, Exploration, Platform, ResultFigure, Workload, override
 
@@ -88,7 +88,7 @@ from pathlib import Path
 from explore_fakes import Fake
 import codesign
 from codesign.spec import Exploration
-from codesign.explore import explore
+from codesign.exploration import explore
 from test_explore_run import AXES, exploring
 
 workload = exploring(codesign.load_workload("labyrinth"), AXES)
@@ -259,12 +259,6 @@ def test_a_result_of_another_version(platform: Platform, workload: Workload, tmp
         explore(platform, workload, workers=1, store=file, evaluate=Fake())
 
 
-def test_package_and_function_share_a_name(platform: Platform, workload: Workload) -> None:
-    import codesign.explore as package
-
-    assert isinstance(package(platform, workload, workers=1, evaluate=Fake()), Study)
-
-
 SMALL = """\
 kind: workload
 name: small
@@ -314,7 +308,7 @@ def test_points_that_share_their_functional_work_do_it_once(
     platform: Platform, small: Workload, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[Memo] = []
-    monkeypatch.setattr("codesign.explore.run.Memo", lambda: made.append(Memo()) or made[0])
+    monkeypatch.setattr("codesign.exploration.run.Memo", lambda: made.append(Memo()) or made[0])
     study = explore(platform, small, workers=1)
     names = ("relax.block", "relax.schedule", "relax.termination")
     functional = {canonical([point.axes[name] for name in names]) for point in study.points}

@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError
-from codesign.explore.schedule import best_schedule, optimise_schedule
 from codesign.memo import Memo
-from codesign.planners.harmonic import Stage, relax
-from codesign.planners.harmonic.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan import Stage, relax
+from codesign.planners.harmonic.plan.best_schedule import best_schedule, optimise_schedule
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.interface import Problem
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.explore.space import MAX_GROUP, Space, canonical, group, group_limit
+from codesign.exploration.space import MAX_GROUP, Space, canonical, group, group_limit
 
 AXES = {
     "relax.block": [[36, 66], [24, 44]],

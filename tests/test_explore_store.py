@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from codesign.errors import StoreError
-from codesign.explore.store import SCHEMA, Entry, FileStore, MemoryStore, State, Store
+from codesign.exploration.store import SCHEMA, Entry, FileStore, MemoryStore, State, Store
 
 DONE = Entry("a" * 64, State.DONE, '{"feasible": true}')
 FAILED = Entry("b" * 64, State.FAILED, "ZeroDivisionError: µ\n\0")

@@ -5,7 +5,7 @@ import json
 import pytest
 from explore_fakes import result
 
-from codesign.explore.study import Outcome, Study, judged
+from codesign.exploration.study import Outcome, Study, judged
 from codesign.spec import Constraint, ResultFigure
 from codesign.system.result import Reason
 
@@ -158,7 +158,7 @@ def test_json_has_every_point_with_all_figures() -> None:
 def test_sharing_keeps_words_of_enumerations_what_they_are(recwarn: pytest.WarningsRecorder) -> None:
     from report_samples import a_result
 
-    from codesign.explore.shared import Shared
+    from codesign.exploration.shared import Shared
     from codesign.figures import Status
 
     shared = Shared()

@@ -13,8 +13,8 @@ from explore_fakes import Fake, computed
 
 import codesign
 from codesign.errors import SpecError
-from codesign.explore import FileStore, Space, Study, explore, load_study
-from codesign.explore.identity import variant_digests
+from codesign.exploration import FileStore, Space, Study, explore, load_study
+from codesign.exploration.identity import variant_digests
 from codesign.spec import Workload
 
 Run = Callable[..., Result]

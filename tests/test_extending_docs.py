@@ -16,8 +16,8 @@ import pytest
 from click.testing import Result
 
 from codesign import maps
-from codesign.architectures.interface import Step
 from codesign.planners.interface import Problem
+from codesign.planners.styles import Step
 from codesign.spec import load_part, load_platform
 from codesign.system import catalog
 

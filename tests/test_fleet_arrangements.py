@@ -10,11 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.velocity_obstacle.published import Style
-from codesign.architectures.velocity_obstacle.resources import items
-from codesign.architectures.velocity_obstacle.schedule import DETECT, UPDATE, module_cycles
-from codesign.architectures.velocity_obstacle.timing import update_costs
-from codesign.planners.velocity_obstacle import (
+from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
+from codesign.planners.velocity_obstacle.plan import (
     AvoidParameters,
     RobotsProblem,
     avoid,
@@ -22,11 +19,14 @@ from codesign.planners.velocity_obstacle import (
     quality,
     reference,
 )
-from codesign.planners.velocity_obstacle.agreement import Verdict, compare
-from codesign.planners.velocity_obstacle.arithmetic import double, fixed
-from codesign.planners.velocity_obstacle.faults import fault_of, least_range
-from codesign.planners.velocity_obstacle.kernels import on_course
-from codesign.planners.velocity_obstacle.parameters import Detection, Detector, Unit
+from codesign.planners.velocity_obstacle.plan.arithmetic import double, fixed
+from codesign.planners.velocity_obstacle.plan.faults import fault_of, least_range
+from codesign.planners.velocity_obstacle.plan.kernels import on_course
+from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector, Unit
+from codesign.planners.velocity_obstacle.published import Style
+from codesign.planners.velocity_obstacle.styles.resources import items
+from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles
+from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.spec.part import load_part
 
 

@@ -14,8 +14,8 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import CodesignError, InputError, SpecError
-from codesign.planners.velocity_obstacle import AvoidParameters, avoid, generate
-from codesign.planners.velocity_obstacle.faults import fault_of
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
+from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.spec import load_platform
 from codesign.system import bind, catalog
 from codesign.system.run import simulate_system

@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 from test_fleet_run import STEP, Ground
 from test_velocity_obstacle_planner import assert_same_run
 
-from codesign.architectures.velocity_obstacle.published import Style
-from codesign.architectures.velocity_obstacle.timing import update_costs
 from codesign.components import ClockDomain
-from codesign.planners.velocity_obstacle import AvoidParameters, RobotsProblem, avoid, generate, quality
-from codesign.planners.velocity_obstacle import reference as plain
-from codesign.planners.velocity_obstacle.arithmetic import fixed
-from codesign.planners.velocity_obstacle.reference import Choice
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate, quality
+from codesign.planners.velocity_obstacle.plan import reference as plain
+from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
+from codesign.planners.velocity_obstacle.plan.reference import Choice
+from codesign.planners.velocity_obstacle.published import Style
+from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.system.run import simulate_system
 

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from codesign.architectures.velocity_obstacle.pace import LineLaw, baud_needed, decide_times, pace_table
-from codesign.architectures.velocity_obstacle.published import Style
-from codesign.planners.velocity_obstacle import AvoidParameters
-from codesign.reproduce.dubey2013_pace import pace_lines, pace_remarks
+from benchmarks.dubey2013_pace import pace_lines, pace_remarks
+from benchmarks.velocity_obstacle_pace import LineLaw, baud_needed, decide_times, pace_table
+from codesign.planners.velocity_obstacle.plan import AvoidParameters
+from codesign.planners.velocity_obstacle.published import Style
 
 BAUDS = st.integers(300, 20_000_000)
 DECIDE = st.fractions(Fraction(1, 10**6), Fraction(1))
@@ -114,7 +114,7 @@ def test_the_page_shows_the_table_that_the_command_prints() -> None:
     table = "\n".join(pace_lines())
     assert f"\n\n{table}\n\n" in page
     said = page[page.index(table) :]
-    assert "python -m codesign.reproduce.dubey2013_pace" in said
+    assert "python -m benchmarks.dubey2013_pace" in said
     told = [re.findall(r"\d[\d,]*", line) for line in pace_remarks()]
     assert told == [
         ["64", "12,000,000", "2,356", "2,825"],

@@ -14,11 +14,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.velocity_obstacle.pace import LineLaw, decide_times
-from codesign.architectures.velocity_obstacle.published import Style
-from codesign.architectures.velocity_obstacle.timing import run_cycles, update_costs
+from benchmarks.velocity_obstacle_pace import LineLaw, decide_times
 from codesign.components import ClockDomain, Granularity
-from codesign.planners.velocity_obstacle import Avoidance, AvoidParameters, avoid, generate, quality
+from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters, avoid, generate, quality
+from codesign.planners.velocity_obstacle.published import Style
+from codesign.planners.velocity_obstacle.styles.timing import run_cycles, update_costs
 from codesign.records import MessageRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.spec import load_platform
 from codesign.system import bind, catalog

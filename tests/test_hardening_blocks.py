@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from codesign.planners.harmonic.parameters import RelaxParameters
-from codesign.planners.harmonic.planner import PLANNER
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.interface import Problem
 
 

@@ -14,7 +14,7 @@ from click.testing import Result
 
 import codesign
 from codesign.errors import InputError, RunError, SpecError, StoreError
-from codesign.explore import Entry, FileStore, Progress, Space, State, explore, load_study
+from codesign.exploration import Entry, FileStore, Progress, Space, State, explore, load_study
 from codesign.maps import OccupancyGrid
 from codesign.memo import approximate_bytes
 from codesign.spec import override

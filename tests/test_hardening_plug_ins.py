@@ -13,10 +13,10 @@ from click.testing import Result
 from mission_specs import Ground
 
 from codesign.errors import InputError, SpecError
+from codesign.planners.task_graph import Flow
 from codesign.spec import list_workloads
 from codesign.system import at_hand, catalog, check_files
 from codesign.system.flows import sound_flows
-from codesign.task_graph import Flow
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError, MapError
-from codesign.planners.harmonic import Field, VisitBatch, relax, stage_cost, work
+from codesign.planners.harmonic.plan import Field, VisitBatch, relax, stage_cost, work
 
 
 def random_map(seed: int, rows: int, columns: int, share: float) -> np.ndarray:

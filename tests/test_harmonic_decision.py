@@ -7,18 +7,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_harmonic import relax_reference
 
 from codesign.errors import CodesignError, InputError, MapError
-from codesign.planners.harmonic import Field
-from codesign.planners.harmonic.decision import (
+from codesign.planners.harmonic.plan import Field
+from codesign.planners.harmonic.plan.decision import (
     Rule,
     best_neighbours,
     directions,
     exact_direction,
     local_maxima,
 )
-from codesign.planners.harmonic.reference import relax_reference
-from codesign.planners.harmonic.trajectory import share_reaching_goal
+from codesign.planners.harmonic.plan.trajectory import share_reaching_goal
 
 SIDES = ((-1, 0), (0, 1), (1, 0), (0, -1))
 

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from codesign.errors import InputError
 from codesign.maps import nearest_free
 from codesign.maps.generate import empty, maze, random_obstacles
-from codesign.planners.harmonic import Field
-from codesign.planners.harmonic.decision import Rule, local_maxima
-from codesign.planners.harmonic.precision import converged_field
-from codesign.planners.harmonic.quality import quality
-from codesign.planners.harmonic.trajectory import Ascent, Ending
+from codesign.planners.harmonic.plan import Field
+from codesign.planners.harmonic.plan.decision import Rule, local_maxima
+from codesign.planners.harmonic.plan.precision import converged_field
+from codesign.planners.harmonic.plan.quality import quality
+from codesign.planners.harmonic.plan.trajectory import Ascent, Ending
 from codesign.planners.interface import Problem
 
 
@@ -219,7 +219,7 @@ def test_quality_of_a_single_goal_cell():
 
 def test_wrong_cells_are_those_the_published_termination_left_behind() -> None:
     """Fact 5: ended early with wrong cells; the same run under sound termination has none."""
-    from codesign.planners.harmonic import relax
+    from codesign.planners.harmonic.plan import relax
 
     grid = maze(51, 51, corridor=3, seed=2)
     goal = nearest_free(grid.free, (25, 25))

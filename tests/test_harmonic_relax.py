@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from reference_harmonic import relax_reference, relax_stage
 
 from codesign.errors import RunError
-from codesign.planners.harmonic import StageEnd, kernels, relax, work
-from codesign.planners.harmonic.arguments import check_arguments
-from codesign.planners.harmonic.engine import Engine
-from codesign.planners.harmonic.reference import relax_reference, relax_stage
+from codesign.planners.harmonic.plan import StageEnd, kernels, relax, work
+from codesign.planners.harmonic.plan.arguments import check_arguments
+from codesign.planners.harmonic.plan.engine import Engine
 
 quick = settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 

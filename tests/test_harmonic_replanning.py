@@ -11,20 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign import maps
-from codesign.architectures.harmonic import ARCHITECTURES, TASK_STYLES, resources, timing
-from codesign.architectures.harmonic.software import block_cells
-from codesign.architectures.harmonic.steps import remaining_precisions
-from codesign.architectures.interface import Exchange
 from codesign.errors import InputError, RunError
 from codesign.memo import Memo
-from codesign.planners.harmonic import relax
-from codesign.planners.harmonic.fixed_point import Field, LowerBound
-from codesign.planners.harmonic.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.planner import PLANNER
-from codesign.planners.harmonic.precision import converged_field
-from codesign.planners.harmonic.quality import wrong_cells
-from codesign.planners.harmonic.warm_start import warm_start
+from codesign.planners.harmonic.plan import relax
+from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan.planner import PLANNER
+from codesign.planners.harmonic.plan.precision import converged_field
+from codesign.planners.harmonic.plan.quality import wrong_cells
+from codesign.planners.harmonic.plan.warm_start import warm_start
+from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, resources, timing
+from codesign.planners.harmonic.styles.software import block_cells
+from codesign.planners.harmonic.styles.steps import remaining_precisions
 from codesign.planners.interface import Problem
+from codesign.planners.styles import Exchange
 from codesign.spec import load_platform
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_harmonic import relax_reference
 
 from codesign.errors import InputError
-from codesign.planners.harmonic import theory
-from codesign.planners.harmonic.precision import RequiredPrecision, required_precision
-from codesign.planners.harmonic.reference import relax_reference
+from codesign.planners.harmonic.paper import closed_forms as theory
+from codesign.planners.harmonic.plan.precision import RequiredPrecision, required_precision
 
 
 @given(st.integers(2, 60))

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_harmonic import relax_reference
 
 from codesign.errors import InputError, MapError
 from codesign.maps.generate import maze, rooms
-from codesign.planners.harmonic import relax
-from codesign.planners.harmonic import warm_start as module
-from codesign.planners.harmonic.precision import converged_field
-from codesign.planners.harmonic.reference import relax_reference
-from codesign.planners.harmonic.warm_start import FieldBounds, warm_start
+from codesign.planners.harmonic.plan import relax
+from codesign.planners.harmonic.plan import warm_start as module
+from codesign.planners.harmonic.plan.precision import converged_field
+from codesign.planners.harmonic.plan.warm_start import FieldBounds, warm_start
 
 
 @st.composite

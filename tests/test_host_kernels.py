@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.host_costs import FOLLOWING, OCCUPANCY, PROBES
-from codesign.architectures.host_kernels import authority_ahead, enter_scan, follow, measure_ranges
+from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, PROBES
+from codesign.calibrate.kernels import authority_ahead, enter_scan, follow, measure_ranges
 from codesign.components.sensor import RaySensor
 from codesign.components.way import Way, authority
 from codesign.mission.belief import Belief

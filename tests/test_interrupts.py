@@ -17,7 +17,7 @@ from explore_fakes import Fake
 from numba.core.dispatcher import Dispatcher
 
 import codesign
-from codesign.explore import explore, load_study
+from codesign.exploration import explore, load_study
 from codesign.spec import Exploration
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")

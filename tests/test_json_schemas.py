@@ -11,8 +11,8 @@ import pytest
 from click.testing import Result
 
 from codesign.figures import Status
+from codesign.planners.reproduction import Use, row
 from codesign.reproduce import Plot, Reproduction, Series
-from codesign.reproduce.model import Use, row
 from codesign.spec.exploration import ResultFigure
 
 Run = Callable[..., Result]

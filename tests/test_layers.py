@@ -1,104 +1,153 @@
-"""Imports point one way: each package imports only from its own level's allowance, and nothing imports the cli."""
+"""Imports point one way, module by module: down the levels of the house, and to the left within a planner's room."""
 
 from __future__ import annotations
 
 import ast
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
+import networkx as nx
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "codesign"
 
-# Lowest first. A module may import what stands on a strictly lower level, and its own package.
-LEVELS: list[set[str]] = [
-    {"errors", "units", "figures", "memo", "files", "interrupts", "kernel_cache"},
-    {"records"},
-    {"spec", "maps", "trace"},
-    {"task_graph"},
-    {"planners"},
-    {"architectures"},
-    {"components"},
-    {"mission"},
-    {"system"},
-    {"explore"},
-    {"report", "reproduce"},
-    {"__init__"},
-    {"cli"},
-    {"__main__"},
+# Lowest first. A module imports only from levels below its own, and from its own entry. The longest name that fits
+# decides: `codesign.planners.harmonic.paper` is in the room of harmonic control, `codesign.planners.styles` is not.
+ROOMS = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+LEVELS: list[list[str]] = [
+    ["errors"],
+    ["units"],
+    ["figures"],
+    ["memo"],
+    ["files"],
+    ["interrupts"],
+    ["kernel_cache"],
+    ["records"],
+    ["spec", "maps", "trace"],
+    ["planners.task_graph"],
+    ["planners.interface", "planners.reproduction"],
+    ["planners.ways", "planners.styles"],
+    ["planners.external_memory", "planners.host"],
+    [f"planners.{room}" for room in ROOMS],
+    ["planners", "components"],
+    ["mission"],
+    ["system"],
+    ["exploration", "calibrate"],
+    ["reproduce"],
+    ["report"],
+    [""],
+    ["cli"],
+    ["__main__"],
 ]
-# trace hangs on records alone: nothing of the simulation below the cli and the notebook face may know it.
-MAY_USE_TRACE = {"trace", "__init__", "cli", "__main__"}
-# The lowest level is one level: its modules may use each other in this order only.
-LOWEST = ["errors", "units", "figures", "memo", "files", "interrupts", "kernel_cache"]
+ROOM_NAMES = {f"planners.{room}" for room in ROOMS}
+LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
+
+# Within a room, the leftmost first. What stands in none of these is the room itself: it may import them all.
+ROOM_ORDER = ["published", "plan", "styles", "rtl", "paper"]
+
+# trace depends on records alone: nothing of the simulation below the command line and the notebook face may know it.
+MAY_USE_TRACE = {"trace", "", "cli", "__main__"}
 
 
-def level_of(unit: str) -> int:
-    for level, units in enumerate(LEVELS):
-        if unit in units:
-            return level
-    raise AssertionError(f"codesign/{unit} stands on no level: give it one in {Path(__file__).name}")
+def entry_of(module: str) -> str:
+    """The name in ``LEVELS`` that a module (without ``codesign.``) belongs to."""
+    parts = module.split(".") if module else []
+    for length in range(len(parts), -1, -1):
+        name = ".".join(parts[:length])
+        if name in LEVEL and (name or not parts):
+            return name
+    raise AssertionError(f"codesign.{module} is on no level: give it one in {Path(__file__).name}")
 
 
-def unit_of(path: Path) -> str:
-    first = path.relative_to(PACKAGE).parts[0]
-    return first.removesuffix(".py")
+def room_place(module: str) -> int:
+    """Where a module stands in its planner's room, counted from the left."""
+    parts = module.split(".")
+    return ROOM_ORDER.index(parts[2]) if len(parts) > 2 and parts[2] in ROOM_ORDER else len(ROOM_ORDER)
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """Every module of the package by its name without ``codesign.``; the package itself is the empty name."""
+    found = {}
+    for path in sorted(PACKAGE.rglob("*.py")):
+        parts = path.relative_to(PACKAGE).with_suffix("").parts
+        found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    return found
 
 
 def imports(path: Path) -> list[tuple[int, str]]:
-    """Every codesign unit that the file imports, with its line, wherever the import stands."""
-    found: list[tuple[int, str]] = []
+    """Every module of the package that a file imports, with the line, wherever in the file the import stands."""
+    known, found = modules(), []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno} imports relatively"
-            module = node.module or ""
-            names = [f"codesign.{alias.name}" for alias in node.names] if module == "codesign" else [module]
+            # An imported name may be a module of its own.
+            whole = [f"{node.module}.{alias.name}" for alias in node.names]
+            names = [name if name.removeprefix("codesign.") in known else node.module or "" for name in whole]
         else:
             continue
         for name in names:
-            parts = name.split(".")
-            if parts[0] == "codesign":
-                unit = parts[1] if len(parts) > 1 else "__init__"
-                known = (PACKAGE / unit).is_dir() or (PACKAGE / f"{unit}.py").is_file()
-                found.append((node.lineno, unit if known else "__init__"))
+            if name == "codesign" or name.startswith("codesign."):
+                found.append((node.lineno, name.removeprefix("codesign").removeprefix(".")))
     return found
 
 
-def broken_rules(path: Path) -> list[str]:
-    here = unit_of(path)
-    faults = []
-    for line, unit in imports(path):
-        if unit == here:
-            continue
-        place = f"{path.relative_to(ROOT)}:{line} imports {unit}"
-        if unit == "__init__" and here in {"cli", "__main__", "explore", "report", "trace", "reproduce"}:
-            continue  # the package's version
-        if unit == "trace" and here not in MAY_USE_TRACE:
-            faults.append(place)
-        elif here in LOWEST and unit in LOWEST:
-            if LOWEST.index(unit) >= LOWEST.index(here):
-                faults.append(place)
-        elif level_of(unit) >= level_of(here):
+def broken_rules(path: Path, module: str) -> list[str]:
+    """Each import of a file that points up, with its place."""
+    here, faults = entry_of(module), []
+    for line, name in imports(path):
+        there = entry_of(name)
+        place = f"{path.relative_to(ROOT)}:{line} imports codesign.{name}"
+        if there == "" and here != "errors":
+            continue  # the version of the package
+        sideways = here in ROOM_NAMES and there in ROOM_NAMES
+        if sideways:
+            upward = room_place(name) > room_place(module)
+        else:
+            upward = there != here and LEVEL[there] >= LEVEL[here]
+        if upward or (there == "trace" and here not in MAY_USE_TRACE):
             faults.append(place)
     return faults
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda path: str(path.relative_to(ROOT)))
-def test_imports_point_one_way(path: Path) -> None:
-    assert not broken_rules(path)
+@pytest.mark.parametrize("module", sorted(modules()), ids=lambda module: module or "codesign")
+def test_imports_point_one_way(module: str) -> None:
+    assert not broken_rules(modules()[module], module)
 
 
-def test_the_rule_catches_an_upward_import() -> None:
-    upward = PACKAGE / "maps" / "upward_import_for_this_test.py"
-    upward.write_text("def later():\n    from codesign.system import run\n", encoding="utf-8")
+@pytest.mark.parametrize(
+    ("module", "line", "fault"),
+    [
+        (
+            "maps.upward",
+            "def later():\n    from codesign.system import run\n",
+            ":2 imports codesign.system.run",
+        ),
+        (
+            "planners.harmonic.plan.upward",
+            "import codesign.planners.harmonic.styles\n",
+            ":1 imports codesign.planners.harmonic.styles",
+        ),
+    ],
+)
+def test_the_rule_catches_an_upward_import(module: str, line: str, fault: str) -> None:
+    upward = PACKAGE / f"{module.replace('.', '/')}_for_this_test.py"
+    upward.write_text(line, encoding="utf-8")
     try:
-        assert broken_rules(upward) == ["codesign/maps/upward_import_for_this_test.py:2 imports system"]
+        assert broken_rules(upward, module) == [f"{upward.relative_to(ROOT)}{fault}"]
     finally:
         upward.unlink()
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    graph = nx.DiGraph((module, name) for module, path in modules().items() for _line, name in imports(path))
+    graph.remove_edges_from([(module, "") for module in modules()])
+    assert [sorted(circle) for circle in nx.strongly_connected_components(graph) if len(circle) > 1] == []
 
 
 def test_help_needs_no_heavy_module() -> None:

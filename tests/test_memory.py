@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import codesign
 from codesign.errors import SpecError
-from codesign.explore import explore
+from codesign.exploration import explore
 from codesign.planners.interface import KnowsMemory
 from codesign.system import catalog
 from codesign.system import memory as machine
@@ -135,7 +135,7 @@ def test_every_planner_of_ours_says_what_it_takes() -> None:
 def test_more_cells_and_more_bits_take_no_less(side: int, bits: int, more: int, block: int) -> None:
     import numpy as np
 
-    from codesign.planners.harmonic.parameters import RelaxParameters
+    from codesign.planners.harmonic.plan.parameters import RelaxParameters
     from codesign.planners.interface import Problem
 
     planner = catalog.planner("harmonic")

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.architectures.interface import RESOURCES
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem, Quality
+from codesign.planners.styles import RESOURCES
 from codesign.spec import load_part
 from codesign.system import catalog
 

@@ -14,15 +14,15 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
 from numpy.typing import NDArray
+from reference_harmonic import relax_reference
 
 from codesign.errors import SpecError
 from codesign.maps import OccupancyGrid
-from codesign.planners.breadth_first.reference import trail
-from codesign.planners.harmonic.reference import relax_reference
+from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
-from codesign.planners.relaxation.search import STEPS
-from codesign.planners.wavefront import propagate
-from codesign.planners.wavefront.reference import dijkstra
+from codesign.planners.relaxation.plan.search import STEPS
+from codesign.planners.wavefront.plan import propagate
+from codesign.planners.wavefront.plan.reference import dijkstra
 from codesign.spec import Platform, Workload
 from codesign.system import bind, catalog, simulate
 

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.planners.breadth_first.reference import trail
+from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
-from codesign.planners.wavefront.reference import dijkstra, edges
+from codesign.planners.wavefront.plan.reference import dijkstra, edges
 from codesign.system import catalog
 
 PARAMETERS = {

@@ -13,14 +13,14 @@ from click.testing import Result
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from reference_relaxation import iterate
 
 from codesign import maps
 from codesign.planners.interface import Problem, Quality
-from codesign.planners.relaxation import PUBLISHED_TOLERANCE, Boundary, End, Method, Search, solve
-from codesign.planners.relaxation.parameters import ACCELERATION, SCALE, RelaxParameters
-from codesign.planners.relaxation.planner import PLANNER, Plan
-from codesign.planners.relaxation.quality import ANOTHER_PLANNER
-from codesign.planners.relaxation.reference import iterate
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, End, Method, Search, solve
+from codesign.planners.relaxation.plan.parameters import ACCELERATION, SCALE, RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER, Plan
+from codesign.planners.relaxation.plan.quality import ANOTHER_PLANNER
 
 Cell = tuple[int, int]
 Run = Callable[..., Result]

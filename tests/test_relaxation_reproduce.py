@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.architectures.relaxation import published
-from codesign.planners.relaxation import Boundary, Method
-from codesign.reproduce import Reproduction, saudi2016, saudi2016_findings, saudi2016_runs
-from codesign.reproduce.model import Use
-from codesign.reproduce.saudi2016_map import GOAL, floor_plan
-from codesign.reproduce.saudi2016_runs import Key, Outcome, run_all, seconds, tabulated, until_followed
+from codesign.planners.relaxation import published
+from codesign.planners.relaxation.paper import findings as saudi2016_findings
+from codesign.planners.relaxation.paper import reproduce as saudi2016
+from codesign.planners.relaxation.paper import runs as saudi2016_runs
+from codesign.planners.relaxation.paper.map import GOAL, floor_plan
+from codesign.planners.relaxation.paper.runs import Key, Outcome, run_all, seconds, tabulated, until_followed
+from codesign.planners.relaxation.plan import Boundary, Method
+from codesign.planners.reproduction import Use
+from codesign.reproduce import Reproduction
 
 SHIPPED = Path(__file__).resolve().parent.parent / "workloads" / "maps" / "floor-plan.png"
 
@@ -110,7 +113,7 @@ def test_findings_name_what_was_found(reproduction: Reproduction) -> None:
 
 def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytest.MonkeyPatch) -> None:
     """With SOR made slow the sentence turns round: no verdict is typed in."""
-    monkeypatch.setattr("codesign.reproduce.saudi2016_findings.until_followed", lambda key, most: 30)
+    monkeypatch.setattr("codesign.planners.relaxation.paper.findings.until_followed", lambda key, most: 30)
     outcomes = {
         Key(Method.GS): Outcome(50_000, False, 0, 1),
         Key(Method.AM, 1.97): Outcome(1700, False, 0, 1),

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from codesign import maps
 from codesign.errors import InputError
 from codesign.planners.interface import Problem
-from codesign.planners.relaxation import Ending, Search, descend, solve
-from codesign.planners.relaxation.parameters import RelaxParameters
-from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
+from codesign.planners.relaxation.plan import Ending, Search, descend, solve
+from codesign.planners.relaxation.plan.parameters import RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
 
 ROOMS = maps.rooms(40, 52, room=(12, 16), door=3, seed=2).free
 GOAL = (3, 3)

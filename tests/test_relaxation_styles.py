@@ -10,10 +10,16 @@ from pydantic import ValidationError
 
 import codesign
 from codesign import maps
-from codesign.architectures.host_costs import FOLLOWING, OCCUPANCY, PROBES, measure_host
-from codesign.architectures.interface import Step
-from codesign.architectures.relaxation import ARCHITECTURES, Host, published
-from codesign.architectures.relaxation.costs import (
+from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, PROBES, measure_host
+from codesign.errors import InputError, SpecError
+from codesign.figures import Status
+from codesign.planners.interface import Problem
+from codesign.planners.relaxation import published
+from codesign.planners.relaxation.plan import Method
+from codesign.planners.relaxation.plan.parameters import RelaxParameters, settle
+from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
+from codesign.planners.relaxation.styles import ARCHITECTURES, Host
+from codesign.planners.relaxation.styles.costs import (
     BARRIER_UNITS,
     DIRECT_KERNEL,
     FITTED,
@@ -23,12 +29,7 @@ from codesign.architectures.relaxation.costs import (
     mean_units,
     unit,
 )
-from codesign.errors import InputError, SpecError
-from codesign.figures import Status
-from codesign.planners.interface import Problem
-from codesign.planners.relaxation import Method
-from codesign.planners.relaxation.parameters import RelaxParameters, settle
-from codesign.planners.relaxation.planner import PLANNER, Plan, search_of
+from codesign.planners.styles import Step
 from codesign.records import StageRecord
 from codesign.spec import load_platform
 from codesign.spec.locate import data_folder

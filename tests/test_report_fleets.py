@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_samples import a_result, a_study
 
-from codesign.architectures.velocity_obstacle.pace import LineLaw
+from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.planners.interface import RobotsQuality
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 from report_samples import SampleReproduction, SampleRow, a_result, a_study
 
-from codesign.explore.study import Study
+from codesign.exploration.study import Study
 from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from report_samples import QUALITY, SampleReproduction, a_result, a_study
 
 from codesign.errors import CodesignError, Fault, SpecError
-from codesign.explore.study import Outcome
+from codesign.exploration.study import Outcome
 from codesign.planners.interface import Quality
 from codesign.report import (
     best_table,

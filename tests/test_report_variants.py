@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from explore_fakes import mission, result
 
-from codesign.explore.study import Outcome, Study
+from codesign.exploration.study import Outcome, Study
 from codesign.report import render_text, study_table, winners_table
 from codesign.report.chart import chart_data
 from codesign.report.page import study_html

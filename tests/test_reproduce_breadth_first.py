@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from codesign.architectures.breadth_first import published
 from codesign.figures import Status
-from codesign.planners.breadth_first import search
-from codesign.planners.breadth_first.parameters import MicroArchitecture
-from codesign.reproduce.model import Reproduction, Use
-from codesign.reproduce.vacariu2008 import breadth_first
-from codesign.reproduce.vacariu2008_fit import fit, java_cell_seconds, least_popped
-from codesign.reproduce.vacariu2008_maps import Family, sample
+from codesign.planners.breadth_first import published
+from codesign.planners.breadth_first.paper.fit import fit, java_cell_seconds, least_popped
+from codesign.planners.breadth_first.paper.maps import Family, sample
+from codesign.planners.breadth_first.paper.reproduce import breadth_first
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
+from codesign.planners.reproduction import Reproduction, Use
 from codesign.spec import load_platform
 
 TOLD: list[str] = []

@@ -11,9 +11,8 @@ import pytest
 
 from codesign.errors import InputError
 from codesign.figures import Status
-from codesign.planners.harmonic import theory
-from codesign.reproduce import PAPERS, Plot, Reproduction, Series, plot_svg, write_plots
-from codesign.reproduce.girau2008_figures import (
+from codesign.planners.harmonic.paper import closed_forms as theory
+from codesign.planners.harmonic.paper.figures import (
     bits_a_doubling,
     environments,
     node_power,
@@ -21,11 +20,12 @@ from codesign.reproduce.girau2008_figures import (
     settled_spread,
     slope,
 )
-from codesign.reproduce.girau2008_findings import _shares_finding
-from codesign.reproduce.girau2008_speed import software_seconds
-from codesign.reproduce.girau2008_tables import table_rows
-from codesign.reproduce.girau2008_theory import largest_eigenvalue
-from codesign.reproduce.model import Use, row
+from codesign.planners.harmonic.paper.findings import _shares_finding
+from codesign.planners.harmonic.paper.speed import software_seconds
+from codesign.planners.harmonic.paper.tables import table_rows
+from codesign.planners.harmonic.paper.theory import largest_eigenvalue
+from codesign.planners.reproduction import Use, row
+from codesign.reproduce import PAPERS, Plot, Reproduction, Series, plot_svg, write_plots
 
 TOLD: list[str] = []
 THEORY = {"Section 3.2.2", "Section 4.2", "Section 4.4.1", "Section 4.4.2"}

@@ -10,8 +10,8 @@ import pytest
 
 import codesign.reproduce
 from codesign.figures import Status
-from codesign.reproduce.dubey2013_tables import table_rows
-from codesign.reproduce.model import Use, row
+from codesign.planners.reproduction import Use, row
+from codesign.planners.velocity_obstacle.paper.tables import table_rows
 
 SILENT = "girau2008_theory.py"
 """Estimates of the paper against runs: all held out, which is what ``row`` takes where nothing is said."""

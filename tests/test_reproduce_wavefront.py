@@ -7,8 +7,8 @@ import math
 
 import pytest
 
-from codesign.reproduce.model import Reproduction, Use
-from codesign.reproduce.moeller1998 import COSTS, largest_error, potential_ratio, wavefront
+from codesign.planners.reproduction import Reproduction, Use
+from codesign.planners.wavefront.paper.reproduce import COSTS, largest_error, potential_ratio, wavefront
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD
 from codesign import maps
 from codesign.errors import InputError, SpecError
 from codesign.figures import Status
-from codesign.planners.harmonic.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.spec import (
     Platform,
     ResultFigure,

@@ -19,8 +19,8 @@ from mission_specs import Ground
 
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
-from codesign.explore import FileStore, State, explore, load_study
-from codesign.explore.store import _checksum as checksum
+from codesign.exploration import FileStore, State, explore, load_study
+from codesign.exploration.store import _checksum as checksum
 
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]

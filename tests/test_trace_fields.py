@@ -12,8 +12,8 @@ from click.testing import Result
 
 import codesign
 from codesign import maps
-from codesign.planners.breadth_first import search
-from codesign.planners.breadth_first.planner import distances
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.planner import distances
 from codesign.records import FieldRecord, MapRecord, StageRecord
 from codesign.system import simulate
 from codesign.trace import MemoryListener

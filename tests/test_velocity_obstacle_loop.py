@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from test_velocity_obstacle_planner import assert_same_run, scenes
 
-from codesign.planners.velocity_obstacle import (
+from codesign.planners.velocity_obstacle.plan import (
     Avoidance,
     AvoidParameters,
     RobotsProblem,
@@ -21,13 +21,13 @@ from codesign.planners.velocity_obstacle import (
     generate,
     quality,
 )
-from codesign.planners.velocity_obstacle import reference as plain
-from codesign.planners.velocity_obstacle.arithmetic import fixed
-from codesign.planners.velocity_obstacle.gaps import pair_gaps
-from codesign.planners.velocity_obstacle.loop import Loop
-from codesign.planners.velocity_obstacle.parameters import Gains, Responsibility
-from codesign.planners.velocity_obstacle.quality import arrival_steps, run_gaps
-from codesign.planners.velocity_obstacle.shortfall import MOST_TRIED
+from codesign.planners.velocity_obstacle.plan import reference as plain
+from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
+from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
+from codesign.planners.velocity_obstacle.plan.loop import Loop
+from codesign.planners.velocity_obstacle.plan.parameters import Gains, Responsibility
+from codesign.planners.velocity_obstacle.plan.quality import arrival_steps, run_gaps
+from codesign.planners.velocity_obstacle.plan.shortfall import MOST_TRIED
 
 # Late decisions
 

@@ -13,28 +13,28 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from codesign.errors import InputError
-from codesign.planners.velocity_obstacle import (
+from codesign.planners.velocity_obstacle.paper import agreement
+from codesign.planners.velocity_obstacle.paper.agreement import Verdict, bounds, compare
+from codesign.planners.velocity_obstacle.plan import (
     Avoidance,
     AvoidParameters,
     RobotsProblem,
     RobotsWorkload,
-    agreement,
     avoid,
     generate,
     quality,
 )
-from codesign.planners.velocity_obstacle import reference as plain
-from codesign.planners.velocity_obstacle.agreement import Verdict, bounds, compare
-from codesign.planners.velocity_obstacle.arithmetic import (
+from codesign.planners.velocity_obstacle.plan import reference as plain
+from codesign.planners.velocity_obstacle.plan.arithmetic import (
     double,
     fixed,
     fraction_bits,
     least_width,
 )
-from codesign.planners.velocity_obstacle.parameters import Detection, Gains, Responsibility
-from codesign.planners.velocity_obstacle.planner import PLANNER
-from codesign.planners.velocity_obstacle.problem import distances
-from codesign.planners.velocity_obstacle.reference import BRAKE, STAY, Robot
+from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains, Responsibility
+from codesign.planners.velocity_obstacle.plan.planner import PLANNER
+from codesign.planners.velocity_obstacle.plan.problem import distances
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
 
 ALL_TERMS = Gains.model_construct(proportional=0.5, integral=0.05, derivative=0.1)
 """Refused in a workload, as the sum overshoots; the arithmetic of all three terms is held against its twin anyway."""
@@ -101,7 +101,7 @@ vectors = st.tuples(st.integers(-(2**24), 2**24), st.integers(-(2**24), 2**24))
 def test_compiled_detection_is_equation_4_with_nine_products(
     position: tuple[int, int], velocity: tuple[int, int], radius: int, approaching: bool
 ) -> None:
-    from codesign.planners.velocity_obstacle.kernels import on_course
+    from codesign.planners.velocity_obstacle.plan.kernels import on_course
 
     (x, y), (vx, vy) = position, velocity
     dot, v2 = x * vx + y * vy, vx * vx + vy * vy
@@ -113,7 +113,7 @@ def test_compiled_detection_is_equation_4_with_nine_products(
 
 def test_compiled_detection_at_the_very_threshold() -> None:
     """Robots that pass at exactly the radius are safe; one unit less is not. Sides of 100 bits, differing by one."""
-    from codesign.planners.velocity_obstacle.kernels import on_course
+    from codesign.planners.velocity_obstacle.plan.kernels import on_course
 
     for radius in (3, 2**16, 2**23 - 1):
         x, vx = -(2**24), 2**24

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.planners.velocity_obstacle import AvoidParameters, RobotsProblem, avoid, generate
-from codesign.planners.velocity_obstacle import reference as plain
-from codesign.planners.velocity_obstacle.arithmetic import HEADROOM, Arithmetic, double, fixed, quantise
-from codesign.planners.velocity_obstacle.loop import Loop
-from codesign.planners.velocity_obstacle.parameters import Detection, Gains
-from codesign.planners.velocity_obstacle.reference import BRAKE, STAY, Robot
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, avoid, generate
+from codesign.planners.velocity_obstacle.plan import reference as plain
+from codesign.planners.velocity_obstacle.plan.arithmetic import HEADROOM, Arithmetic, double, fixed, quantise
+from codesign.planners.velocity_obstacle.plan.loop import Loop
+from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
 
 PROBLEM = generate("circle", 4)
 

@@ -10,9 +10,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.architectures.interface import RESOURCES
-from codesign.architectures.velocity_obstacle import ARCHITECTURES, Style, levers, power, published, resources
-from codesign.architectures.velocity_obstacle.schedule import (
+from codesign.figures import Status
+from codesign.memo import Memo
+from codesign.planners.reproduction import Reproduction, Use
+from codesign.planners.styles import RESOURCES
+from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, generate
+from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector, Responsibility, Unit
+from codesign.planners.velocity_obstacle.plan.planner import PLANNER
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, power, resources
+from codesign.planners.velocity_obstacle.styles.schedule import (
     DETECT,
     UPDATE,
     Task,
@@ -24,14 +32,7 @@ from codesign.architectures.velocity_obstacle.schedule import (
     trial_cycles,
     trial_schedule,
 )
-from codesign.architectures.velocity_obstacle.timing import PHASES, cycles_of_trial, run_cycles
-from codesign.figures import Status
-from codesign.memo import Memo
-from codesign.planners.velocity_obstacle import AvoidParameters, RobotsProblem, generate
-from codesign.planners.velocity_obstacle.parameters import Detection, Detector, Responsibility, Unit
-from codesign.planners.velocity_obstacle.planner import PLANNER
-from codesign.reproduce.dubey2013 import velocity_obstacle
-from codesign.reproduce.model import Reproduction, Use
+from codesign.planners.velocity_obstacle.styles.timing import PHASES, cycles_of_trial, run_cycles
 from codesign.spec import load_part, load_platform
 from codesign.spec.part import Part
 from codesign.system.fit import fit

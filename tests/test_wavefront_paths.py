@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from codesign import maps
 from codesign.errors import InputError, MapError
 from codesign.planners.interface import Problem
-from codesign.planners.wavefront import (
+from codesign.planners.wavefront.plan import (
     obstacle_potentials,
     octile_length,
     propagate,
@@ -20,11 +20,11 @@ from codesign.planners.wavefront import (
     skeleton,
     track,
 )
-from codesign.planners.wavefront.grid import check_map
-from codesign.planners.wavefront.parameters import PropagateParameters
-from codesign.planners.wavefront.planner import PLANNER
-from codesign.planners.wavefront.tiles import run_tiles
-from codesign.planners.wavefront.wave import run_wave
+from codesign.planners.wavefront.plan.grid import check_map
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.plan.tiles import run_tiles
+from codesign.planners.wavefront.plan.wave import run_wave
 
 NO_STOP = np.zeros((0, 2), np.int64)
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.errors import InputError, MapError
-from codesign.planners.wavefront import (
+from codesign.planners.wavefront.plan import (
     UNREACHED,
     longest_distance,
     obstacle_potentials,
@@ -25,7 +25,7 @@ from codesign.planners.wavefront import (
     stop_cycle,
     track,
 )
-from codesign.planners.wavefront.wave import MAX_OCTILE_RATIO
+from codesign.planners.wavefront.plan.wave import MAX_OCTILE_RATIO
 
 REAL = Path(__file__).resolve().parents[2] / "shared" / "maps" / "movingai"
 

@@ -14,8 +14,8 @@ from mission_specs import Ground
 from numpy.typing import NDArray
 
 from codesign.maps import OccupancyGrid
-from codesign.planners.wavefront import register_bits
-from codesign.planners.wavefront.reference import adder_circuit, dijkstra
+from codesign.planners.wavefront.plan import register_bits
+from codesign.planners.wavefront.plan.reference import adder_circuit, dijkstra
 from codesign.spec import Platform, Workload
 from codesign.system import Result, simulate
 

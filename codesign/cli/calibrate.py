@@ -20,7 +20,7 @@ def calibrate() -> None:
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 def host(seconds: float, as_json: bool) -> None:
     """Time the planners' kernels on this machine, and print them as ``costs:`` of a processor in a platform file."""
-    from codesign.architectures.host_costs import measure_host
+    from codesign.calibrate.host_costs import measure_host
 
     measured = measure_host(seconds)
     if as_json:

@@ -12,7 +12,7 @@ from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
-    from codesign.explore import Progress, Study
+    from codesign.exploration import Progress, Study
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -92,7 +92,7 @@ def explore(
 def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
     """Make the tables, the CSV and the HTML page of the exploration kept in STORE, without simulating anything."""
     from codesign.cli.outputs import check_outputs
-    from codesign.explore import load_study
+    from codesign.exploration import load_study
 
     check_outputs({"--csv": csv_file, "--html": page}, [store])
     _deliver(load_study(store), csv_file, page, as_json)

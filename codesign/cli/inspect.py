@@ -50,7 +50,7 @@ def schema(kind: str) -> None:
     That is a result (run), a study (explore) or a reproduction (reproduce).
     """
     if kind == "study":
-        from codesign.explore import study_schema
+        from codesign.exploration import study_schema
 
         found = study_schema()
     elif kind == "reproduction":

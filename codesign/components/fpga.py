@@ -11,16 +11,16 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from codesign.architectures.external import MemoryStep
 from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
+from codesign.planners.external_memory import MemoryStep
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 if TYPE_CHECKING:
-    from codesign.architectures.interface import Step
     from codesign.components.memory import ExternalMemory
+    from codesign.planners.styles import Step
 
 T = TypeVar("T")
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import simpy
 
-from codesign.architectures.external import ExternalMemoryLaw, Traffic
 from codesign.components.clock import ClockDomain
 from codesign.components.scan import Claims, Scan, ScannedMemory
 from codesign.errors import RunError
+from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.records import BROKEN_OFF, ENDED, Listener, TaskRecord
 from codesign.units import PICOSECONDS_PER_SECOND
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
+from codesign.planners.task_graph import Flow
 from codesign.spec import SpecModel
-from codesign.task_graph import Flow
 
 Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""

@@ -15,7 +15,7 @@ from codesign.report.wording import figure_cell, labelled, prefix, wants_logarit
 from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:
-    from codesign.explore import Study
+    from codesign.exploration import Study
 
 MOST_POINTS = 20_000
 """A page shows no more points than this, so that a browser can hold it; the front is kept first."""
@@ -120,7 +120,7 @@ def _rounded(value: float | None, size: float) -> float | None:
 
 
 def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) -> dict[str, list[int]]:
-    from codesign.explore.front import non_dominated
+    from codesign.exploration.front import non_dominated
 
     rows = []
     for position in kept:

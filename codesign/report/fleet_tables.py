@@ -1,6 +1,6 @@
 """What a fleet's run came to, as tables, and in a sentence what set its pace and what would move it.
 
-The sentence rests on the closed forms of ``codesign.architectures.velocity_obstacle.pace``, with the mean time in which
+The sentence rests on the closed forms of ``benchmarks.velocity_obstacle_pace``, with the mean time in which
 the robots decide. A result tells what a message takes on the line only where that is longer than deciding; where it is
 not, what doubling would give is told as a bound.
 """

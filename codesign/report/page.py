@@ -37,7 +37,7 @@ from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.system.result import Result
 
 if TYPE_CHECKING:
-    from codesign.explore import Study
+    from codesign.exploration import Study
     from codesign.report.plots import Picture
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")

@@ -21,7 +21,7 @@ from codesign.report.wording import axis_text, labelled, plural, prefix, wants_l
 from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:
-    from codesign.explore import Study
+    from codesign.exploration import Study
 
 Format = Literal["png", "svg"]
 
@@ -307,7 +307,7 @@ def _staircase(
     scaled: NDArray[np.float64], figures: tuple[ResultFigure, ResultFigure]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of the line that bounds what can be had in these two figures."""
-    from codesign.explore.front import non_dominated
+    from codesign.exploration.front import non_dominated
 
     best = np.unique(scaled[non_dominated(scaled, [figure.maximise for figure in figures])], axis=0)
     x, y = best[:, 0], best[:, 1]

@@ -23,7 +23,7 @@ from codesign.system.result import Reason
 from codesign.units import format_count
 
 if TYPE_CHECKING:
-    from codesign.explore import Outcome, Study
+    from codesign.exploration import Outcome, Study
 
 
 def summary(study: Study) -> str:

@@ -15,7 +15,7 @@ from codesign.spec.exploration import ResultFigure
 from codesign.spec.variants import VARIANT_AXIS
 
 if TYPE_CHECKING:
-    from codesign.explore import Outcome, Study
+    from codesign.exploration import Outcome, Study
 
 _EQUAL = " = "
 

@@ -4,13 +4,13 @@
 row that does not fit stays in the table with its error, and each row says whether a law was fitted to it.
 """
 
-from codesign.reproduce.dubey2013 import velocity_obstacle
-from codesign.reproduce.girau2008 import harmonic
-from codesign.reproduce.model import Plot, Reproduction, Row, Series, joined, reproduction_schema
-from codesign.reproduce.moeller1998 import wavefront
+from codesign.planners.breadth_first.paper.reproduce import breadth_first
+from codesign.planners.harmonic.paper.reproduce import harmonic
+from codesign.planners.relaxation.paper.reproduce import relaxation
+from codesign.planners.reproduction import Plot, Reproduction, Row, Series, joined, reproduction_schema
+from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
+from codesign.planners.wavefront.paper.reproduce import wavefront
 from codesign.reproduce.plots import plot_svg, write_plots
-from codesign.reproduce.saudi2016 import relaxation
-from codesign.reproduce.vacariu2008 import breadth_first
 
 PAPERS = {
     "harmonic": harmonic,

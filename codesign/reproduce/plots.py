@@ -7,7 +7,7 @@ from pathlib import Path
 
 from codesign.errors import InputError
 from codesign.files import write_atomically
-from codesign.reproduce.model import Plot, Reproduction
+from codesign.planners.reproduction import Plot, Reproduction
 
 MARKERS = "osD^vP*X"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from codesign.architectures.external import ExternalMemoryLaw
+from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 from codesign.spec.components import (
     Component,

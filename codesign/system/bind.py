@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from pydantic import BaseModel
 
 from codesign import maps
-from codesign.architectures.external import ExternalMemoryLaw
-from codesign.architectures.interface import Architecture
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
+from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
+from codesign.planners.styles import Architecture
 from codesign.spec import Part, Platform, Workload, cross_check, fault
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.problem import FileMap, ProblemSpec

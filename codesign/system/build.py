@@ -6,9 +6,10 @@ from collections.abc import Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from codesign.architectures.interface import Exchange, Step
 from codesign.errors import CodesignError, RunError, SpecError
 from codesign.planners.interface import Planner
+from codesign.planners.styles import Exchange, Step
+from codesign.planners.task_graph import Flow
 from codesign.records import Listener, Record, TaskRecord
 from codesign.spec.components import (
     DisplayComponent,
@@ -22,7 +23,6 @@ from codesign.system.messages import Content, LostMessageError, Messages
 from codesign.system.progress import ProgressOfMission
 from codesign.system.refusals import building_order, refused
 from codesign.system.routes import Routes
-from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Granularity

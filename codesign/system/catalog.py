@@ -17,9 +17,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign import spec
-from codesign.architectures.interface import Architecture, TaskStyle
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.planners.interface import Planner
+from codesign.planners.styles import Architecture, TaskStyle
 from codesign.spec import SpecModel, Workload
 
 _log = logging.getLogger(__name__)

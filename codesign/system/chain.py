@@ -10,11 +10,11 @@ from codesign import maps
 from codesign.errors import CodesignError
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
+from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system.build import PLANNING, planner_code
 from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
 from codesign.system.sent_map import SentMap
-from codesign.task_graph import Flow, TaskGraph
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from codesign.architectures.external import ExternalMemoryLaw
-from codesign.architectures.interface import Architecture
 from codesign.errors import Fault, choose_hint
+from codesign.planners.external_memory import ExternalMemoryLaw
+from codesign.planners.styles import Architecture
 from codesign.spec import Platform, Workload, fault
 from codesign.spec.components import MemoryComponent
 from codesign.system import catalog

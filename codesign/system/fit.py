@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from codesign.architectures.interface import RESOURCES, Demand, Lever
 from codesign.figures import Figure
+from codesign.planners.styles import RESOURCES, Demand, Lever
 from codesign.spec.part import Part
 from codesign.system.result import Clock, Reason, ResourceItem, ResourceUse, Source
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from codesign.errors import InputError
 from codesign.planners.interface import COMMAND, LOAD, Planner
-from codesign.task_graph import Flow, TaskGraph
+from codesign.planners.task_graph import Flow, TaskGraph
 
 
 def sound_flows(planner: Planner, problem: Any, parameters: Any) -> tuple[Flow, ...]:

@@ -7,9 +7,9 @@ from collections.abc import Generator, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from codesign.errors import CodesignError
+from codesign.planners.task_graph import Flow
 from codesign.system.ledger import Ledger, Spent
 from codesign.system.routes import Hop, Routes
-from codesign.task_graph import Flow
 
 if TYPE_CHECKING:
     from codesign.components import Link

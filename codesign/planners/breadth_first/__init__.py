@@ -1,6 +1,9 @@
-"""Breadth-first search on a grid (Vacariu, Roman, Timar, Stanciu, Banabic and Cret 2008)."""
+"""Breadth-first search, the planner of Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008).
 
-from codesign.planners.breadth_first.reference import EAST, NEIGHBOURS, NORTH, SOUTH, UNKNOWN, WEST
-from codesign.planners.breadth_first.search import Search, search, search_nearest
+- ``plan``: the arithmetic, exact and without a clock.
+- ``styles``: how it is laid out on a component, with its laws.
+- ``published``: the paper's rows that laws are fitted to and held against.
+- ``paper``: the run that holds the model against the paper.
 
-__all__ = ["EAST", "NEIGHBOURS", "NORTH", "SOUTH", "UNKNOWN", "WEST", "Search", "search", "search_nearest"]
+``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
+"""

@@ -1,17 +1,9 @@
-"""Block-synchronous harmonic control (Girau, Boumaza, Scherrer and Torres-Huitzil 2008)."""
+"""Block-synchronous harmonic control, the planner of Girau, Boumaza, Scherrer and Torres-Huitzil (2008).
 
-from codesign.planners.harmonic.fixed_point import Field
-from codesign.planners.harmonic.relax import Relaxation, VisitRecord, relax, stage_cost, work
-from codesign.planners.harmonic.stages import Stage, StageEnd, VisitBatch
+- ``plan``: the arithmetic, exact and without a clock.
+- ``styles``: how it is laid out on a component, with its laws.
+- ``published``: the paper's rows that laws are fitted to and held against.
+- ``paper``: the run that holds the model against the paper.
 
-__all__ = [
-    "Field",
-    "Relaxation",
-    "Stage",
-    "StageEnd",
-    "VisitBatch",
-    "VisitRecord",
-    "relax",
-    "stage_cost",
-    "work",
-]
+``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
+"""

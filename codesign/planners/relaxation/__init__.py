@@ -1,25 +1,9 @@
-"""Relaxation on a host: Laplace's equation by sweeps over doubles (Saudi and Sulaiman 2016, with what it leaves out).
+"""Relaxation on a host, the planner of Saudi and Sulaiman (2016).
 
-The potential is fixed on obstacles and goals, and the mean of its four neighbours everywhere else. The paper's
-two-level arithmetic mean (AM, MAM) stands beside the sweeps it is built from (Gauss-Seidel, SOR), their parallel
-relatives (Jacobi, red-black), the paper's outlook (half-sweep AM), and a sparse direct solver, which is what one
-would take today.
+- ``plan``: the arithmetic, exact and without a clock.
+- ``styles``: how it is laid out on a component, with its laws.
+- ``published``: the paper's rows that laws are fitted to and held against.
+- ``paper``: the run that holds the model against the paper.
+
+``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
 """
-
-from codesign.planners.relaxation.parameters import PUBLISHED_TOLERANCE, Boundary, Method
-from codesign.planners.relaxation.run import End
-from codesign.planners.relaxation.search import Descent, Ending, Search, descend
-from codesign.planners.relaxation.solve import Solution, solve
-
-__all__ = [
-    "PUBLISHED_TOLERANCE",
-    "Boundary",
-    "Descent",
-    "End",
-    "Ending",
-    "Method",
-    "Search",
-    "Solution",
-    "descend",
-    "solve",
-]

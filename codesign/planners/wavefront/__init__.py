@@ -1,24 +1,9 @@
-"""Shortest and safe paths by a wave whose delays are the costs (Möller and Paschke 1998)."""
+"""Wavefront propagation, the planner of Möller and Paschke (1998).
 
-from codesign.planners.wavefront.grid import UNREACHED
-from codesign.planners.wavefront.skeleton import skeleton
-from codesign.planners.wavefront.tracking import octile_length, track
-from codesign.planners.wavefront.wave import (
-    longest_distance,
-    obstacle_potentials,
-    propagate,
-    register_bits,
-    stop_cycle,
-)
+- ``plan``: the arithmetic, exact and without a clock.
+- ``styles``: how it is laid out on a component, with its laws.
+- ``published``: the paper's rows that laws are fitted to and held against.
+- ``paper``: the run that holds the model against the paper.
 
-__all__ = [
-    "UNREACHED",
-    "longest_distance",
-    "obstacle_potentials",
-    "octile_length",
-    "propagate",
-    "register_bits",
-    "skeleton",
-    "stop_cycle",
-    "track",
-]
+``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
+"""

@@ -29,12 +29,12 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from codesign.architectures.velocity_obstacle.updates import Updates
 from codesign.errors import InputError
 from codesign.planners.interface import COMMAND, LOAD
-from codesign.planners.velocity_obstacle.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.quality import arrival_updates
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
+from codesign.planners.velocity_obstacle.styles.updates import Updates
 from codesign.spec.scenario import Fleet
 from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY

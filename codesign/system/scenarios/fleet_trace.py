@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from codesign.architectures.velocity_obstacle.updates import Updates
-from codesign.planners.velocity_obstacle.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.gaps import pair_gaps
-from codesign.planners.velocity_obstacle.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.quality import arrival_updates
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
+from codesign.planners.velocity_obstacle.styles.updates import Updates
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, TaskRecord, TrajectoryRecord
 
 if TYPE_CHECKING:

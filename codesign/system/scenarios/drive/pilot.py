@@ -6,11 +6,12 @@ from collections.abc import Generator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from codesign.architectures.interface import Step
 from codesign.components.command import Command
 from codesign.components.way import authority
 from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
+from codesign.planners.styles import Step
+from codesign.planners.task_graph import Flow
 from codesign.records import CommandRecord
 from codesign.system.build import CONTROL, SIDE
 from codesign.system.ledger import Ledger
@@ -23,7 +24,6 @@ from codesign.system.scenarios.drive.replanner import Replanner
 from codesign.system.scenarios.drive.request import Sight
 from codesign.system.scenarios.drive.scene import Look, Scene
 from codesign.system.sent_map import CHANGE_BITS
-from codesign.task_graph import Flow
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:

@@ -1,0 +1,1 @@
+"""Measure what this machine needs for the planners' kernels."""

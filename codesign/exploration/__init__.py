@@ -1,0 +1,40 @@
+"""Design-space exploration: every point of a workload's axes computed, kept, and held against the others.
+
+``explore`` runs it. Behind it stand ``Space`` (which points there are, and which share work), the stores
+(one SQLite file, resumable by running again), the executors (this process or several) and ``Study`` (every
+point, the reasons of those that are out, the front).
+
+Exact enumeration is the only sampler: points are cheap, as those that differ in part, clock or schedule
+share their functional work, and a front with holes where a sampler did not look is hard to trust.
+"""
+
+from __future__ import annotations
+
+from codesign.exploration.document import study_schema
+from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
+from codesign.exploration.front import non_dominated
+from codesign.exploration.run import Progress, explore, load_study
+from codesign.exploration.space import DesignPoint, Space
+from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
+from codesign.exploration.study import Outcome, ReasonCount, Study
+
+__all__ = [
+    "DesignPoint",
+    "Entry",
+    "Executor",
+    "FileStore",
+    "MemoryStore",
+    "Outcome",
+    "ProcessExecutor",
+    "Progress",
+    "ReasonCount",
+    "SerialExecutor",
+    "Space",
+    "State",
+    "Store",
+    "Study",
+    "explore",
+    "load_study",
+    "non_dominated",
+    "study_schema",
+]

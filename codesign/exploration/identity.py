@@ -1,0 +1,150 @@
+"""What a result depends on besides the axis values, as one digest.
+
+A finished point is taken from a store only where computing it again would give the same result: the same
+platform and parts, the same workload and map, the same code. So the code is part of it, by its sources
+rather than by a version number that somebody may forget to raise.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from functools import cache
+from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from codesign.exploration.space import canonical
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+    from codesign.maps import OccupancyGrid
+    from codesign.spec import Platform, Workload
+
+_IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
+_NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace", "__pycache__"})
+
+
+def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
+    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, and code.
+
+    ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    from codesign.spec import list_parts, load_part
+    from codesign.system.bind import grid_of
+
+    folders = (platform.document.folder / "parts",)
+    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
+    grid = grid_of(workload) if grid is None else grid
+    cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
+    known = [
+        platform.digest(),
+        workload.digest(),
+        parts,
+        None if grid is None else grid.free.shape,
+        cells,
+        None if grid is None else grid.resolution,
+        code_digest(),
+    ]
+    return hashlib.sha256(canonical(known).encode()).hexdigest()
+
+
+def variant_digests(workload: Workload) -> dict[str, str]:
+    """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
+    from codesign.spec.variants import BASE, VARIANT_AXIS, choose_variant
+
+    names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
+    return {
+        name: choose_variant(workload, name, "").digest()
+        for name in names
+        if isinstance(name, str) and name != BASE and name in workload.variants
+    }
+
+
+def parts_digest(platform: Platform) -> str:
+    """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
+    digest = hashlib.sha256()
+    for path in sorted((platform.document.folder / "parts").glob("*.yaml")):
+        try:
+            content = path.read_bytes()
+        except OSError:
+            content = b""
+        digest.update(f"{path.name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+@cache
+def code_digest() -> str:
+    """SHA-256 over the sources of this package that a result depends on, and over the installed plug-ins.
+
+    A plug-in counts by its name, value and version, and by the sources of its package: one that is worked on, as after
+    ``pip install -e``, changes without a new version.
+    """
+    from codesign.system import catalog
+
+    digest = hashlib.sha256()
+    for name, text in _sources(files("codesign"), ""):
+        digest.update(f"{name} {len(text)}\n".encode() + text)
+    hashed = {"codesign"}
+    for group, point in catalog.registered():
+        release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
+        digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
+        package, places = _package_of(point.module)
+        if package in hashed:
+            continue
+        hashed.add(package)
+        for path in places:
+            for name, content in _plug_in_sources(path):
+                digest.update(f"{package} {name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
+    """The outermost regular package (or module) around a plug-in's module, and where it lies; nothing is run for it.
+
+    No places where it cannot be found: the catalog reports a plug-in that cannot be loaded.
+    """
+    parts = module.split(".")
+    for count in range(1, len(parts) + 1):
+        name = ".".join(parts[:count])
+        try:
+            found = find_spec(name)
+        except (ImportError, ValueError):
+            break
+        if found is None:
+            break
+        if found.origin is not None:
+            folders = found.submodule_search_locations
+            return name, tuple(map(Path, folders if folders else [found.origin]))
+        # A namespace package: others may have put their packages into it.
+    return module, ()
+
+
+def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
+    """The name and content of each file that Python could import from a package's folder, or of one module."""
+    files = sorted(path.rglob("*")) if path.is_dir() else [path]
+    found = []
+    for file in files:
+        if file.name.endswith(_IMPORTED):
+            # A file removed meanwhile, or not to be read, cannot be imported either.
+            with contextlib.suppress(OSError):
+                found.append((file.relative_to(path).as_posix(), file.read_bytes()))
+    return found
+
+
+def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
+    found = []
+    for item in sorted(folder.iterdir(), key=lambda item: item.name):
+        if item.name in _NO_PART_IN_RESULTS:
+            continue
+        if item.is_dir():
+            found.extend(_sources(item, f"{prefix}{item.name}/"))
+        elif Path(item.name).suffix == ".py":
+            found.append((f"{prefix}{item.name}", item.read_bytes()))
+    return found

@@ -1,0 +1,306 @@
+"""Where finished points are kept, so that an exploration can go on where it stopped.
+
+One SQLite file holds the results of any number of studies. A result stands under the key of its point: a
+digest over platform, workload, map, axis values and the code that computed it, so a result is found again
+only where it would come out the same. The file is written by one process at a time; each group of points is
+one transaction, so what was finished is there whatever happens next. After an orderly end it is a single
+file that can be copied and read anywhere.
+
+Every row carries a checksum: SQLite itself does not notice a flipped bit, and a wrong figure is worse than
+none.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from tempfile import gettempdir
+from typing import Protocol
+
+from codesign.errors import StoreError
+from codesign.exploration.snapshot import UnsteadyError, connected_copy, written_here
+
+SCHEMA = 1
+_APPLICATION = int.from_bytes(b"HwSw", "big")
+_KEYS_A_QUERY = 500
+_OURS = "give another file name, or remove this file"
+
+_TABLES = (
+    """CREATE TABLE study (
+        number INTEGER PRIMARY KEY,
+        key TEXT NOT NULL UNIQUE,
+        definition TEXT NOT NULL,
+        checksum INTEGER NOT NULL)""",
+    """CREATE TABLE point (
+        key TEXT PRIMARY KEY,
+        state TEXT NOT NULL,
+        text TEXT NOT NULL,
+        checksum INTEGER NOT NULL) WITHOUT ROWID""",
+)
+
+
+class State(StrEnum):
+    """How the computation of a point ended."""
+
+    DONE = "done"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A point that was computed.
+
+    Attributes:
+        key: of its ``DesignPoint``.
+        state: done, or failed where the computation raised.
+        text: the result as JSON; the message where it failed.
+    """
+
+    key: str
+    state: State
+    text: str
+
+
+class Store(Protocol):
+    """Entries by key, and the definitions of the studies that they were computed for."""
+
+    def find(self, keys: Sequence[str]) -> dict[str, Entry]:
+        """The entries there are under ``keys``."""
+
+    def put(self, entries: Iterable[Entry]) -> None:
+        """Keep all of these or none; an entry under the same key gives way."""
+
+    def begin(self, key: str, definition: str) -> None:
+        """Note a study: what ``latest`` gives from now on. The same study again is noted anew, not twice."""
+
+    def latest(self) -> str | None:
+        """The definition of the study noted last, or None."""
+
+    def close(self) -> None:
+        """Let go of the file; may be called twice."""
+
+
+class MemoryStore:
+    """A store that lasts as long as the process."""
+
+    def __init__(self) -> None:
+        self._entries: dict[str, Entry] = {}
+        self._studies: dict[str, str] = {}
+
+    def find(self, keys: Sequence[str]) -> dict[str, Entry]:
+        """The entries there are under ``keys``."""
+        return {key: self._entries[key] for key in keys if key in self._entries}
+
+    def put(self, entries: Iterable[Entry]) -> None:
+        """Keep all of these or none."""
+        self._entries.update({entry.key: entry for entry in entries})
+
+    def begin(self, key: str, definition: str) -> None:
+        """Note a study."""
+        self._studies.pop(key, None)
+        self._studies[key] = definition
+
+    def latest(self) -> str | None:
+        """The definition of the study noted last, or None."""
+        return next(reversed(self._studies.values()), None)
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+class FileStore:
+    """A store in one SQLite file.
+
+    Args:
+        path: made if there is none; its folder must exist.
+        read_only: for a look at what was committed when it was opened, beside a run that goes on as well; the file must
+            exist. It is copied (see ``snapshot``), so nothing in its folder changes.
+
+    Raises:
+        StoreError: the file cannot be opened, is in use by another run, is none of ours, is damaged, or was
+            written by a newer version. Every method may raise it.
+    """
+
+    def __init__(self, path: Path | str, *, read_only: bool = False) -> None:
+        self.path = Path(path)
+        self.read_only = read_only
+        self._check_place()
+        self._held = contextlib.ExitStack()
+        try:
+            with self._told():
+                self._connection = self._held.enter_context(self._connected())
+                self._open()
+                if not read_only:
+                    self._held.enter_context(written_here(self.path))
+        except BaseException:
+            self._held.close()
+            raise
+
+    def find(self, keys: Sequence[str]) -> dict[str, Entry]:
+        """The entries there are under ``keys``."""
+        found: dict[str, Entry] = {}
+        with self._told():
+            for begin in range(0, len(keys), _KEYS_A_QUERY):
+                some = keys[begin : begin + _KEYS_A_QUERY]
+                marks = ",".join("?" * len(some))
+                query = f"SELECT key, state, text, checksum FROM point WHERE key IN ({marks})"
+                for key, state, text, checksum in self._connection.execute(query, some):
+                    self._check_row(checksum, key, state, text)
+                    found[key] = Entry(key, self._state(state), text)
+        return found
+
+    def put(self, entries: Iterable[Entry]) -> None:
+        """Keep all of these or none; an entry under the same key gives way."""
+        rows = [(e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in entries]
+        with self._told(), self._transaction():
+            self._connection.executemany("INSERT OR REPLACE INTO point VALUES (?, ?, ?, ?)", rows)
+
+    def begin(self, key: str, definition: str) -> None:
+        """Note a study: what ``latest`` gives from now on."""
+        row = (key, definition, _checksum(key, definition))
+        with self._told(), self._transaction():
+            self._connection.execute("DELETE FROM study WHERE key = ?", (key,))
+            self._connection.execute("INSERT INTO study (key, definition, checksum) VALUES (?, ?, ?)", row)
+
+    def latest(self) -> str | None:
+        """The definition of the study noted last, or None."""
+        query = "SELECT key, definition, checksum FROM study ORDER BY number DESC LIMIT 1"
+        with self._told():
+            row = self._connection.execute(query).fetchone()
+        if row is None:
+            return None
+        key, definition, checksum = row
+        self._check_row(checksum, key, definition)
+        return str(definition)
+
+    def close(self) -> None:
+        """Let go of the file, and leave it as a single one."""
+        with contextlib.suppress(sqlite3.Error):
+            if not self.read_only:
+                # Out of write-ahead logging: a reader then needs no more than the file, not even a writable
+                # folder.
+                self._connection.execute("PRAGMA journal_mode = DELETE")
+        # The connection first: closing what ``written_here`` kept would drop its locks.
+        self._connection.close()
+        self._held.close()
+
+    def __enter__(self) -> FileStore:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _check_place(self) -> None:
+        if self.path.is_dir():
+            raise StoreError("is a folder, not a file", str(self.path), "give the name of a file")
+        if self.read_only and not self.path.exists():
+            raise StoreError("no such file", str(self.path), "hwsw explore makes one")
+        if self.path.exists() and not self.path.is_file():
+            # A FIFO or a device would keep SQLite waiting, or give it what is no database.
+            raise StoreError("is not a regular file", str(self.path), "give the name of a file")
+        if not self.path.parent.is_dir():
+            raise StoreError(f"there is no folder {self.path.parent}", str(self.path), "make it first")
+
+    def _connected(self) -> contextlib.AbstractContextManager[sqlite3.Connection]:
+        if self.read_only:
+            return connected_copy(self.path)
+        uri = f"{self.path.absolute().as_uri()}?mode=rwc"
+        return contextlib.closing(sqlite3.connect(uri, uri=True, timeout=0.5, isolation_level=None))
+
+    def _open(self) -> None:
+        # Before the first access: from then on the file is ours alone, and a second run is told at once.
+        if not self.read_only:
+            self._connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+        application = self._number("application_id")
+        version = self._number("user_version")
+        objects = self._connection.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]
+        if application != _APPLICATION and (objects or application or self.read_only):
+            raise StoreError("is not a file of explored points", str(self.path), _OURS)
+        if application == _APPLICATION and version != SCHEMA:
+            raise StoreError(
+                f"was written in format {version}, and this version reads format {SCHEMA}",
+                str(self.path),
+                "update hwsw-codesign, or give another file name",
+            )
+        if not self.read_only:
+            self._connection.execute("PRAGMA journal_mode = WAL")
+            with self._transaction():
+                if application != _APPLICATION:
+                    for table in _TABLES:
+                        self._connection.execute(table)
+                    self._connection.execute(f"PRAGMA application_id = {_APPLICATION}")
+                    self._connection.execute(f"PRAGMA user_version = {SCHEMA}")
+        tables = {
+            name
+            for (name,) in self._connection.execute("SELECT name FROM sqlite_master WHERE type = 'table'")
+        }
+        if not {"study", "point"} <= tables:
+            raise StoreError("is damaged: its tables are missing", str(self.path), _OURS)
+
+    def _number(self, pragma: str) -> int:
+        return int(self._connection.execute(f"PRAGMA {pragma}").fetchone()[0])
+
+    def _check_row(self, checksum: object, *texts: object) -> None:
+        if not all(isinstance(text, str) for text in texts) or checksum != _checksum(*map(str, texts)):
+            raise StoreError("is damaged: a row does not match its checksum", str(self.path), _OURS)
+
+    def _state(self, word: str) -> State:
+        try:
+            return State(word)
+        except ValueError:
+            text = f"holds a point in state {word!r:.40}, which is none of {', '.join(State)}"
+            raise StoreError(text, str(self.path), _OURS) from None
+
+    @contextlib.contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._connection.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            self._connection.rollback()
+            raise
+        self._connection.commit()
+
+    @contextlib.contextmanager
+    def _told(self) -> Iterator[None]:
+        """What SQLite says, in the user's words."""
+        try:
+            yield
+        except sqlite3.Error as fault:
+            what, hint = _explained(fault)
+            raise StoreError(what, str(self.path), hint) from fault
+        except UnsteadyError as fault:
+            raise StoreError(str(fault), str(self.path), "try again when less is written to it") from fault
+        except OSError as fault:
+            what = f"cannot be read through a copy in {gettempdir()}: {fault.strerror or fault}"
+            raise StoreError(
+                what, str(self.path), "make it readable, and room for the copy: see TMPDIR"
+            ) from fault
+        except UnicodeError as fault:
+            raise StoreError("is damaged: a text in it is none", str(self.path), _OURS) from fault
+
+
+def _explained(fault: sqlite3.Error) -> tuple[str, str]:
+    code = getattr(fault, "sqlite_errorcode", 0) & 0xFF
+    said = {
+        sqlite3.SQLITE_BUSY: ("is in use by another run", "wait for it to end, or give another file name"),
+        sqlite3.SQLITE_READONLY: ("cannot be written", "give a file name where you may write"),
+        sqlite3.SQLITE_CANTOPEN: ("cannot be opened", "give a file name where you may write"),
+        sqlite3.SQLITE_PERM: ("cannot be opened", "give a file name where you may write"),
+        sqlite3.SQLITE_FULL: (
+            "cannot be written: the disk is full",
+            "make room and run again: it goes on from there",
+        ),
+        sqlite3.SQLITE_NOTADB: ("is not a file of explored points", _OURS),
+        sqlite3.SQLITE_CORRUPT: ("is damaged", _OURS),
+    }
+    return said.get(code, (f"cannot be used: {fault}", _OURS))
+
+
+def _checksum(*texts: str) -> int:
+    return zlib.crc32("\0".join(texts).encode("utf-8", "surrogatepass"))

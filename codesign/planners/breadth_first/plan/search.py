@@ -1,0 +1,121 @@
+"""Breadth-first search on a grid, exactly as the state machine of Vacariu et al. (2008) runs it.
+
+A cell is marked as visited when it is pushed, so it enters the queue once; the search ends when the goal is popped,
+not when it is discovered. Neighbours are looked at north, south, west, east: that order decides which of several
+shortest paths is found, and how many cells are popped before the goal.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.breadth_first.plan.reference import Cell
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The outcome of a search.
+
+    Attributes:
+        start: the cell it began at.
+        goal: the goal that was popped; None where none can be reached.
+        path: int32 n × 2, (row, column) from start to goal; 0 × 2 where there is none.
+        pushed: int32, row × columns + column of every cell that entered the queue, in order.
+        popped_cells: how many of them left the queue, the goal included: the paper's nodes that were executed.
+        queue_depth: the most cells that waited in the queue at once.
+        directions: int8 rows × columns, on which side (0..3 = north, south, west, east) of a cell lies the one that
+            discovered it; -1 at the start and where the search did not come.
+    """
+
+    start: Cell
+    goal: Cell | None
+    path: NDArray[np.int32]
+    pushed: NDArray[np.int32]
+    popped_cells: int
+    queue_depth: int
+    directions: NDArray[np.int8]
+
+    @property
+    def reached(self) -> bool:
+        """Whether a goal was popped."""
+        return self.goal is not None
+
+    @cached_property
+    def order(self) -> NDArray[np.int32]:
+        """Int32 popped × 2: (row, column) of the popped cells, in the order of popping."""
+        cells = np.divmod(self.pushed[: self.popped_cells], np.int32(self.directions.shape[1]))
+        return np.stack(cells, axis=1)
+
+    @property
+    def pushed_cells(self) -> int:
+        """Cells that entered the queue."""
+        return len(self.pushed)
+
+    @property
+    def path_steps(self) -> int | None:
+        """Steps of the path, which no way on the grid undercuts; None where there is none."""
+        return len(self.path) - 1 if self.reached else None
+
+    @property
+    def spreading(self) -> int:
+        """Cells that entered the queue and are not on the path (section 2.2)."""
+        return self.pushed_cells - len(self.path)
+
+
+def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> Search:
+    """Search from ``start`` until ``goal`` is popped. Linear in the cells of the map.
+
+    Args:
+        free: bool, rows × columns; outside of the map is obstacle.
+        start, goal: (row, column) of free cells.
+
+    A goal that cannot be reached is an answer, "No solution" in the paper: ``reached`` is False, the path empty.
+
+    Raises:
+        MapError: the map cannot be used, or start or goal lies outside of it or on an obstacle.
+
+    >>> free = np.array([[True, True, True], [True, False, True]])
+    >>> found = search(free, (1, 0), (1, 2))
+    >>> found.path.tolist(), found.popped_cells, found.spreading
+    ([[1, 0], [0, 0], [0, 1], [0, 2], [1, 2]], 5, 0)
+    """
+    return search_nearest(free, start, [goal])
+
+
+def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) -> Search:
+    """``search`` for the first of several goals to be popped, which is one of the nearest.
+
+    Raises:
+        MapError: see ``search``; also where there is no goal.
+    """
+    from codesign.maps.grid import as_free
+    from codesign.maps.reach import check_cells
+    from codesign.planners.breadth_first.plan import kernels
+
+    free = as_free(free, "free")
+    origin = check_cells(free, [start], name="start", where="start")[0]
+    ends = check_cells(free, goals, where="goal")
+    rows, columns = free.shape
+    stride = columns + 2
+    cells = np.zeros((rows + 2, stride), np.uint8)
+    cells[1:-1, 1:-1] = free
+    cells[ends[:, 0] + 1, ends[:, 1] + 1] = kernels.GOAL
+    first = operator.index((origin[0] + 1) * stride + origin[1] + 1)
+    queue, pushed, popped, depth, directions, goal = kernels.trail(cells.ravel(), first, stride)
+    path = kernels.mark_path(directions, goal, stride) if goal >= 0 else queue[:0]
+    way = np.stack(np.divmod(path, np.int32(stride)), axis=1) - np.int32(1)
+    return Search(
+        start=(int(origin[0]), int(origin[1])),
+        goal=(int(way[-1, 0]), int(way[-1, 1])) if len(way) else None,
+        path=way,
+        pushed=kernels.without_ring(queue[:pushed], stride),
+        popped_cells=int(popped),
+        queue_depth=int(depth),
+        directions=directions.reshape(rows + 2, stride)[1:-1, 1:-1].copy(),
+    )

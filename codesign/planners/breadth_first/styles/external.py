@@ -1,0 +1,146 @@
+"""The state machine beside an external memory: what moves out, which accesses that makes, and the clock that it costs.
+
+Vacariu et al. (2008) print three sentences: the process memory can be "in an external dynamic RAM" (section 3.1.1),
+"for these situations, an external Dynamic RAM memory can used" (3.2), and "the working frequency will obviously be
+smaller" (4). There is no figure; all that follows is assumed, and built so that it errs to the slow side:
+
+- Design and memory share the memory's clock, so the search runs no faster than the memory. Two clocks would keep the
+  faster one and add a crossing to every access.
+- Nothing overlaps: the circuit stands still for each access.
+- A cell and a direction take a byte each, which a memory with byte enables writes without reading it first. Each access
+  is a random one: its latency, and for DRAM a row opened, though neighbours often lie in one row.
+- The queue is read and written in order, so it goes through two buffers of ``BUFFERED`` entries on the chip, which move
+  16 entries as one run; also where the queue is so short that it never leaves the buffers.
+- State Init clears the cells in order: as many cycles as cells, or as the memory takes, whichever is more.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codesign.figures import Figure, Status
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.styles import timing
+from codesign.planners.breadth_first.styles.resources import address_bits
+from codesign.planners.breadth_first.styles.steps import expansions, pushes_of_each_pop
+from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Bound, Lever
+
+BYTE = 8
+BUFFERED = 16
+"""Queue entries of a buffer: what a four-input LUT holds as a shift register."""
+
+CELLS_A_POP = {MemoryPlace.PROCESS_EXTERNAL: 0, MemoryPlace.EXTERNAL: 4}
+"""Cells read outside to expand one: its four neighbours."""
+CELLS_A_PUSH = {MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 2}
+"""The direction, and the cell that is marked."""
+CELLS_A_PATH_CELL = {MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 2}
+"""The direction, and the cell that is marked."""
+
+
+def placed(parameters: SearchParameters, memory: ExternalMemoryLaw | None) -> SearchParameters:
+    """The parameters beside a memory: where they leave all on the chip, the process memory moves out.
+
+    As the paper has it: the input matrix stays in block RAM. ``external`` moves it out too.
+    """
+    if memory is None or parameters.memory is not MemoryPlace.BLOCK_RAM:
+        return parameters
+    return parameters.model_copy(update={"memory": MemoryPlace.PROCESS_EXTERNAL})
+
+
+def entry_bits(problem: Problem) -> int:
+    """Bits of a queue entry outside: an address in whole bytes."""
+    return -(-address_bits(problem.rows, problem.columns) // BYTE) * BYTE
+
+
+def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
+    """Bits of every memory that is outside, by name."""
+    words = 1 << address_bits(problem.rows, problem.columns)
+    found = {
+        "directions": BYTE * words,
+        "queue": entry_bits(problem) * (parameters.queue_words or words),
+    }
+    return {"cells": BYTE * words, **found} if parameters.memory is MemoryPlace.EXTERNAL else found
+
+
+def capacity(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> Bound:
+    """What moves out, against what the memory holds."""
+    outside = contents(problem, parameters)
+    need = sum(outside.values())
+    levers = [Lever(f"{memory.name}.capacity", f"at least {need:,} bits")]
+    if parameters.queue_words is None:
+        levers.append(Lever("search.queue_words", "a circular queue, shorter than the map"))
+    return Bound(
+        name=f"bits of {memory.name}",
+        demand=need,
+        limit=memory.capacity,
+        unit="bits",
+        status=Status.ASSUMED,
+        source=", ".join(f"{name} {bits:,}" for name, bits in outside.items()) + "; a byte a cell",
+        levers=tuple(levers),
+    )
+
+
+def clock_limit(alone: Figure, memory: ExternalMemoryLaw) -> Figure:
+    """The slower of the design's own limit (Hz) and the memory's clock, which the two share."""
+    if alone.value <= memory.hz:
+        return alone
+    return Figure(
+        value=memory.hz,
+        unit="Hz",
+        status=Status.ASSUMED,
+        source=f"one clock for the design and {memory.name}; the paper says 'smaller', without a figure",
+        low=memory.hz,
+        high=alone.interval[1],
+    )
+
+
+def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
+    """Cycles of state Init, and its traffic."""
+    inside = timing.init_cycles(problem.free.size)
+    if parameters.memory is not MemoryPlace.EXTERNAL:
+        return inside, _traffic(0, 0)
+    words = _words(BYTE * problem.free.size, memory)
+    outside = memory.sequential_cycles(words)
+    return max(inside, outside + timing.INIT_CHANGES), _traffic(outside, words)
+
+
+def path(plan: Search, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
+    """Cycles of state Path, and its traffic: one cell after the other, as each direction says where the next one is."""
+    accesses = CELLS_A_PATH_CELL[parameters.memory] * len(plan.path)
+    outside = memory.refreshed(accesses * _cell_cycles(memory))
+    inside = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0)
+    return inside + outside, _traffic(outside, accesses * _words(BYTE, memory))
+
+
+def search(
+    plan: Search, problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw
+) -> Traffic:
+    """Traffic of state BF: one entry an expansion, and one for what lies outside of them.
+
+    The n-th pop moves 16 entries of the queue in if n is a multiple of 16 (from 0), the n-th push 16 out (from 1); the
+    start is the first of both, and the goal the last pop.
+    """
+    expanded = expansions(plan)
+    pushes = pushes_of_each_pop(plan)[:expanded]
+    cells, runs = np.zeros(expanded + 1, np.int64), np.zeros(expanded + 1, np.int64)
+    cells[:-1] = CELLS_A_POP[parameters.memory] + CELLS_A_PUSH[parameters.memory] * pushes
+    runs[:-1] = np.diff(np.cumsum(np.concatenate(([1], pushes))) // BUFFERED)
+    runs[: plan.popped_cells : BUFFERED] += 1
+    words = _words(BUFFERED * entry_bits(problem), memory)
+    cycles = _cell_cycles(memory) * cells + memory.run_cycles(words) * runs
+    return Traffic(memory.refreshed_units(cycles), _words(BYTE, memory) * cells + words * runs)
+
+
+def _traffic(cycles: int, words: int) -> Traffic:
+    return Traffic(np.array([cycles], np.int64), np.array([words], np.int64))
+
+
+def _cell_cycles(memory: ExternalMemoryLaw) -> int:
+    return memory.run_cycles(_words(BYTE, memory))
+
+
+def _words(bits: int, memory: ExternalMemoryLaw) -> int:
+    return -(-bits // memory.width)

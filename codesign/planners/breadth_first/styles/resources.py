@@ -1,0 +1,241 @@
+"""What the state machine takes of a part: memories, logic, display; and what would mend a shortage.
+
+Three memories, addressed by row and column side by side (100 × 100 cells: 7 + 7 bits, 16,384 words): the cells (2
+bits: obstacle, visited), the directions (2 bits) and the queue (an address each). Own RTL needs 3 block RAMs for 30 ×
+30 cells and 18 for 100 × 100, which this gives exactly. Logic grows with the address: 202 to 216 LUT at 10 bits and
+268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
+"""
+
+from __future__ import annotations
+
+from codesign.figures import Status
+from codesign.planners.breadth_first import published
+from codesign.planners.breadth_first.plan.parameters import Display, MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.styles import timing
+from codesign.planners.external_memory import ExternalMemoryLaw
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Bound, Item, Lever
+from codesign.spec.part import Part
+
+CELL_BITS = 2
+DIRECTION_BITS = 2
+
+LUT4_AT_10_BITS = (202 + 216) / 2
+LUT4_AT_14_BITS = (268 + 274) / 2
+LUT4_A_BIT = (LUT4_AT_14_BITS - LUT4_AT_10_BITS) / 4
+FLIP_FLOPS_A_BIT = (99 + 111) / 2 / 14
+"""Flip-flops of an address bit; in proportion, as they were counted at one size only."""
+
+DISPLAY_LUT4, DISPLAY_FLIP_FLOPS = 90, 45
+"""Two counters of 11 and 10 bits, their comparisons, the address and the colour. Assumed."""
+CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS = 600, 600
+"""The controller of an external dynamic RAM. Assumed."""
+SRAM_LUT4 = 60
+"""Of an external static RAM, beside a flip-flop for each of its pins: it needs a counter and no refreshing. Assumed."""
+BUFFERS = 2
+"""Of the queue outside, before it and behind it; a LUT holds 16 entries' bit. Assumed."""
+SLICE_PACKING = 1.13
+"""Slices over half of the LUT, in a part that is far from full. Assumed."""
+
+PORTS = 2
+
+
+def address_bits(rows: int, columns: int) -> int:
+    """Bits of a cell's address, row and column side by side.
+
+    >>> address_bits(30, 30), address_bits(100, 100), address_bits(1000, 1000)
+    (10, 14, 20)
+    """
+    return max(1, (rows - 1).bit_length()) + max(1, (columns - 1).bit_length())
+
+
+def block_rams(words: int, width: int, part: Part) -> int:
+    """The fewest block RAMs of a part that hold ``words`` of ``width`` bits."""
+    return min(-(-words // depth) * -(-width // wide) for depth, wide in part.block_ram_shapes)
+
+
+def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str, tuple[int, int]]:
+    """(words, bits a word) of every memory that is on the chip."""
+    bits = address_bits(rows, columns)
+    words = 1 << bits
+    found = {}
+    if parameters.memory is not MemoryPlace.EXTERNAL:
+        found["cells"] = words, CELL_BITS
+    if parameters.display is Display.COPY:
+        found["copy for the display"] = words, CELL_BITS
+    if parameters.memory is MemoryPlace.BLOCK_RAM:
+        found["directions"] = words, DIRECTION_BITS
+        found["queue"] = parameters.queue_words or words, bits
+    return found
+
+
+def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
+    """LUT and flip-flops of the controller of an external memory; None: of a dynamic RAM not told of."""
+    if external is None or external.technology == "dram":
+        return CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS
+    return SRAM_LUT4, 2 * external.width + external.words.bit_length()
+
+
+def items(
+    problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
+) -> tuple[Item, ...]:
+    """The demand of a design, item by item."""
+    bits = address_bits(problem.rows, problem.columns)
+    logic = [
+        (
+            "state machine",
+            round(LUT4_AT_14_BITS + LUT4_A_BIT * (bits - 14)),
+            round(FLIP_FLOPS_A_BIT * bits),
+            Status.CALIBRATED,
+            "own RTL, Yosys: 202 to 216 LUT at 10 address bits, 268 to 274 LUT and 99 to 111 flip-flops at 14",
+        )
+    ]
+    if parameters.display is not Display.NONE:
+        logic.append(
+            ("display", DISPLAY_LUT4, DISPLAY_FLIP_FLOPS, Status.ASSUMED, "two counters, comparisons")
+        )
+    if parameters.memory is not MemoryPlace.BLOCK_RAM:
+        logic.append(
+            (
+                "memory controller",
+                *controller(external),
+                Status.ASSUMED,
+                f"the order of a controller of {external.technology if external else 'dram'}; the paper has none",
+            )
+        )
+        if external is not None:
+            buffers = BUFFERS * bits
+            logic.append(("queue buffers", buffers, buffers, Status.ASSUMED, "two of 16 entries, in LUT"))
+    found = []
+    for name, lut4, flip_flops, status, source in logic:
+        slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
+        packed = f"{SLICE_PACKING} × half of the LUT or flip-flops"
+        found += [
+            Item(name, "slices", slices, Status.ASSUMED, packed),
+            Item(name, "lut4", lut4, status, source),
+            Item(name, "flip_flops", flip_flops, status, source),
+        ]
+    for name, (words, width) in memories(problem.rows, problem.columns, parameters).items():
+        law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
+        found.append(Item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
+    return tuple(found)
+
+
+def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part: Part) -> int:
+    """Block RAMs of a design."""
+    return sum(block_rams(*memory, part) for memory in memories(rows, columns, parameters).values())
+
+
+def largest_side(parameters: SearchParameters, part: Part) -> int:
+    """Side of the largest square map whose memories the part's block RAMs hold; 0: not even one cell."""
+    side = 0
+    for bits in range(1, 13):
+        if block_ram_total(1 << bits, 1 << bits, parameters, part) <= part.resources["block_rams"].value:
+            side = 1 << bits
+    return side
+
+
+def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
+    """What would mend a lack of block RAMs; each with the figure that it comes to."""
+    budget = int(part.resources["block_rams"].value)
+    shape = problem.rows, problem.columns
+    need = block_ram_total(*shape, parameters, part)
+    if need <= budget:
+        return {}
+    found = []
+    dropped = {} if parameters.display is Display.NONE else {"display": Display.NONE}
+    for changes in (
+        dropped if parameters.display is Display.COPY else {},
+        {"memory": MemoryPlace.PROCESS_EXTERNAL},
+        {"memory": MemoryPlace.EXTERNAL, **dropped},
+    ):
+        changed = parameters.model_copy(update=changes)
+        total = block_ram_total(*shape, changed, part)
+        if total < need:
+            (name, value), *others = changes.items()
+            also = "".join(f", with {other} {word}" for other, word in others)
+            text = "" if total <= budget else ", still too many"
+            found.append(Lever(f"search.{name}", f"{value}{also}: {total:,} block RAMs{text}"))
+    queue = _largest_queue(shape, parameters, part, budget)
+    if queue:
+        found.append(
+            Lever("search.queue_words", f"at most {queue:,} words fit; a search that needs more is refused")
+        )
+    side = largest_side(parameters, part)
+    found.append(Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters"))
+    found.append(Lever("part", f"take one with at least {need:,} block RAMs"))
+    return {"block_rams": tuple(found)}
+
+
+def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: Part, budget: int) -> int:
+    """Words of the largest circular queue, a power of two, that fits beside the other memories; 0: none."""
+    if parameters.memory is not MemoryPlace.BLOCK_RAM:
+        return 0
+    for bits in range(address_bits(*shape) - 1, 3, -1):
+        changed = parameters.model_copy(update={"queue_words": 1 << bits})
+        if block_ram_total(*shape, changed, part) <= budget:
+            return 1 << bits
+    return 0
+
+
+def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | None) -> tuple[Bound, ...]:
+    """Ports of the cells' memory, words of the queue, pixels of the display.
+
+    ``queue_depth``: what the search of this problem needs, where the queue is shorter than the map.
+    """
+    found = []
+    if parameters.memory is not MemoryPlace.EXTERNAL or parameters.display is Display.SHARED:
+        found.append(_ports(parameters))
+    if parameters.queue_words is not None and queue_depth is not None:
+        enough = 1 << max(0, queue_depth - 1).bit_length()
+        found.append(
+            Bound(
+                "words of the queue",
+                queue_depth,
+                parameters.queue_words,
+                "cells",
+                Status.MEASURED,
+                "the search of this problem, exact",
+                (
+                    Lever(
+                        "search.queue_words", f"at least {queue_depth:,}; {enough:,} is the next power of two"
+                    ),
+                ),
+            )
+        )
+    if parameters.display is not Display.NONE:
+        pixels = f"{published.PAPER}, section 3.2: map and directions side by side on 800×600 pixels"
+        advice = (Lever("search.display", "none: the map is larger than the screen"),)
+        for name, demand, limit in (
+            ("rows on the screen", problem.rows, published.DISPLAY_ROWS),
+            ("columns on the screen", problem.columns, published.DISPLAY_COLUMNS // 2),
+        ):
+            found.append(Bound(name, demand, limit, "cells", Status.PUBLISHED, pixels, advice))
+    return tuple(found)
+
+
+def _ports(parameters: SearchParameters) -> Bound:
+    on_chip = parameters.memory is not MemoryPlace.EXTERNAL
+    search = timing.SEARCH_ADDRESSES[parameters.micro_architecture] if on_chip else 0
+    levers = [Lever("search.display", "copy: the display reads a copy of its own; none: it is left out")]
+    if not on_chip:
+        levers.append(Lever("search.memory", "process_external: the cells stay on the chip"))
+    elif search == PORTS:
+        levers.append(
+            Lever("search.micro_architecture", "two_cycles or three_cycles: the search takes one port")
+        )
+        levers.append(
+            Lever(
+                "search.display", "none, and a display of the platform beside the FPGA: it stalls the search"
+            )
+        )
+    return Bound(
+        name="ports of the cells' block RAM",
+        demand=search + (parameters.display is Display.SHARED),
+        limit=PORTS if on_chip else 0,
+        unit="addresses a cycle",
+        status=Status.MEASURED,
+        source="dual-port block RAM: pipelined, the search reads one neighbour while it marks another; external cells"
+        " leave none to the display",
+        levers=tuple(levers),
+    )

@@ -1,0 +1,102 @@
+"""Styles ``software`` and ``software_java``: the search on a processor.
+
+A cycle of a step stands for one unit of a kernel, one popped cell with its four neighbours, which the platform gives a
+cost. ``software`` is a compiled search over arrays, kernel ``breadth_first_cell``. ``software_java`` is the program of
+Vacariu et al. (2008), section 2.2, kernel ``breadth_first_java_cell``, with the wall that it ran into.
+
+The wall: the program ran on 100 × 100 cells, and at 200 × 200 "required more virtual memory than the operating system
+could give"; at 1000 × 1000 memory is "insufficient even to hold the map data". Its bytes a cell are not published. In a
+heap of 64 MB, the default of Java machines of its day (from memory, so assumed), the two sizes bound them: more than
+1,677 bytes a cell, at most 6,710. We take the geometric mean.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+
+from codesign.figures import Status
+from codesign.memo import Memo
+from codesign.planners.breadth_first import published
+from codesign.planners.breadth_first.plan.parameters import SearchParameters
+from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step, steps
+from codesign.planners.host import HostStyle
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Bound, Demand, Lever, Step
+from codesign.spec.part import Part
+
+JAVA_HEAP = 64 * 2**20
+"""Bytes. Assumed."""
+LARGEST_CELLS_RUN = 100 * 100
+SMALLEST_CELLS_REFUSED = published.MEMORY_WALL_SIDE**2
+JAVA_BYTES_A_CELL_LOW = JAVA_HEAP / SMALLEST_CELLS_REFUSED
+JAVA_BYTES_A_CELL_HIGH = JAVA_HEAP / LARGEST_CELLS_RUN
+JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
+"""About 3,355: between what 200 × 200 asks for and what 100 × 100 allows."""
+
+
+def heap_bound(cells: int) -> Bound:
+    """Bytes that the Java program wants for a map, against its heap."""
+    side = math.isqrt(int(JAVA_HEAP / JAVA_BYTES_A_CELL))
+    return Bound(
+        name="heap of the Java program",
+        demand=cells * JAVA_BYTES_A_CELL,
+        limit=JAVA_HEAP,
+        unit="bytes",
+        status=Status.ASSUMED,
+        source=f"{published.PAPER}, section 2.2: ran at 100 × 100, not at 200 × 200; {JAVA_BYTES_A_CELL_LOW:,.0f} to"
+        f" {JAVA_BYTES_A_CELL_HIGH:,.0f} bytes a cell in 64 MB",
+        levers=(
+            Lever("problem.map", f"at most about {side} × {side} cells"),
+            Lever("search.style", "software (arrays), or state_machine on an FPGA"),
+        ),
+    )
+
+
+class Software(HostStyle):
+    """One popped cell after the other."""
+
+    planner = "breadth_first"
+    description = "one popped cell after the other"
+
+    def __init__(self, style: str, kernel: str, *, java: bool = False) -> None:
+        self.style = style
+        self.kernel = kernel
+        self._java = java
+
+    def demand(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,  # noqa: ARG002
+        part: Part | None = None,  # noqa: ARG002
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Demand:
+        """No resource of a part; of the Java program, its heap."""
+        return Demand(items=(), bounds=(heap_bound(problem.free.size),) if self._java else ())
+
+    def work(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,  # noqa: ARG002
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Generator[Step, None, Search]:
+        """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost.
+
+        So nothing is saved where the path is tracked elsewhere, and every search begins anew: ``start`` and ``inside``
+        change nothing.
+        """
+        plan = searched(problem, memo)
+        if detail:
+            yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
+        else:
+            yield step(SEARCH, plan.popped_cells)
+        return plan

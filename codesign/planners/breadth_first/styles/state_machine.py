@@ -1,0 +1,185 @@
+"""Style ``state_machine``: Standby, Init, BF, Path on an FPGA (Vacariu et al. 2008, section 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import Figure, Status, weakest
+from codesign.memo import Memo
+from codesign.planners.breadth_first import published
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.styles import external as outside
+from codesign.planners.breadth_first.styles import resources, timing
+from codesign.planners.breadth_first.styles.steps import (
+    INIT,
+    PATH,
+    SEARCH,
+    TRACK,
+    expansions,
+    pushes_of_each_pop,
+    searched,
+    step,
+    steps,
+)
+from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Demand, Memory, Step, StyleBase, is_done
+from codesign.spec.part import Part
+
+SLICES_A_BLOCK_RAM = 16
+"""Slices that a block RAM in use counts as in the dynamic power; 4 to 64 bound it. Assumed: the part's figure for a
+slice is of designs whose power is mostly logic and wires, this one is mostly memory."""
+SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
+
+
+class StateMachine(StyleBase):
+    """The paper's circuit. Its laws are in ``timing`` and ``resources``; beside an external memory, in ``external``.
+
+    ``external`` is the memory that the mapping names. Without it, ``search.external_cycles`` stands for one.
+    """
+
+    planner = "breadth_first"
+    style = "state_machine"
+    description = "one cell after the other by a state machine, its memories in block RAM or outside"
+    component_type = "fpga"
+    kernel = ""
+    supports_external = True
+
+    def demand(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        part: Part,
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+        external: ExternalMemoryLaw | None = None,
+    ) -> Demand:
+        """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.
+
+        With ``external``, without what moves there, and with the bits that this takes. ``inside`` changes nothing: the
+        states were synthesised as one machine, of which nobody knows the share of Path, and the directions, which only
+        Path reads, are what is sent where another component does ``track``.
+        """
+        parameters = outside.placed(parameters, external)
+        depth = searched(problem, None).queue_depth if parameters.queue_words is not None else None
+        return Demand(
+            items=resources.items(problem, parameters, part, external),
+            bounds=(
+                *resources.bounds(problem, parameters, depth),
+                *([outside.capacity(problem, parameters, external)] if external is not None else ()),
+            ),
+            levers=resources.levers(problem, parameters, part),
+        )
+
+    def clock_limit(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        part: Part,
+        *,
+        external: ExternalMemoryLaw | None = None,
+    ) -> Figure:
+        """The paper's 185 MHz, or the limit of the block RAM or the external memory where that is lower, Hz.
+
+        Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
+        assumed to reach it too. At the low end stands the fastest clock that was shown to work.
+        """
+        if external is not None:
+            return outside.clock_limit(self.clock_limit(problem, parameters, part), external)
+        ram = part.block_ram_clock
+        if ram.value < published.CLOCK_LIMIT:
+            return ram
+        known = part.full_name == "XC2VP30-6"
+        return Figure(
+            value=published.CLOCK_LIMIT,
+            unit="Hz",
+            status=Status.PUBLISHED if known else Status.ASSUMED,
+            source=f"{published.PAPER}, section 3.2: synthesis for the XC2VP30-6",
+            low=published.SHOWN_CLOCK,
+            high=published.CLOCK_LIMIT,
+        )
+
+    def memory(self, problem: Problem, parameters: SearchParameters) -> Memory | None:
+        """One bit of the cells in each of their block RAMs; None where the cells are external."""
+        if parameters.memory is MemoryPlace.EXTERNAL:
+            return None
+        words = 1 << resources.address_bits(problem.rows, problem.columns)
+        return Memory(1, {"cells": min(words, 16_384)})
+
+    def work(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,
+        external: ExternalMemoryLaw | None = None,
+    ) -> Generator[Step, None, Search]:
+        """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
+
+        State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
+        of the search alone; a display that reads the same memory is a component of its own.
+        """
+        parameters = outside.placed(parameters, external)
+        addresses = int(parameters.memory is not MemoryPlace.EXTERNAL)
+        cycles, traffic = timing.init_cycles(problem.free.size), None
+        if external is not None:
+            cycles, traffic = outside.init(problem, parameters, external)
+        yield step(INIT, cycles, addresses, traffic)
+        plan = searched(problem, memo)
+        if external is not None:
+            traffic = outside.search(plan, problem, parameters, external)
+        units = self.expansion_cycles(plan, parameters, traffic)
+        searching = timing.SEARCH_ADDRESSES[parameters.micro_architecture] * addresses
+        if detail:
+            yield from steps(SEARCH, units, searching, traffic)
+        else:
+            yield step(SEARCH, int(units.sum()), searching, traffic)
+        if plan.reached and is_done(TRACK, inside):
+            cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
+            if external is not None:
+                cycles, traffic = outside.path(plan, parameters, external)
+            yield step(PATH, cycles, addresses, traffic)
+        return plan
+
+    def expansion_cycles(
+        self, plan: Search, parameters: SearchParameters, traffic: Traffic | None = None
+    ) -> NDArray[np.int64]:
+        """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them.
+
+        ``traffic``: that of an external memory which the mapping names.
+        """
+        place, latency = parameters.memory, parameters.external_cycles
+        each = timing.EXPANSION_CYCLES[parameters.micro_architecture]
+        cycles = np.full(expansions(plan) + 1, each, np.int64)
+        if traffic is not None:
+            cycles[-1] = timing.SEARCH_CHANGES
+            return cycles + traffic.cycles
+        if place is not MemoryPlace.BLOCK_RAM:
+            pushes = pushes_of_each_pop(plan)[: expansions(plan)]
+            cycles[:-1] += latency * (timing.ACCESSES_A_POP[place] + timing.ACCESSES_A_PUSH[place] * pushes)
+        cycles[-1] = timing.ending_cycles(place, latency)
+        return cycles
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static power of the part, and (slices + 16 a block RAM) × clock × the part's power a slice and Hz, W."""
+        rate = part.dynamic_power
+        low, high = rate.interval
+        slices, rams = demand.total("slices"), demand.total("block_rams")
+        dynamic = Figure(
+            value=rate.value * clock * (slices + SLICES_A_BLOCK_RAM * rams),
+            unit="W",
+            status=weakest(Status.ASSUMED, rate.status),
+            source=f"(slices + {SLICES_A_BLOCK_RAM} a block RAM) × clock × {rate.value * 1e12:.3g} µW a slice and MHz"
+            f" ({rate.source}); {SLICES_A_BLOCK_RAM_LOW} to {SLICES_A_BLOCK_RAM_HIGH} a block RAM bound it",
+            low=low * clock * (slices + SLICES_A_BLOCK_RAM_LOW * rams),
+            high=high * clock * (slices + SLICES_A_BLOCK_RAM_HIGH * rams),
+        )
+        return part.static_power, dynamic

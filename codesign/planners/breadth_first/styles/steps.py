@@ -1,0 +1,77 @@
+"""The search as steps of a clock: what the styles of breadth-first search have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.memo import Memo
+from codesign.planners.breadth_first.plan.planner import plan_search
+from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
+from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.external_memory import MemoryStep, Traffic
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Step
+from codesign.records import TaskRecord
+
+INIT, SEARCH, PATH = "init", "bf", "path"
+"""The phases that cycles are booked under, named as the states of the paper; nothing is booked in Standby."""
+
+TRACK = "track"
+"""The task whose phase is ``path``."""
+
+BATCH = 1 << 16
+"""Units of a step, at most: so that a large map is not held twice."""
+
+
+def searched(problem: Problem, memo: Memo | None) -> Search:
+    """The search of a problem, shared through ``memo``."""
+    if memo is None:
+        return plan_search(problem)
+    return memo.get(("breadth-first search", problem.digest), lambda: plan_search(problem))
+
+
+def pushes_of_each_pop(search: Search) -> NDArray[np.int64]:
+    """Int64, one entry a popped cell: the cells that its expansion pushed."""
+    columns = search.directions.shape[1]
+    offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
+    discovered = search.pushed[1:].astype(np.int64)
+    sides = search.directions.ravel()[discovered]
+    assert UNKNOWN not in sides, "every pushed cell but the start was discovered by another"
+    rank = np.zeros(search.directions.size, np.int64)
+    rank[search.pushed] = np.arange(search.pushed_cells)
+    return np.bincount(rank[discovered + offsets[sides]], minlength=search.popped_cells).astype(np.int64)
+
+
+def steps(
+    phase: str, cycles: NDArray[np.int64], ram_addresses: int = 0, traffic: Traffic | None = None
+) -> Iterator[Step]:
+    """Steps of ``phase`` with at most ``BATCH`` units each, every one told as a task.
+
+    ``traffic``: what each unit does to an external memory; its cycles are among ``cycles``.
+    """
+    for first in range(0, len(cycles), BATCH):
+        units = cycles[first : first + BATCH]
+        told = partial(_task, phase, int(units.sum()))
+        if traffic is None:
+            yield Step(phase, units, told, ram_addresses)
+        else:
+            yield MemoryStep(phase, units, told, ram_addresses, traffic=traffic.part(first, first + BATCH))
+
+
+def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | None = None) -> Step:
+    """A phase in one step of one unit; ``traffic``: that of its parts together."""
+    (only,) = steps(phase, np.array([cycles], np.int64), ram_addresses, traffic.total if traffic else None)
+    return only
+
+
+def _task(phase: str, cycles: int, begin: int, end: int, source: str) -> TaskRecord:
+    return TaskRecord(begin, source, phase, end, cycles)
+
+
+def expansions(search: Search) -> int:
+    """Cells whose neighbours were looked at: all that were popped but the goal."""
+    return search.popped_cells - search.reached

@@ -1,0 +1,93 @@
+"""The marking of the path placed by itself: state Path on another FPGA, or a loop over directions on a processor."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import Figure, Status
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.styles import resources, timing
+from codesign.planners.breadth_first.styles.state_machine import StateMachine
+from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
+from codesign.planners.host import HostTask
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Demand, Item, Step
+from codesign.spec.part import Part
+
+Way = tuple[NDArray[np.float64], bool]
+
+
+class PathMachine:
+    """State Path alone: c_path cycles a cell, as in the whole machine, with the directions in block RAM."""
+
+    planner = "breadth_first"
+    task = TRACK
+    style = "state_machine"
+    description = "state Path alone, with the directions in block RAM beside it"
+    component_type = "fpga"
+    kernel = ""
+
+    def demand(self, problem: Problem, parameters: SearchParameters, part: Part) -> Demand:  # noqa: ARG002
+        """The directions; logic of the whole state machine, which is an upper bound."""
+        bits = resources.address_bits(problem.rows, problem.columns)
+        rams = resources.block_rams(1 << bits, resources.DIRECTION_BITS, part)
+        law = f"{1 << bits:,} words of {resources.DIRECTION_BITS} bits"
+        bound = "upper bound: the whole state machine"
+        logic = resources.items(problem, SearchParameters(), part)
+        return Demand(
+            items=(
+                *(
+                    Item("path", item.resource, item.amount, Status.ASSUMED, bound)
+                    for item in logic
+                    if item.name == "state machine"
+                ),
+                Item("directions", "block_rams", rams, Status.MEASURED, law),
+            )
+        )
+
+    def clock_limit(self, problem: Problem, parameters: SearchParameters, part: Part) -> Figure:
+        """As the whole machine's, Hz."""
+        return StateMachine().clock_limit(problem, parameters, part)
+
+    def steps(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,  # noqa: ARG002
+        plan: Search,
+        position: tuple[float, float],
+    ) -> Generator[Step, None, Way]:
+        """State Path; one cycle where the search found none."""
+        cycles = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0) if plan.reached else 1
+        yield step(PATH, cycles, 1)
+        return PLANNER.way(problem, plan, position)
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """As the whole machine's, W."""
+        return StateMachine().power(demand, clock, part)
+
+
+class HostTracking(HostTask):
+    """A unit for each cell of the path: one side is read where a search reads four. An upper bound; assumed."""
+
+    planner = "breadth_first"
+    task = TRACK
+    description = "from the goal back along the directions of discovery"
+    kernel = "breadth_first_cell"
+
+    def outcome(
+        self,
+        problem: Problem,
+        parameters: SearchParameters,  # noqa: ARG002
+        plan: Search,
+        position: tuple[float, float],
+    ) -> tuple[int, Way]:
+        """The way from the position."""
+        return max(1, len(plan.path)), PLANNER.way(problem, plan, position)
+
+
+TASK_STYLES = (PathMachine(), HostTracking())

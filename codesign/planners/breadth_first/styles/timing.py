@@ -1,0 +1,79 @@
+"""Cycles of the state machine.
+
+    cycles = c_init·cells + b·(V - 1) + c_path·(L + 1) + c_0
+
+V popped cells with the goal, L steps of the path, cells = rows × columns. Own RTL follows this exactly: c_init = 1
+(CopyMem clears one cell a cycle), c_path = 2 (MarkPath reads a direction, then marks the cell), and b = 14 where a
+neighbour takes 3 cycles, 9 where it takes 2, 6 where the four are pipelined. The constant of the RTL was not kept;
+c_0 is assumed from the states: see ``CONSTANT``.
+
+Of an external memory every access costs its latency on top: a queue word for each pop, a queue word and a direction
+for each push, a direction for each cell of the path; where the cells are external too, four of them for each pop, one
+to mark each push, one to mark each cell of the path. Init runs through the memory in order, in bursts that are taken to
+hide the latency. All of this is assumed: the paper has no figure.
+"""
+
+from __future__ import annotations
+
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, MicroArchitecture
+
+INIT_CYCLES = 1
+"""c_init: cycles for each cell of the map."""
+PATH_CYCLES = 2
+"""c_path: cycles for each cell of the path."""
+
+EXPANSION_CYCLES = {
+    MicroArchitecture.THREE_CYCLES: 14,
+    MicroArchitecture.TWO_CYCLES: 9,
+    MicroArchitecture.PIPELINED: 6,
+}
+"""b: cycles from one pop to the next."""
+
+SEARCH_ADDRESSES = {
+    MicroArchitecture.THREE_CYCLES: 1,
+    MicroArchitecture.TWO_CYCLES: 1,
+    MicroArchitecture.PIPELINED: 2,
+}
+"""Addresses that the memory of the cells is given in a cycle: pipelined, one neighbour is read while the one before it
+is marked."""
+
+INIT_CHANGES, SEARCH_CHANGES, PATH_CHANGES = 1, 3, 2
+"""Standby to Init; Init to BF, the push of the start and the pop of the goal; BF to Path, and back to Standby."""
+CONSTANT = INIT_CHANGES + SEARCH_CHANGES + PATH_CHANGES
+"""c_0, assumed."""
+
+ACCESSES_A_POP = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 5}
+ACCESSES_A_PUSH = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 2, MemoryPlace.EXTERNAL: 3}
+ACCESSES_A_PATH_CELL = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 2}
+"""Accesses of the external memory."""
+
+
+def init_cycles(cells: int) -> int:
+    """Cycles of state Init."""
+    return INIT_CYCLES * cells + INIT_CHANGES
+
+
+def path_cycles(path_cells: int, place: MemoryPlace, external_cycles: int) -> int:
+    """Cycles of state Path, for the L + 1 cells of a path."""
+    each = PATH_CYCLES + external_cycles * ACCESSES_A_PATH_CELL[place]
+    return each * path_cells + PATH_CHANGES
+
+
+def ending_cycles(place: MemoryPlace, external_cycles: int) -> int:
+    """Cycles of state BF beyond its expansions: the start is pushed, the goal popped (or the queue found empty)."""
+    return SEARCH_CHANGES + (0 if place is MemoryPlace.BLOCK_RAM else 2 * external_cycles)
+
+
+def total_cycles(
+    cells: int,
+    popped: int,
+    path_steps: int,
+    micro_architecture: MicroArchitecture = MicroArchitecture.THREE_CYCLES,
+) -> int:
+    """The law for a search that reaches its goal, all memories on the chip.
+
+    >>> total_cycles(100 * 100, 4075, 300)
+    67644
+    """
+    expansions = EXPANSION_CYCLES[micro_architecture] * (popped - 1)
+    return INIT_CYCLES * cells + expansions + PATH_CYCLES * (path_steps + 1) + CONSTANT

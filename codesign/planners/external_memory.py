@@ -1,0 +1,148 @@
+"""What an external memory costs: cycles of one access, of a run of words, and the share that refreshing takes.
+
+The papers give no figure of one: Vacariu et al. (2008), section 3.1.1, name "an external dynamic RAM" and section 4
+says that "the working frequency will obviously be smaller". So all laws here are assumed; the numbers they are fed with
+stand in the platform, each with its own status.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import InputError
+from codesign.planners.styles import Step
+
+REFRESH_DENOMINATOR = 10_000
+"""The share that refreshing takes is held as a fraction with at most this denominator, so that cycles stay exact."""
+
+
+def _none() -> NDArray[np.int64]:
+    return np.zeros(0, np.int64)
+
+
+@dataclass(frozen=True)
+class Traffic:
+    """What units of work do to an external memory, one entry a unit: int64.
+
+    ``cycles``: in which the memory is at work, and the design waits. ``words``: read and written.
+    """
+
+    cycles: NDArray[np.int64] = field(default_factory=_none)
+    words: NDArray[np.int64] = field(default_factory=_none)
+
+    def part(self, first: int, last: int) -> Traffic:
+        """That of the units ``first`` to ``last`` - 1."""
+        return Traffic(self.cycles[first:last], self.words[first:last])
+
+    @property
+    def total(self) -> Traffic:
+        """That of all units as one."""
+        return Traffic(self.cycles.sum(keepdims=True), self.words.sum(keepdims=True))
+
+
+@dataclass(frozen=True)
+class MemoryStep(Step):
+    """A step whose units use an external memory; the cycles of ``traffic`` are among those of the step."""
+
+    traffic: Traffic = field(default_factory=Traffic)
+
+
+@dataclass(frozen=True)
+class ExternalMemoryLaw:
+    """One memory on the pins of an FPGA, on the clock of its interface.
+
+    - ``technology``: sram or dram. ``hz``: its clock; the design beside it runs no faster.
+    - ``width``: bits a word. ``capacity``: bits.
+    - ``latency_cycles``: from an address to its word, in an open row; one cycle at least is taken.
+    - ``row_words``, ``row_cycles`` (dram): words of a row, and cycles more where another row is opened.
+    - ``refresh_share`` (dram): of the time, in which it serves nobody.
+    - ``burst_words``: the longest run of words that follow each other, one a cycle; None: as long as the row.
+
+    A random access is taken to open a row every time: an upper bound, as neighbours in the map may lie in one row.
+
+    Raises:
+        InputError: a number out of its range.
+    """
+
+    technology: Literal["sram", "dram"]
+    hz: int
+    width: int
+    capacity: int
+    latency_cycles: int
+    row_words: int | None = None
+    row_cycles: int = 0
+    refresh_share: float = 0.0
+    burst_words: int | None = None
+    name: str = "memory"
+
+    def __post_init__(self) -> None:
+        for key, least in (
+            ("hz", 1),
+            ("width", 1),
+            ("capacity", 1),
+            ("latency_cycles", 0),
+            ("row_words", 1),
+            ("row_cycles", 0),
+            ("burst_words", 1),
+        ):
+            value = getattr(self, key)
+            if value is not None and value < least:
+                raise InputError(f"{key} of {value}", f"{self.name}.{key}", f"give at least {least}")
+        if not 0 <= self.refresh_share < 1:
+            what = f"refreshing takes a share of {self.refresh_share}"
+            raise InputError(what, f"{self.name}.refresh_share", "give 0 or more, and less than 1")
+
+    @property
+    def words(self) -> int:
+        """Words that it holds."""
+        return self.capacity // self.width
+
+    @property
+    def access_cycles(self) -> int:
+        """Cycles of one random access, refreshing left aside."""
+        return max(1, self.latency_cycles) + self.row_cycles
+
+    def run_cycles(self, words: int) -> int:
+        """Cycles of ``words`` words in order, refreshing left aside: the latency once a burst, a row miss once a row.
+
+        The run is taken to begin where a row begins.
+        """
+        if words < 1:
+            return 0
+        row = self.row_words or words
+        burst = min(self.burst_words or row, row)
+        rows, rest = divmod(words, row)
+        bursts = rows * -(-row // burst) + -(-rest // burst)
+        return bursts * (max(1, self.latency_cycles) - 1) + words + -(-words // row) * self.row_cycles
+
+    def random_cycles(self, accesses: int) -> int:
+        """Cycles of ``accesses`` accesses to words anywhere, one after the other, with the share of refreshing."""
+        return self.refreshed(accesses * self.access_cycles)
+
+    def sequential_cycles(self, words: int) -> int:
+        """Cycles of ``words`` words in order, with the share of refreshing."""
+        return self.refreshed(self.run_cycles(words))
+
+    def refreshed(self, cycles: int) -> int:
+        """Cycles that ``cycles`` of service last with the refreshing in between: ceil(cycles / (1 - share))."""
+        served = 1 - self._refresh
+        return -(-cycles * served.denominator // served.numerator)
+
+    def refreshed_units(self, cycles: NDArray[np.int64]) -> NDArray[np.int64]:
+        """``refreshed`` of a sequence of units, int64: each as long as it lasts with what refreshing falls into it.
+
+        Rounded over the whole sequence, so the sum is ``refreshed`` of the sum.
+        """
+        served = 1 - self._refresh
+        ends = np.cumsum(cycles, dtype=np.int64)
+        ends = -(-ends * served.denominator // served.numerator)
+        return np.diff(ends, prepend=np.int64(0))
+
+    @property
+    def _refresh(self) -> Fraction:
+        return Fraction(self.refresh_share).limit_denominator(REFRESH_DENOMINATOR)

@@ -1,0 +1,284 @@
+"""Figures 3 to 6 of Girau et al. (2008) drawn again from generated maps.
+
+The environments of the paper's Figure 2 are not published as data: an empty room, rooms with doors, a maze
+and a spiral stand for them. The shape of a curve can be held against the paper's words, its numbers
+cannot.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from statistics import fmean, median, pstdev
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign import maps
+from codesign.figures import Status
+from codesign.planners.harmonic.plan import Relaxation, relax
+from codesign.planners.reproduction import Plot, Progress, Row, Series, Use, row
+
+STABILISATION_PRECISION = 128
+"""Bits at which Figure 4 counts iterations; the paper does not say."""
+
+LABYRINTH_SIDE = 60
+LABYRINTH_SEEDS = (1, 2, 3)
+LABYRINTH_PRECISION = 48
+BLOCKS_A_SIDE = (1, 2, 3, 4, 5, 6)
+CONSECUTIVE = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256)
+WHOLE_MAP_ITERATIONS = 1 << 20
+STILL_ITERATIONS = 12
+"""I of Figure 6; the paper does not say."""
+BINS = 40
+
+
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """One environment at one magnification, with its goal in the top left corner."""
+
+    name: str
+    free: NDArray[np.bool_]
+    goal: tuple[int, int]
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of the grid, obstacles counted, as in the paper."""
+        return self.free.size
+
+    @property
+    def farthest(self) -> int:
+        """The paper's L: the largest distance to the goal, in steps."""
+        return int(maps.distance_steps(self.free, [self.goal]).max())
+
+
+def environments(magnification: int) -> tuple[Environment, ...]:
+    """The four environments with every cell made ``magnification`` × ``magnification`` cells."""
+    bases = {
+        "empty": maps.empty(12, 12),
+        "rooms": maps.rooms(17, 17, room=(5, 5), door=1, seed=3),
+        "maze": maps.maze(13, 13, seed=5),
+        "spiral": maps.spiral(9, 9),
+    }
+    cell = np.ones((magnification, magnification), np.bool_)
+    return tuple(
+        Environment(name, free, _corner(free))
+        for name, free in ((name, np.kron(grid.free, cell)) for name, grid in bases.items())
+    )
+
+
+def _corner(free: NDArray[np.bool_]) -> tuple[int, int]:
+    goal = maps.nearest_free(free, (0, 0))
+    assert goal is not None, "every environment has free cells"
+    return goal
+
+
+@cache
+def labyrinth(seed: int) -> Environment:
+    """A labyrinth for Figures 5 and 6: 60 × 60 parts into 1 to 6 blocks a side without remainder."""
+    free = maps.maze(LABYRINTH_SIDE, LABYRINTH_SIDE, corridor=4, wall=1, seed=seed).free
+    return Environment("labyrinth", free, _corner(free))
+
+
+def _relaxed(
+    place: Environment, precision: int, side: int, iterations: int, termination: str, visits: bool = False
+) -> Relaxation:
+    """The labyrinth or an environment in ``side`` × ``side`` blocks, at one precision from zero."""
+    rows, columns = (-(-length // side) for length in place.free.shape)
+    return relax(
+        place.free,
+        [place.goal],
+        block=(rows, columns),
+        iterations=iterations,
+        schedule=[precision],
+        termination=termination,
+        record_visits=visits,
+    )
+
+
+def slope(x: Sequence[float], y: Sequence[float]) -> float:
+    """Slope of the least-squares line."""
+    mean_x, mean_y = fmean(x), fmean(y)
+    above = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True))
+    return above / sum((a - mean_x) ** 2 for a in x)
+
+
+def figure_3(magnifications: Sequence[int], progress: Progress | None) -> Plot:
+    """Bits required against the largest distance to the goal, each environment magnified."""
+    from codesign.planners.harmonic.plan.precision import required_precision
+
+    points: dict[str, list[tuple[int, int]]] = {}
+    for magnification in magnifications:
+        if progress is not None:
+            progress(f"Figure 3: required precision at magnification {magnification}")
+        for place in environments(magnification):
+            bits = required_precision(place.free, [place.goal]).least
+            if bits is not None:
+                points.setdefault(place.name, []).append((place.farthest, bits))
+    return Plot(
+        name="figure-3",
+        title="Figure 3: bits required, environments magnified",
+        published='"the number of bits grows slightly slower than O(log(L))"',
+        x_label="largest distance L to the goal, steps",
+        y_label="required precision, bits",
+        series=_series(points),
+        x_scale="log",
+    )
+
+
+def figure_4(magnifications: Sequence[int], progress: Progress | None) -> Plot:
+    """Synchronous iterations until no bit changes against nodes, each environment magnified."""
+    points: dict[str, list[tuple[int, int]]] = {}
+    for magnification in magnifications:
+        if progress is not None:
+            progress(f"Figure 4: iterations to stabilise at magnification {magnification}")
+        for place in environments(magnification):
+            result = _relaxed(place, STABILISATION_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound")
+            points.setdefault(place.name, []).append((place.nodes, result.total_iterations))
+    return Plot(
+        name="figure-4",
+        title=f"Figure 4: iterations until stable, p = {STABILISATION_PRECISION}",
+        published='"the number of required iterations linearly depends on the number of nodes"',
+        x_label="nodes",
+        y_label="iterations",
+        series=_series(points),
+        x_scale="log",
+        y_scale="log",
+    )
+
+
+def _series(points: dict[str, list[tuple[int, int]]]) -> tuple[Series, ...]:
+    return tuple(
+        Series(name, tuple(float(x) for x, _ in pairs), tuple(float(y) for _, y in pairs))
+        for name, pairs in points.items()
+    )
+
+
+@dataclass(frozen=True)
+class StillBlocks:
+    """Figure 5, from runs that end when no bit changes any more, and how the published termination did on the same.
+
+    ``runs``: how many. ``wrong``: how many of them end with wrong bits under the published termination.
+    """
+
+    plot: Plot
+    runs: int
+    wrong: int
+
+
+def figure_5(
+    sides: Sequence[int], consecutive: Sequence[int], seeds: Sequence[int], progress: Progress | None
+) -> StillBlocks:
+    """Iterations of the synchronous run over those of the block-synchronous one, mean over labyrinths."""
+    places = [labyrinth(seed) for seed in seeds]
+    whole = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
+    series = []
+    runs = wrong = 0
+    for side in sides:
+        if progress is not None:
+            progress(f"Figure 5: {side} × {side} blocks")
+        ratios = []
+        for iterations in consecutive:
+            gains = []
+            for place, at_once in zip(places, whole, strict=True):
+                sound = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "sound")
+                gains.append(at_once.total_iterations * side**2 / sound.total_iterations)
+                hasty = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "published")
+                runs += 1
+                wrong += hasty.field != at_once.field
+            ratios.append(fmean(gains))
+        series.append(Series(f"k={side}", tuple(float(i) for i in consecutive), tuple(ratios)))
+    plot = Plot(
+        name="figure-5",
+        title="Figure 5: synchronous over block-synchronous iterations, labyrinths",
+        published='"speed-up ... provided that I is not too large"; "greater when the block size is larger"',
+        x_label="most consecutive iterations I",
+        y_label="ratio of iterations",
+        series=tuple(series),
+        x_scale="log",
+    )
+    return StillBlocks(plot, runs, wrong)
+
+
+def figure_6(sides: Sequence[int], progress: Progress | None) -> Plot:
+    """Mean iterations of a visit over I, sweep by sweep until convergence."""
+    place = labyrinth(LABYRINTH_SEEDS[0])
+    series = []
+    for side in sides:
+        if progress is not None:
+            progress(f"Figure 6: {side} × {side} blocks")
+        result = _relaxed(place, LABYRINTH_PRECISION, side, STILL_ITERATIONS, "published", visits=True)
+        assert result.visits is not None
+        shares = result.visits.iterations.reshape(-1, side**2).mean(axis=1) / STILL_ITERATIONS
+        bins = [float(part.mean()) for part in np.array_split(shares, min(BINS, shares.size))]
+        x = tuple((index + 0.5) / len(bins) for index in range(len(bins)))
+        series.append(Series(f"k={side}", x, tuple(bins)))
+    return Plot(
+        name="figure-6",
+        title=f"Figure 6: mean iterations of a visit over I = {STILL_ITERATIONS}, labyrinth",
+        published='"rapidly reaches a constant value until convergence"; larger for smaller blocks',
+        x_label="share of the sweeps until convergence",
+        y_label="mean iterations of a visit / I",
+        series=tuple(series),
+    )
+
+
+def bits_a_doubling(curve: Series) -> tuple[float, float]:
+    """Bits that a doubling of L adds, over the first half of the curve and over the last.
+
+    Equal for growth with log L; the last is the smaller for slower growth.
+    """
+    middle = len(curve.x) // 2
+    logs = [math.log2(x) for x in curve.x]
+    return slope(logs[: middle + 1], curve.y[: middle + 1]), slope(logs[middle:], curve.y[middle:])
+
+
+def node_power(curve: Series) -> float:
+    """Exponent of iterations against nodes over the last half of the curve: 1 is linear."""
+    middle = len(curve.x) // 2
+    return slope([math.log(x) for x in curve.x[middle:]], [math.log(y) for y in curve.y[middle:]])
+
+
+def settled_spread(series: Series) -> float:
+    """Spread of the curve over its middle (a tenth to nine tenths), relative to its mean there."""
+    middle = series.y[len(series.y) // 10 : -(len(series.y) // 10) or None]
+    return pstdev(middle) / fmean(middle)
+
+
+def plateau(series: Series) -> tuple[float, float]:
+    """From where to where, in shares of the run, the curve is within a tenth of its median."""
+    middle = median(series.y)
+    within = [index for index, y in enumerate(series.y) if abs(y - middle) <= middle / 10]
+    return within[0] / len(series.y), (within[-1] + 1) / len(series.y)
+
+
+def figure_rows(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Row, ...]:
+    """What each figure shows, as a number where the words of the paper allow one."""
+    own = partial(row, status=Status.MEASURED, source="own environments, exact relaxation", use=Use.HELD_OUT)
+    rows = []
+    for curve in bits.series:
+        first, last = bits_a_doubling(curve)
+        quantity = f"bits a doubling of L, last half over first, {curve.name}"
+        note = f"{last:.1f} over {first:.1f}; {curve.y[0]:.0f} to {curve.y[-1]:.0f} bits"
+        rows.append(own("Figure 3", quantity, "a bit below 1", last / first, note=note))
+    for curve in iterations.series:
+        quantity = f"exponent of iterations against nodes, {curve.name}"
+        note = f"{curve.y[0]:.0f} to {curve.y[-1]:.0f} for {curve.x[0]:.0f} to {curve.x[-1]:.0f} nodes"
+        rows.append(own("Figure 4", quantity, 1, node_power(curve), note=note))
+    for curve in partitioned(still):
+        best = max(curve.y)
+        note = f"at I = {curve.x[curve.y.index(best)]:.0f}; {curve.y[-1]:.2f} at I = {curve.x[-1]:.0f}"
+        rows.append(own("Figure 5", f"largest ratio of iterations, {curve.name}", "> 1", best, note=note))
+    for curve in shares.series:
+        quantity = f"spread of Î/I in the middle of the run, {curve.name}"
+        begin, end = plateau(curve)
+        note = f"mean Î/I {fmean(curve.y):.2f}; near its median from {begin:.0%} to {end:.0%} of the run"
+        rows.append(own("Figure 6", quantity, "constant soon", settled_spread(curve), note=note))
+    return tuple(rows)
+
+
+def partitioned(still: StillBlocks) -> list[Series]:
+    """The curves of Figure 5 with more than one block."""
+    return [curve for curve in still.plot.series if curve.name != "k=1"]

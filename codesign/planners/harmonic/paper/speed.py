@@ -1,0 +1,197 @@
+"""Speed of Girau et al. (2008), section 5.4: a maze of 9,500 nodes in 4 blocks, p = 255, I = 6, on own mazes.
+
+The paper's maze is not published, nor is the cost of its software at 255 bits, nor its steps of precision.
+So this runs mazes of several corridor widths, two goals, two steps and both terminations, and gives the
+mean and the range. Software: one synchronous relaxation at full precision, stopped when no bit changes, at
+100 µs for 2,376 nodes and iteration, whatever the precision (flat) or for each 64-bit limb. Circuit: the
+visits of the run at 150 MHz, changes of block included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from statistics import fmean
+
+from codesign import maps
+from codesign.figures import Status
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan import Relaxation, relax
+from codesign.planners.harmonic.styles import timing
+from codesign.planners.harmonic.styles.software import limbs
+from codesign.planners.reproduction import Progress, Row, Use, row
+
+ROWS, COLUMNS = 72, 132
+BLOCK = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
+BLOCKS = 4
+PRECISION = published.WHOLE_DESIGN_PRECISION
+ITERATIONS = 6
+WHOLE_MAP_ITERATIONS = 1 << 20
+
+CORRIDORS = (2, 3, 4, 6, 8)
+SEEDS = (1, 2)
+LOOPS = (0.0, 0.3)
+"""Share of the walls of a perfect maze that are opened: a "not too complex" maze may have several ways."""
+STEPS = (8, 16, 32)
+TERMINATIONS = ("sound", "published")
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One maze under one schedule and termination.
+
+    ``speed_up``: flat software time over circuit time. ``gain``: the circuit with synchronous iterations
+    at full precision over the circuit as published. ``iteration_ratio``: block iterations over those of
+    the synchronous run, both per block.
+    """
+
+    corridor: int
+    step: int
+    termination: str
+    speed_up: float
+    gain: float
+    iteration_ratio: float
+
+
+def software_seconds(iterations: int, nodes: int) -> float:
+    """Seconds of ``iterations`` over ``nodes`` at the paper's 100 µs for 2,376 nodes."""
+    return iterations * nodes / (BLOCK[0] * BLOCK[1]) * published.SOFTWARE_ITERATION_PS / 1e12
+
+
+def circuit_seconds(result: Relaxation) -> float:
+    """Seconds of a relaxation at the paper's 150 MHz: p + 2 an iteration, and the changes of block."""
+    nodes = BLOCK[0] * BLOCK[1]
+    waits = result.total_visits * timing.switch_cycles(nodes, BLOCKS)
+    waits += len(result.stages) * timing.stage_end_cycles(nodes)
+    return (result.total_cycles + waits) / published.ESTIMATED_CLOCK
+
+
+def measurements(quick: bool, progress: Progress | None) -> tuple[Measurement, ...]:
+    """All mazes; in ``quick`` one of them."""
+    found: list[Measurement] = []
+    for corridor in CORRIDORS[2:3] if quick else CORRIDORS:
+        if progress is not None:
+            progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
+        for seed in SEEDS[:1] if quick else SEEDS:
+            for loops in LOOPS[:1] if quick else LOOPS:
+                grid = maps.maze(ROWS, COLUMNS, corridor=corridor, wall=2, seed=seed, loops=loops)
+                for goal in ((0, 0),) if quick else ((0, 0), (ROWS // 2, COLUMNS // 2)):
+                    found += _measure(grid, goal, corridor, STEPS[1:2] if quick else STEPS)
+    return tuple(found)
+
+
+def _measure(
+    grid: maps.OccupancyGrid, wanted: tuple[int, int], corridor: int, steps: tuple[int, ...]
+) -> Iterator[Measurement]:
+    goal = maps.nearest_free(grid.free, wanted)
+    assert goal is not None, "a maze has free cells"
+    at_once = relax(
+        grid.free,
+        [goal],
+        block=(ROWS, COLUMNS),
+        iterations=WHOLE_MAP_ITERATIONS,
+        schedule=[PRECISION],
+        record_visits=False,
+    )
+    synchronous = at_once.total_iterations
+    software = software_seconds(synchronous, ROWS * COLUMNS)
+    full = synchronous * BLOCKS * timing.iteration_cycles(PRECISION) / published.ESTIMATED_CLOCK
+    for step in steps:
+        schedule = [*range(step - 1, PRECISION, step), PRECISION]
+        for termination in TERMINATIONS:
+            result = relax(
+                grid.free,
+                [goal],
+                block=BLOCK,
+                iterations=ITERATIONS,
+                schedule=schedule,
+                termination=termination,
+                record_visits=False,
+            )
+            circuit = circuit_seconds(result)
+            yield Measurement(
+                corridor,
+                step,
+                termination,
+                speed_up=software / circuit,
+                gain=full / circuit,
+                iteration_ratio=result.total_iterations / BLOCKS / synchronous,
+            )
+
+
+def speed_rows(found: tuple[Measurement, ...]) -> tuple[Row, ...]:
+    """The speed-ups of section 5.4 and the gain of section 4.5.2."""
+    flat = [one.speed_up for one in found]
+    words = limbs(PRECISION)
+    gains = [one.gain for one in found]
+    source = f"{len(found)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(found)} cells"
+    own = partial(row, status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
+    return (
+        own(
+            "Section 5.4",
+            "speed-up, 9,500-node maze, flat software",
+            270,
+            fmean(flat),
+            note=f"mean; {min(flat):.0f} to {max(flat):.0f}",
+        ),
+        own(
+            "Section 5.4",
+            "speed-up, 9,500-node maze, software a limb",
+            270,
+            words * fmean(flat),
+            note=f"mean; {words * min(flat):.0f} to {words * max(flat):.0f}; {words} limbs",
+        ),
+        own(
+            "Section 5.4",
+            'final speed-up, "up to 400x", flat software',
+            400,
+            max(flat),
+            note="the largest of the runs",
+        ),
+        own(
+            "Section 5.4",
+            'final speed-up, "up to 400x", software a limb',
+            400,
+            words * max(flat),
+            note="the largest of the runs",
+        ),
+        own(
+            "Section 4.5.2",
+            "gain of blocks and rising precision",
+            "2 to 4",
+            fmean(gains),
+            note=f"mean; {min(gains):.1f} to {max(gains):.1f}",
+        ),
+    )
+
+
+def corridors(found: tuple[Measurement, ...]) -> str:
+    """The corridor widths that were run, as a list in words."""
+    return ", ".join(str(width) for width in sorted({one.corridor for one in found}))
+
+
+def speed_findings(found: tuple[Measurement, ...]) -> tuple[str, ...]:
+    """What the speed-ups come to."""
+    flat = [one.speed_up for one in found]
+    words = limbs(PRECISION)
+    low, high = words * min(flat), words * max(flat)
+    reached = "reaches" if max(flat) >= 270 else "does not reach"
+    inside = "lies within" if low <= 270 <= high else "lies outside"
+    ratios = [one.iteration_ratio for one in found]
+    gains = [one.gain for one in found]
+    by_step = {
+        step: fmean(one.speed_up for one in found if one.step == step)
+        for step in sorted({one.step for one in found})
+    }
+    steps = ", ".join(f"{value:.0f} with steps of {step} bits" for step, value in by_step.items())
+    return (
+        f"270x for a maze of 9,500 nodes: software of flat cost {reached} it on any own maze"
+        f" ({min(flat):.0f} to {max(flat):.0f}; mean {steps}). With software that pays for each 64-bit limb the"
+        f" range is {low:.0f} to {high:.0f}, and 270 {inside} it. The paper does not say what its software costs"
+        " at 255 bits.",
+        f"Section 4.5.2, a gain of 2 to 4 from blocks and rising precision: {min(gains):.1f} to {max(gains):.1f} here,"
+        " held against the same circuit with synchronous iterations at full precision.",
+        f"Iterations a block come to {min(ratios):.2f} to {max(ratios):.2f} times those of one synchronous run at"
+        " full precision: where rising precision gains, it is mostly by shorter iterations, not by fewer.",
+    )

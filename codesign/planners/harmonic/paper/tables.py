@@ -1,0 +1,258 @@
+"""Tables 1 to 3 and the counts of section 5.4 of Girau et al. (2008): rows that need no simulation."""
+
+from __future__ import annotations
+
+from codesign.figures import Status
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.published import Synthesis
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles.software import limbs
+from codesign.planners.reproduction import Row, Use, row
+
+TEXT = "Section 5.4"
+
+BLOCK_RAMS_OF_XC4VLX160 = 288
+BLOCK_RAMS_OF_LARGEST_VIRTEX_4 = 336
+"""18-kbit block RAMs of the XC4VLX200, the largest Virtex-4 when the paper was written (DS112)."""
+
+
+def table_rows() -> tuple[Row, ...]:
+    """Every row of Tables 1 to 3 and of the text, in the order of the paper."""
+    return (*_synthesis_rows(), *_count_rows(), *_depth_rows(), *_largest_block_rows(), *_clock_rows())
+
+
+def _synthesis_rows() -> list[Row]:
+    """Tables 1 to 3: a node, a cluster of 18 nodes, a block of 48 × 96."""
+    rows: list[Row] = []
+    for synthesis in (published.NODE, published.CLUSTER, published.BLOCK):
+        rows += _synthesis(synthesis)
+    return rows
+
+
+def _synthesis(synthesis: Synthesis) -> list[Row]:
+    array = synthesis is published.BLOCK
+    held_out = synthesis is published.CLUSTER
+    kinds = (
+        ("flip-flops", synthesis.flip_flops, resources.NODE_FLIP_FLOPS, resources.ARRAY_FLIP_FLOPS),
+        ("LUT", synthesis.lut4, resources.NODE_LUT4, resources.ARRAY_LUT4),
+        ("slices", synthesis.slices, resources.NODE_SLICES, resources.ARRAY_SLICES),
+    )
+    rows = []
+    for name, count, a_node, constant in kinds:
+        law = f"{a_node}N" + (f" + {constant}" if array else "")
+        note = ""
+        if held_out and name == "LUT":
+            note = "18 nodes and 2 LUT: the counters said to be in it cannot be"
+        elif array:
+            note = f"the constant {constant} is fitted to this row; no OR tree can be in it"
+        rows.append(
+            row(
+                synthesis.table,
+                name,
+                count,
+                a_node * synthesis.nodes + (constant if array else 0),
+                status=Status.CALIBRATED if array else Status.PUBLISHED,
+                source=f"{law}, N = {synthesis.nodes}",
+                use=Use.HELD_OUT if held_out else Use.FITTED,
+                note=note,
+            )
+        )
+    fit = timing.clock_fit()
+    rows.append(
+        row(
+            synthesis.table,
+            "clock",
+            synthesis.clock,
+            fit.clock(synthesis.nodes),
+            unit="Hz",
+            status=Status.CALIBRATED,
+            source=f"period {fit.offset:.2f} ns + {fit.slope:.3f} ns × {fit.form}",
+            use=Use.FITTED,
+            note=f"{synthesis.part}; one of the three points of the fit",
+        )
+    )
+    return rows
+
+
+def _count_rows() -> list[Row]:
+    """Logic cells, block RAMs and slices of the 36 × 66 block on the XC2V6000."""
+    shape = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
+    nodes = shape[0] * shape[1]
+    cells = 2 * resources.NODE_SLICES
+    share = 100 * cells * nodes / (2 * published.SLICES_OF_XC2V6000)
+    demand = resources.totals(*shape, published.WHOLE_DESIGN_PRECISION)["slices"]
+    listed = demand - resources.border_slices(*shape)
+    budget = published.SLICES_OF_XC2V6000
+    law = "two logic cells a slice, 13 slices a node"
+    return [
+        row(TEXT, "logic cells a node", 26, cells, status=Status.PUBLISHED, source=law, use=Use.HELD_OUT),
+        row(
+            TEXT,
+            "logic cells a cluster",
+            470,
+            cells * published.CLUSTER.nodes,
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+            note="Table 2 has 235 slices; 18 nodes have 234",
+        ),
+        row(
+            TEXT,
+            "logic cells of XC2V6000 for 36×66 nodes",
+            "< 92 %",
+            share,
+            unit="%",
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+            note="holds" if share < 92 else "does not hold",
+        ),
+        row(
+            TEXT,
+            "block RAMs for 36×66 nodes",
+            132,
+            resources.cluster_count(*shape),
+            status=Status.PUBLISHED,
+            source="one a 3×6 cluster",
+            use=Use.HELD_OUT,
+        ),
+        row(
+            TEXT,
+            "block RAMs for its 204 border nodes",
+            12,
+            resources.border_rams(*shape),
+            status=Status.PUBLISHED,
+            source="one for 18 border nodes",
+            use=Use.HELD_OUT,
+        ),
+        row(
+            TEXT,
+            "slices of XC2V6000, 4 blocks, p = 255",
+            100 * published.WHOLE_DESIGN_SHARE,
+            100 * demand / budget,
+            unit="%",
+            status=Status.CALIBRATED,
+            source="13N + 10, 844, 3p + 682, 10, and the border nodes",
+            use=Use.FITTED,
+            note=f"border nodes ({resources.SLICES_A_BORDER_NODE:.2f} slices each) are fitted to this row; all"
+            f" else is published and comes to {100 * listed / budget:.1f} %",
+        ),
+    ]
+
+
+def _depth_rows() -> list[Row]:
+    """Blocks against bits a word."""
+    depth = 1024
+    law = "blocks × (p + 1) ≤ 1,024 words of 18 bits"
+    most_blocks = depth // 64
+    return [
+        row(
+            TEXT,
+            "precision with 4 blocks",
+            published.WHOLE_DESIGN_PRECISION,
+            resources.largest_precision(published.WHOLE_DESIGN_BLOCKS, depth),
+            unit="bit",
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+        ),
+        row(
+            TEXT,
+            "word with 1 block (up to 1K bits)",
+            1024,
+            resources.largest_precision(1, depth) + 1,
+            unit="bit",
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+        ),
+        row(
+            "Section 1",
+            "blocks of 96×48 with 64 bits",
+            16,
+            most_blocks,
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+            note=f"64 bits with the flag, p = 63; p = 64 would take {resources.words(16, 64):,} words",
+        ),
+        row(
+            "Section 1",
+            "nodes of 16 such blocks",
+            73_728,
+            most_blocks * 96 * 48,
+            status=Status.PUBLISHED,
+            source=law,
+            use=Use.HELD_OUT,
+        ),
+    ]
+
+
+def _largest_block_rows() -> list[Row]:
+    """Block RAMs of the largest blocks that the paper names."""
+    large = resources.totals(48, 96, 63)
+    largest = resources.totals(54, 108, 63)
+    return [
+        row(
+            "Section 1",
+            "block RAMs of XC4VLX160 for a 96×48 block",
+            f"≤ {BLOCK_RAMS_OF_XC4VLX160}",
+            large["block_rams"],
+            status=Status.PUBLISHED,
+            source="clusters and borders, 18 nodes a block RAM",
+            use=Use.HELD_OUT,
+            note="fits" if large["block_rams"] <= BLOCK_RAMS_OF_XC4VLX160 else "does not fit",
+        ),
+        row(
+            TEXT,
+            "block RAMs for a 54×108 block, largest FPGA",
+            BLOCK_RAMS_OF_LARGEST_VIRTEX_4,
+            largest["block_rams"],
+            status=Status.PUBLISHED,
+            source="clusters and borders, 18 nodes a block RAM",
+            use=Use.HELD_OUT,
+            note=f"{BLOCK_RAMS_OF_LARGEST_VIRTEX_4} is what the XC4VLX200 has; the paper says the block fits,"
+            f" {largest['block_rams'] - BLOCK_RAMS_OF_LARGEST_VIRTEX_4} would be missing",
+        ),
+    ]
+
+
+def _clock_rows() -> list[Row]:
+    """The estimated clock and the speed-up at 128 bits."""
+    nodes = published.WHOLE_DESIGN_ROWS * published.WHOLE_DESIGN_COLUMNS
+    software = published.SOFTWARE_ITERATION_PS / 1e12
+    hardware = timing.iteration_cycles(128) / published.ESTIMATED_CLOCK
+    break_even = round(software / 100 * published.ESTIMATED_CLOCK) - 2
+    return [
+        row(
+            TEXT,
+            "clock of 36×66 nodes on the Virtex-2 board",
+            published.ESTIMATED_CLOCK,
+            timing.clock_fit().clock(nodes),
+            unit="Hz",
+            status=Status.CALIBRATED,
+            source=f"period linear in {timing.clock_fit().form}, fitted to Tables 1 to 3",
+            use=Use.HELD_OUT,
+            note="an estimate of the paper; the interval of the law is twice this miss",
+        ),
+        row(
+            TEXT,
+            "speed-up at 128 bits, 100 µs at any precision",
+            100,
+            software / hardware,
+            status=Status.PUBLISHED,
+            source="100 µs an iteration of 36×66 nodes over (p + 2) / 150 MHz",
+            use=Use.HELD_OUT,
+            note=f'"up to 100x"; exactly 100 would be p = {break_even}',
+        ),
+        row(
+            TEXT,
+            "speed-up at 128 bits, 100 µs a 64-bit limb",
+            100,
+            limbs(128) * software / hardware,
+            status=Status.ASSUMED,
+            source=f"the same, {limbs(128)} limbs of software",
+            use=Use.HELD_OUT,
+            note="so the paper's 100 µs cannot be for one limb of several",
+        ),
+    ]

@@ -1,0 +1,136 @@
+"""The decision module of section 5.3: which way is up, exactly.
+
+The published rule takes, of the four triangles made by a node and two consecutive neighbours, the one with
+the greatest (h − h')² + (h − h'')², and goes up the plane through its corners. Squares hide signs, so the
+chosen triangle may lie on the downhill side: the direction then points away from it, "or to their opposite
+values". Beside an obstacle the fall to 0 is often the steepest difference, and the direction points away
+from the wall; in a passage one cell wide both sides fall by h, and it points away from one wall at the
+other.
+
+Measured with converged fields without local maxima, steps of half a cell, from every reachable cell: the
+plain rule arrives from all cells where passages are at least two cells wide (mazes, rooms, a spiral), from
+1 % of the cells of a maze or spiral of passages one cell wide, and from 2 % among random obstacles (72 ×
+132 cells, 20 %). ``ASCENDING_TRIANGLE``, ours, counts differences to lower neighbours as 0: it arrives
+from all, all and 92 %, on ways shorter by 1 to 14 %. ``trajectory.Ascent`` tells how a robot is kept from
+the walls under any rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import InputError, choose_hint
+from codesign.planners.harmonic.plan.fixed_point import Field
+
+
+class Rule(StrEnum):
+    """How the direction at a cell is chosen."""
+
+    TRIANGLE = "triangle"
+    ASCENDING_TRIANGLE = "ascending_triangle"
+    NEIGHBOUR = "neighbour"
+
+
+def exact_direction(
+    values: NDArray[Any], row: int, column: int, *, only_ascending: bool = False
+) -> tuple[int, int]:
+    """The triangle rule at one cell, in exact integers: the (row, column) components of the way up.
+
+    Args:
+        values: integers (or objects of Python int), rows × columns; outside of the map is 0.
+        row, column: the cell.
+        only_ascending: differences to lower neighbours count as 0 (``Rule.ASCENDING_TRIANGLE``).
+
+    Ties go to the triangle that comes first of N-E, W-N, E-S, S-W: to north and to east.
+    """
+
+    def rise(down: int, right: int) -> int:
+        r, c = row + down, column + right
+        inside = 0 <= r < values.shape[0] and 0 <= c < values.shape[1]
+        difference = (int(values[r, c]) if inside else 0) - int(values[row, column])
+        return max(difference, 0) if only_ascending else difference
+
+    north, east, south, west = rise(-1, 0), rise(0, 1), rise(1, 0), rise(0, -1)
+    triangles = (
+        (north**2 + east**2, (-north, east)),
+        (west**2 + north**2, (-north, -west)),
+        (east**2 + south**2, (south, east)),
+        (south**2 + west**2, (south, -west)),
+    )
+    return max(triangles, key=lambda triangle: triangle[0])[1]
+
+
+def directions(
+    field: Field, free: NDArray[np.bool_], rule: Rule | str = Rule.TRIANGLE
+) -> NDArray[np.float64]:
+    """Float64 rows × columns × 2: unit vectors (row, column) of the way up; zero on obstacles, where flat.
+
+    The choice of triangle is exact at any precision. Components come from the leading 65 to 128 bits of the
+    differences, each within a relative 2^-50 of the larger.
+
+    Raises:
+        InputError: the field and the map differ in shape; unknown rule.
+    """
+    from codesign.planners.harmonic.plan import ascent_kernels
+
+    check_field(field, free)
+    rule = _rule(rule)
+    if rule is Rule.NEIGHBOUR:
+        steps = np.array([(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (0.0, 0.0)])
+        return np.asarray(steps[ascent_kernels.best_neighbours(field.limbs, free)])
+    result: NDArray[np.float64] = ascent_kernels.triangle_directions(
+        field.limbs, free, rule is Rule.ASCENDING_TRIANGLE
+    )
+    return result
+
+
+def best_neighbours(field: Field, free: NDArray[np.bool_]) -> NDArray[np.int8]:
+    """Int8 rows × columns: the greatest strictly greater neighbour, 0..3 = north, east, south, west; else -1.
+
+    The first in that order among equals; -1 on obstacles.
+    """
+    from codesign.planners.harmonic.plan import ascent_kernels
+
+    check_field(field, free)
+    result: NDArray[np.int8] = ascent_kernels.best_neighbours(field.limbs, free)
+    return result
+
+
+def local_maxima(
+    field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]
+) -> NDArray[np.bool_]:
+    """Bool rows × columns: reachable free cells, goals left out, with no strictly greater neighbour (4.1)."""
+    from codesign.maps.reach import reachable
+
+    cells = reachable(free, goals) & ~goal_mask(free, goals)
+    return cells & (best_neighbours(field, free) < 0)
+
+
+def goal_mask(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> NDArray[np.bool_]:
+    """Bool rows × columns, true on the goals. Raises MapError for a goal that is no free cell of the map."""
+    from codesign.maps.reach import check_cells
+
+    mask = np.zeros(free.shape, np.bool_)
+    mask[tuple(check_cells(free, goals).T)] = True
+    return mask
+
+
+def check_field(field: Field, free: NDArray[np.bool_]) -> None:
+    """Refuse a map that is no bool rows × columns (MapError) and a field of another shape (InputError)."""
+    from codesign.maps.grid import as_free
+
+    as_free(free, "free")
+    if field.shape != free.shape:
+        raise InputError(f"a field of {field.shape} values for a map of {free.shape} cells", "field")
+
+
+def _rule(rule: Rule | str) -> Rule:
+    try:
+        return Rule(rule)
+    except ValueError:
+        raise InputError(f"rule {rule!r} is unknown", "rule", choose_hint(str(rule), list(Rule))) from None

@@ -1,0 +1,180 @@
+"""The fast relaxation: bit planes of all blocks, carried from stage to stage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import RunError
+from codesign.planners.harmonic.plan import kernels, limbs
+from codesign.planners.harmonic.plan.arguments import Arguments
+from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
+from codesign.planners.harmonic.plan.layout import (
+    LANES,
+    addresses,
+    better_transposed,
+    make_layout,
+    make_state,
+)
+from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+
+VISITS_PER_BATCH = 1 << 14
+# Words times iterations between two chances to be interrupted: some tenth of a second.
+BUDGET = 1 << 25
+SPARE_PLANES = 48
+
+
+class Engine:
+    """Runs stage after stage of one relaxation.
+
+    ``spare_planes``: room made above the planes in use, whenever room is made. ``budget``: see ``BUDGET``.
+    ``transposed``: exchange rows and columns inside, or None for what takes fewer vectors. None of them
+    changes a result.
+    """
+
+    def __init__(
+        self,
+        arguments: Arguments,
+        spare_planes: int = SPARE_PLANES,
+        budget: int = BUDGET,
+        transposed: bool | None = None,
+    ) -> None:
+        # Not the arguments as such: their start would take as much memory again as the values.
+        self._iterations = arguments.iterations
+        self._published = arguments.termination == "published"
+        self._spare, self._budget = spare_planes, budget
+        shape, block = arguments.free.shape, arguments.block
+        self._transposed = better_transposed(block) if transposed is None else transposed
+        if self._transposed:
+            shape, block = shape[::-1], block[::-1]
+        self._precision = arguments.start.precision
+        self._limbs = self._turned(arguments.start.limbs)
+        self._movable = self._turned(arguments.movable)
+        self._candidates = self._turned(arguments.reachable & arguments.movable)
+        bits, negative = limbs.residual_bits(self._limbs, self._movable)
+        self._signed = bool(negative)
+        # r has its two low planes always, and a sign in two's complement.
+        count = max(bits, 2) + self._signed
+        self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
+        self._state = make_state(self._layout, self._signed)
+        limbs.fill_mask(self._layout, self._movable, self._state.mask)
+        limbs.fill_residual(self._layout, self._limbs, self._movable, self._state.residual, count)
+        self._state.width[:] = self._state.active[:] = count - 2
+
+    def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
+        # Always a copy of its own: numba compiles anew for arrays that are read-only or not contiguous.
+        return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
+
+    def run(
+        self, stage_index: int, precision: int, most_sweeps: int | None = None
+    ) -> Iterator[VisitBatch | StageEnd]:
+        """One stage at ``precision``, not below that of the stage before.
+
+        Raises RunError if it would never end; with ``most_sweeps`` it ends there, or at the sweep at which values are
+        known to come back, with a fault.
+        """
+        self._lift(precision - self._precision)
+        layout = self._layout
+        control = np.zeros(kernels.CONTROL_SIZE, np.int64)
+        control[kernels.POWER] = 1
+        counts = np.empty(VISITS_PER_BATCH, np.int32)
+        blocks = layout.down * layout.across
+        visits = iterations = 0
+        status = kernels.RUNNING
+        fault = ""
+        while status != kernels.CONVERGED:
+            status, made = kernels.advance(
+                self._layout,
+                addresses(self._state),
+                control,
+                counts if most_sweeps is None else counts[: most_sweeps * blocks - visits],
+                self._iterations,
+                self._budget,
+                self._published,
+                self._signed,
+            )
+            if status == kernels.CYCLE and most_sweeps is None:
+                raise RunError(
+                    f"at {precision} bits the values come back to where they were and never settle",
+                    "start",
+                    "start from zero, or from values nowhere above the final field",
+                )
+            if status == kernels.GROW:
+                self._grow()
+            if made:
+                block = ((visits + np.arange(made)) % blocks).astype(np.int32)
+                yield VisitBatch(stage_index, precision, block, counts[:made].copy())
+                visits += made
+                iterations += int(counts[:made].sum(dtype=np.int64))
+            if status == kernels.CYCLE:
+                fault = f"at {precision} bits the values come back to where they were and never settle"
+                break
+            if status == kernels.RUNNING and most_sweeps is not None and visits == most_sweeps * blocks:
+                fault = f"at {precision} bits the values have not settled after {most_sweeps:,} sweeps"
+                break
+        self._settle(precision)
+        maxima = int(limbs.count_local_maxima(self._limbs, self._candidates))
+        stage = Stage(precision, int(control[kernels.SWEEPS]), visits, iterations, maxima)
+        yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision), fault)
+
+    def _grow(self) -> None:
+        """Make room for more planes, in the middle of a stage."""
+        old, old_planes = self._state, self._layout.planes
+        self._layout = self._layout._replace(planes=old_planes + self._spare)
+        new = self._state = make_state(self._layout, self._signed)
+        for name, source in old._asdict().items():
+            target = getattr(new, name)
+            if name in ("residual", "odometer", "visit", "snapshot"):
+                depth = min(
+                    old_planes, int(max(old.active.max() + 2, old.deepest.max(), old.visit_width.max()))
+                )
+                self._by_plane(target, self._layout.planes)[:, :depth] = self._by_plane(source, old_planes)[
+                    :, :depth
+                ]
+            elif name not in ("ring", "ring_width"):
+                target[:] = source
+
+    def _by_plane(self, words: NDArray[np.uint64], planes: int) -> NDArray[np.uint64]:
+        return words.reshape(-1, planes, self._layout.plane)
+
+    def _lift(self, shift: int) -> None:
+        """r << shift, d = 0: the start of the next stage."""
+        self._forget("ring", "visit", "odometer", "snapshot")
+        old, old_planes = self._state, self._layout.planes
+        # A sign is needed only where something negative is left, which no settled block has.
+        self._signed &= bool(old.active.any())
+        count = int(old.active.max()) + 2
+        self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
+        new = self._state = make_state(self._layout, self._signed)
+        new.mask[:] = old.mask
+        source = self._by_plane(old.residual, old_planes)
+        target = self._by_plane(new.residual, self._layout.planes)
+        words = np.repeat(old.width, LANES).reshape(-1, self._layout.plane)
+        for plane in range(count):
+            np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
+        new.width[:] = old.width + shift
+        if self._signed:
+            new.width[old.width == 0] += 1
+        kernels.trim_all(self._layout, addresses(new), self._signed)
+
+    def _forget(self, *names: str) -> None:
+        """Give back the memory of planes that the stage is done with: they are most of it where blocks are large."""
+        self._state = self._state._replace(**dict.fromkeys(names, np.empty(0, np.uint64)))
+
+    def _settle(self, precision: int) -> None:
+        """h = (h << shift) + d: the values at the end of the stage."""
+        self._forget("ring", "visit", "snapshot")
+        raised = np.empty((*self._movable.shape, limbs_needed(precision)), np.uint64)
+        limbs.raise_field(
+            self._layout,
+            self._limbs,
+            precision - self._precision,
+            self._state.odometer,
+            self._state.odometer_width,
+            self._signed,
+            raised,
+        )
+        self._limbs, self._precision = raised, precision

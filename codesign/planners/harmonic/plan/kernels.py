@@ -1,0 +1,169 @@
+# mypy: ignore-errors
+# The compiler of numba gives types to the kernels.
+"""The relaxation of one stage as bit planes: 512 nodes an instruction, and no lane to overflow.
+
+With h = (H << D) + d within a stage, keep of every node its residual r = N + E + S + W - 4h instead of h
+itself. An iteration adds t = floor(r / 4), the node's *step*, to h, so that
+
+    r' = (r mod 4) + t_N + t_E + t_S + t_W        d' = d + t
+
+and an iteration changes a bit if and only if some step is not 0. Four things follow:
+
+- **r never outgrows its bits.** From 0 <= r < 2^k follows r' <= 3 + 4 (2^(k-2) - 1) < 2^k, and likewise from
+  -2^(k-1) <= r < 2^(k-1) in two's complement. So within a visit nothing overflows and nothing is widened; and
+  where steps are 0 or 1, an iteration is a cellular automaton. The precision p does not occur at all.
+- **The next stage starts from r << D**, without a look at the wide values.
+- **d is needed** at the borders of a block at the end of its visit, where it goes to r of the neighbours, and
+  everywhere at the end of a stage; not in between. So the steps of four iterations are added up at once.
+- **From r >= 0 values only rise**, in any order of blocks. Only a start that has some r < 0 needs a sign, and
+  only from there can the sweeps go on for ever; that is noticed.
+
+Bit i of r over a whole block is a *plane*. Bit b of a word is a column, eight words below each other are a
+vector of 512 nodes (a *group*), and an integer a node is a column of bits through the planes; sums are chains
+of full adders. North and south are the same plane one word off, west and east one bit off. Every group keeps
+count of the planes it needs, so that quiet parts of a block cost little and settled ones next to nothing; a
+settled block costs no more than a look.
+
+What it takes: of each plane and group, an iteration loads three vectors (two of them across cache lines), does
+12 logic operations and stores one vector: 256 bytes and 12 operations for 512 nodes and one bit of t. On an
+AMD EPYC of the Zen 4 kind that is 2.6 to 3 ns, about 9 cycles: operations (two vectors a cycle) and accesses
+(one line a cycle, a store every other) are about balanced. A machine without 512-bit registers takes two or
+four times as many operations. With few iterations a visit, what is done at its ends costs as much again.
+
+Tried and left: the majority as one instruction instead of two (an intrinsic of x86 alone, a few percent, lost
+in noise); one width a block instead of one a group (up to 1.8 times slower); planes of all blocks side by side
+(they fell on each other in the cache); numba's arrays inside the kernel (reference counts at every use, 5 times
+slower), hence addresses.
+
+``planes`` does the arithmetic of a group, ``visits`` that of a block; here are the sweeps. Numba keeps the compiled
+``advance`` and ``trim_all`` until *this* file changes, and sees no edit in what they call: hence CALLED_DIGEST, which
+a test holds against those files. Putting the new digest here after an edit there is what makes numba compile anew.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+from codesign.planners.harmonic.plan.lanes import get, put
+from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
+
+CALLED = ("lanes", "layout", "planes", "visits")
+CALLED_DIGEST = "f36b5b8df029d28f"
+
+RUNNING, CONVERGED, GROW, CYCLE = range(4)
+POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
+CONTROL_SIZE = 6
+
+
+@njit(cache=True, nogil=True)
+def trim_all(layout, state, signed):
+    """Lower all widths to what r needs."""
+    for block in range(layout.down * layout.across):
+        trim(layout, state, block, signed)
+
+
+@njit(nogil=True)
+def _has_room(layout, state, block, iterations):
+    """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
+    bits = 8
+    while iterations > 0:
+        bits += 1
+        iterations >>= 1
+    need = max(get(state.active, block) + bits, get(state.deepest, block) + 2)
+    for group in range(layout.groups):
+        need = max(need, get(state.visit_width, group) + 8)
+    row, column = block // layout.across, block % layout.across
+    if row > 0:
+        need = max(need, get(state.active, block - layout.across) + 8)
+    if row < layout.down - 1:
+        need = max(need, get(state.active, block + layout.across) + 8)
+    if column > 0:
+        need = max(need, get(state.active, block - 1) + 8)
+    if column < layout.across - 1:
+        need = max(need, get(state.active, block + 1) + 8)
+    return need <= layout.planes
+
+
+@njit(nogil=True)
+def _same(layout, state):
+    """Whether r is what the snapshot holds."""
+    for block in range(layout.down * layout.across):
+        if get(state.active, block) != get(state.snapshot_active, block):
+            return False
+    for block in range(layout.down * layout.across):
+        first = block * layout.planes * layout.plane
+        for word in range(first, first + (get(state.active, block) + 2) * layout.plane):
+            if get(state.residual, word) != get(state.snapshot, word):
+                return False
+    return True
+
+
+@njit(nogil=True)
+def _repeats(layout, state, control):
+    """Whether r is what it was at an earlier sweep (Brent's method), so that the sweeps would never end."""
+    if _same(layout, state):
+        return True
+    control[SINCE] += 1
+    if control[SINCE] == control[POWER]:
+        control[SINCE] = 0
+        control[POWER] *= 2
+        for block in range(layout.down * layout.across):
+            put(state.snapshot_active, block, get(state.active, block))
+            first = block * layout.planes * layout.plane
+            for word in range(first, first + (get(state.active, block) + 2) * layout.plane):
+                put(state.snapshot, word, get(state.residual, word))
+    return False
+
+
+@njit(cache=True, nogil=True)
+def advance(layout, state, control, counts, iterations, budget, published, signed):
+    """Visit block after block in raster order.
+
+    Args:
+        control: int64, what carries over from call to call.
+        counts: int32, filled with the iterations of each visit.
+        iterations: most iterations of a visit. budget: words times iterations after which to return, about.
+        published: the published termination test instead of the sound one.
+        signed: r may be negative.
+
+    Returns the status (RUNNING: call again; CONVERGED; GROW: more planes are needed, then call again; CYCLE) and
+    the number of visits written. A visit may be left half done, and is gone on with in the next call.
+    """
+    made = 0
+    while made < len(counts) and budget > 0:
+        block = control[POSITION]
+        if layout.transposed:
+            block = block % layout.down * layout.across + block // layout.down
+        if get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
+            counts[made] = 1
+        else:
+            if not _has_room(layout, state, block, iterations):
+                return GROW, made
+            done, budget = visit_block(
+                layout, state, block, control[DONE_ITERATIONS], iterations, budget, signed
+            )
+            finished = done == iterations
+            if get(state.active, block) > 0 and not finished:
+                control[DONE_ITERATIONS] = done
+                return RUNNING, made
+            # A settled block takes one more iteration, which changes nothing.
+            counts[made] = done + (not finished)
+            add_visit(layout, state, block, signed)
+            push_all(layout, state, block, signed)
+            for group in range(layout.groups):
+                put(state.visit_width, group, 0)
+            control[DONE_ITERATIONS] = 0
+            if finished or not published:
+                control[UNSETTLED] = 1
+        made += 1
+        budget -= 1
+        control[POSITION] += 1
+        if control[POSITION] == layout.down * layout.across:
+            control[POSITION] = 0
+            control[SWEEPS] += 1
+            if control[UNSETTLED] == 0:
+                return CONVERGED, made
+            control[UNSETTLED] = 0
+            if signed and _repeats(layout, state, control):
+                return CYCLE, made
+    return RUNNING, made

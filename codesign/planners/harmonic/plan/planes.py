@@ -1,0 +1,169 @@
+# mypy: ignore-errors
+# The compiler of numba gives types to the kernels.
+"""Arithmetic of one group: chains of full adders over the planes of eight words, 512 nodes at once.
+
+What r, its steps and their sums are stands in ``kernels``, which also says why an edit here takes one there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from codesign.planners.harmonic.plan.lanes import any_bit, load, spread, store, zeros
+from codesign.planners.harmonic.plan.layout import WORD_BITS
+
+
+@njit(nogil=True)
+def _majority(a, b, c):
+    """The carry of a + b + c, whose sum is a ^ b ^ c."""
+    return (a & b) | (c & (a | b))
+
+
+@njit(nogil=True)
+def _add_seven(n, s, e, w, a, b, c):
+    """Sum and the three carries of seven bits of equal weight."""
+    first = n ^ s ^ e
+    second = first ^ w ^ a
+    return second ^ b ^ c, _majority(n, s, e), _majority(first, w, a), _majority(second, b, c)
+
+
+@njit(nogil=True)
+def _around(layout, ring, at):
+    """North, south, east and west of eight words of a plane."""
+    one, last = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
+    centre = load(ring, at)
+    west, east = centre << one, centre >> one
+    if layout.columns > 1:
+        west |= load(ring, at - layout.stride) >> last
+        east |= load(ring, at + layout.stride) << last
+    return load(ring, at - 1), load(ring, at + 1), east, west
+
+
+@njit(inline="always", nogil=True)
+def needed_planes(planes, at, step, count, least, signed):
+    """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
+    while count > least:
+        top = load(planes, at + (count - 1) * step)
+        if signed and count > least + 1:
+            top ^= load(planes, at + (count - 2) * step)
+        if any_bit(top):
+            break
+        count -= 1
+    return count
+
+
+@njit(inline="always", nogil=True)
+def iterate_group(layout, ring, free, source, target, width, signed):
+    """One iteration of eight words of a block."""
+    step = layout.plane
+    at, out = source + 2 * step, target
+    n, s, e, w = _around(layout, ring, at)
+    low, c = load(ring, source), load(ring, source + step)
+    around = n ^ s ^ e
+    store(ring, out, (around ^ w ^ low) & free)
+    a, b = _majority(n, s, e), _majority(around, w, low)
+    for _ in range(1, width):
+        at += step
+        out += step
+        n, s, e, w = _around(layout, ring, at)
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        store(ring, out, total & free)
+    out += step
+    if signed:
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        store(ring, out, total & free)
+        total, a, b, c = _add_seven(n, s, e, w, a, b, c)
+        store(ring, out + step, total & free)
+    else:
+        store(ring, out, (a ^ b ^ c) & free)
+        store(ring, out + step, _majority(a, b, c) & free)
+
+
+@njit(inline="always", nogil=True)
+def _carry_on(planes, at, step, plane, have, carry):
+    """Add a carry from ``plane`` on to an unsigned number of ``have`` planes; the planes it has then."""
+    while any_bit(carry):
+        here = at + plane * step
+        digit = load(planes, here) if plane < have else zeros()
+        store(planes, here, digit ^ carry)
+        carry &= digit
+        plane += 1
+    return max(have, plane)
+
+
+@njit(inline="always", nogil=True)
+def sum_steps(ring, steps, slots, visit, at, step, width, have):
+    """Add four unsigned steps of ``width`` planes to a group of ``visit``; the planes it has then, about."""
+    s0, s1, s2, s3 = slots
+    a = b = c = d = zeros()
+    for plane in range(width):
+        digit = load(visit, at + plane * step) if plane < have else zeros()
+        t0, t1, t2, t3 = (
+            load(ring, s0 + steps),
+            load(ring, s1 + steps),
+            load(ring, s2 + steps),
+            load(ring, s3 + steps),
+        )
+        first = t0 ^ t1 ^ t2
+        second = t3 ^ digit ^ a
+        third = first ^ second ^ b
+        store(visit, at + plane * step, third ^ c ^ d)
+        d = _majority(third, c, d)
+        a, b, c = _majority(t0, t1, t2), _majority(t3, digit, a), _majority(first, second, b)
+        steps += step
+    digit = load(visit, at + width * step) if width < have else zeros()
+    first = a ^ b ^ c
+    store(visit, at + width * step, first ^ d ^ digit)
+    a, b = _majority(a, b, c), _majority(first, d, digit)
+    digit = load(visit, at + (width + 1) * step) if width + 1 < have else zeros()
+    store(visit, at + (width + 1) * step, a ^ b ^ digit)
+    return _carry_on(visit, at, step, width + 2, max(have, width + 2), _majority(a, b, digit))
+
+
+@njit(nogil=True)
+def sum_signed_steps(ring, steps, slots, visit, at, step, width, have):
+    """``sum_steps`` in two's complement."""
+    total = max(have, width + 2) + 1
+    x = t0 = t1 = t2 = t3 = a = b = c = d = zeros()
+    for plane in range(total):
+        if plane < width:
+            t0, t1 = load(ring, slots[0] + steps), load(ring, slots[1] + steps)
+            t2, t3 = load(ring, slots[2] + steps), load(ring, slots[3] + steps)
+            steps += step
+        if plane < have:
+            x = load(visit, at)
+        first = t0 ^ t1 ^ t2
+        second = t3 ^ x ^ a
+        third = first ^ second ^ b
+        store(visit, at, third ^ c ^ d)
+        d = _majority(third, c, d)
+        a, b, c = _majority(t0, t1, t2), _majority(t3, x, a), _majority(first, second, b)
+        at += step
+    return total
+
+
+@njit(inline="always", nogil=True)
+def add_gains(planes, at, have, gains, source, count, right, left, select, step, signed):
+    """Add gains, shifted ``right``, then ``left``, where selected, to a number; the planes it has then, about.
+
+    Both numbers are given by the word of their lowest plane and how many planes they have.
+    """
+    x = y = carry = zeros()
+    for plane in range(count):
+        x = ((load(gains, source + plane * step) >> right) << left) & select
+        if plane < have:
+            y = load(planes, at + plane * step)
+        elif not signed:
+            y = zeros()
+        store(planes, at + plane * step, x ^ y ^ carry)
+        carry = _majority(x, y, carry)
+    if not signed:
+        return _carry_on(planes, at, step, count, max(have, count), carry)
+    total = max(have, count) + 1
+    for plane in range(count, total):
+        if plane < have:
+            y = load(planes, at + plane * step)
+        store(planes, at + plane * step, x ^ y ^ carry)
+        carry = _majority(x, y, carry)
+    return total

@@ -1,0 +1,210 @@
+"""Harmonic control as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
+from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
+from codesign.planners.harmonic.plan.parameters import (
+    DecideParameters,
+    DetectParameters,
+    LoadParameters,
+    LowerBoundParameters,
+    RelaxParameters,
+    Stop,
+)
+from codesign.planners.harmonic.plan.relax import Relaxation, relax
+from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.task_graph import Flow
+from codesign.planners.ways import by_sides, cell_of
+
+if TYPE_CHECKING:
+    from codesign.planners.harmonic.plan.trajectory import Ascent
+
+CELL_BITS = 2
+"""A cell of the map on its way to the planner: free, obstacle or goal."""
+
+DIRECTION_BITS = POSE_BITS = 64
+"""Two components of 32 bits."""
+
+VALUES_AT_ONCE = 3
+"""Fields of 64-bit limbs that are there at the same time: the one before, the one under way, and the one handed on."""
+
+FOLLOWING_BYTES = 32
+"""Bytes a cell of the map, its labels, and the directions that lead up the field."""
+
+BOUND_BYTES = 1800
+"""Bytes a cell of the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
+
+_ascents: WeakKeyDictionary[Relaxation, tuple[str, Ascent]] = WeakKeyDictionary()
+
+
+class Harmonic:
+    """Block-synchronous harmonic control.
+
+    Tasks: ``load``, ``lower_bound`` (where it is mapped), ``relax`` with ``detect``, ``decide``.
+    """
+
+    name = "harmonic"
+    description = (
+        "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
+    )
+    planning_task = "relax"
+    problem_model = None
+    policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
+
+    @property
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks of a mapping, with their parameter models."""
+        return {
+            "load": LoadParameters,
+            "lower_bound": LowerBoundParameters,
+            "relax": RelaxParameters,
+            "detect": DetectParameters,
+            "decide": DecideParameters,
+        }
+
+    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+        """Equal blocks must be able to part the map as often as asked, and not be too many.
+
+        A block larger than the map is one more partial one: the rest of it is obstacle.
+        """
+        height, width = parameters.block_shape(problem.rows, problem.columns)
+        if parameters.blocks is not None:
+            made = -(-problem.rows // height), -(-problem.columns // width)
+            if made != parameters.blocks:
+                asked = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
+                size = f"{problem.rows} × {problem.columns}"
+                what = (
+                    f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
+                )
+                return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
+        count = parameters.block_count(problem.rows, problem.columns)
+        if count > MAX_BLOCKS:
+            key = "block" if parameters.block is not None else "blocks"
+            return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
+        return None
+
+    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """A value spreads to the four neighbours of its cell."""
+        return by_sides(problem)
+
+    def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
+        """Relax the field without a clock."""
+        return relax(
+            problem.free,
+            problem.goals,
+            block=parameters.block_shape(problem.rows, problem.columns),
+            iterations=parameters.iterations,
+            schedule=parameters.precisions,
+            termination=parameters.termination,
+            stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
+            record_visits=False,
+        )
+
+    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:
+        """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
+
+        The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
+        """
+        return self._flows(problem, parameters, parameters.precisions[-1])
+
+    def flows_after(
+        self, problem: Problem, parameters: RelaxParameters, plan: Relaxation
+    ) -> tuple[Flow, ...]:
+        """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
+        return self._flows(problem, parameters, plan.precision)
+
+    def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
+        cells = problem.free.size
+        return (
+            Flow("load", "relax", "map", CELL_BITS * cells),
+            Flow("load", "lower_bound", "map", CELL_BITS * cells),
+            Flow("lower_bound", "relax", "start", cells * (parameters.precisions[-1] + 1)),
+            Flow("relax", "decide", "field", cells * (reached + 1)),
+            Flow("load", "decide", "pose", POSE_BITS),
+            Flow("decide", "command", "direction", DIRECTION_BITS),
+        )
+
+    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:
+        """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and what follows the field.
+
+        Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 x 64 or as one.
+        """
+        from codesign.planners.harmonic.plan.layout import plane_bytes
+
+        cells, precision = problem.free.size, parameters.precisions[-1]
+        block = parameters.block_shape(problem.rows, problem.columns)
+        planes = precision * plane_bytes((problem.rows, problem.columns), block)
+        values = VALUES_AT_ONCE * 8 * limbs_needed(precision) * cells
+        bounds = BOUND_BYTES * cells if "lower_bound" in tasks else 0
+        return planes + values + FOLLOWING_BYTES * cells + bounds
+
+    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:
+        """Fewer bits; and smaller blocks, as the visited one is kept several times."""
+        large = parameters.block_count(problem.rows, problem.columns) < 8
+        return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
+
+    def fields_recorded(self, parameters: RelaxParameters) -> int:
+        """The potential at the end of every stage."""
+        return len(parameters.precisions)
+
+    def quality(self, problem: Problem, plan: Relaxation) -> Quality:
+        """What following the field is worth."""
+        from codesign.planners.harmonic.plan.quality import quality
+
+        return quality(problem, plan.field, from_below=plan.from_below)
+
+    def identity(self, plan: Relaxation) -> str:
+        """The digest of the final field."""
+        return plan.field.digest()
+
+    def figures(self, plan: Relaxation) -> dict[str, Any]:
+        """The stages and the final precision; why the field did not settle, where it did not."""
+        stages = [
+            {"stage": index, "cycles": stage.cycles, **asdict(stage)}
+            for index, stage in enumerate(plan.stages)
+        ]
+        found: dict[str, Any] = {"stages": stages, "precision": plan.precision}
+        return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
+
+    def trajectory(
+        self, problem: Problem, plan: Relaxation, start: tuple[int, int]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of a robot that follows the decision module from ``start``."""
+        way = _ascent(problem, plan).follow(start)
+        return way.points, way.arrived
+
+    def start_of(self, plan: Relaxation) -> Field:
+        """The field."""
+        return plan.field
+
+    def way(
+        self, problem: Problem, plan: Relaxation, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
+        if cell_of(problem, start) is None:
+            return np.array([start], np.float64), False
+        way = _ascent(problem, plan).follow(start)
+        return way.points, way.arrived
+
+
+def _ascent(problem: Problem, plan: Relaxation) -> Ascent:
+    """The plan's field made ready for following, once for all positions."""
+    from codesign.planners.harmonic.plan.trajectory import Ascent
+
+    kept = _ascents.get(plan)
+    if kept is None or kept[0] != problem.digest:
+        kept = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    return kept[1]
+
+
+PLANNER = Harmonic()

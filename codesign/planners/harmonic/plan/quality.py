@@ -1,0 +1,75 @@
+"""What a field is worth to a robot: where it leads, how long the ways are, how close to the walls."""
+
+from __future__ import annotations
+
+from codesign.errors import InputError
+from codesign.planners.harmonic.plan.decision import Rule
+from codesign.planners.harmonic.plan.fixed_point import Field
+from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
+from codesign.planners.interface import Problem, Quality
+from codesign.planners.ways import judge_arrival, judge_ways
+
+_CONSECUTIVE_ITERATIONS = 64
+
+
+def quality(
+    problem: Problem,
+    field: Field,
+    *,
+    rule: Rule | str = Rule.TRIANGLE,
+    step: float = DEFAULT_STEP,
+    from_below: bool = True,
+) -> Quality:
+    """The quality of ``field`` on ``problem``: depends on nothing else, so it may be kept by their digests.
+
+    ``share_reaching_goal`` is that of the cell-by-cell ascent. Ways are those of the guarded robot
+    (``trajectory.Ascent``) from ``problem.starts``; a start on a goal counts as arrived and has no ratio.
+    The mean clearance weighs every piece of way by its length.
+
+    ``wrong_cells``: none where the run was sound and its values began below, some where the published termination
+    ended a stage early or the values began above (not ``from_below``), as those that an earlier plan left may.
+
+    Raises:
+        MapError: a goal cannot be used. InputError: a start is not in a free cell, or another argument
+            cannot be used.
+    """
+    from codesign.maps.reach import reachable
+
+    ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
+    cells = reachable(problem.free, problem.goals) & ~ascent.goal
+    found = ((start, ascent.follow(start)) for start in problem.starts)
+    ways = ((start, way.points if way.arrived else None) for start, way in found)
+    return Quality(
+        local_maxima=int((cells & (ascent.best < 0)).sum()),
+        wrong_cells=wrong_cells(problem, field, from_below=from_below),
+        **judge_arrival(int((ascent.climbs_to_goal() & cells).sum()), int(cells.sum())),
+        **judge_ways(problem, ways),
+    )
+
+
+def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> int | None:
+    """Cells whose value differs from the least fixed point at the field's precision.
+
+    A run from below that ended early is still below that fixed point, so relaxing it on leads there and nowhere else
+    (monotone from below); where nothing is wrong that takes a single sweep. A run from above may have settled at
+    another fixed point, so the least one is computed anew from a lower bound; None where the map is too large for one.
+    """
+    from codesign.planners.harmonic.plan.precision import converged_field
+    from codesign.planners.harmonic.plan.relax import stage_cost
+
+    if from_below:
+        whole = problem.rows, problem.columns
+        _, settled = stage_cost(
+            problem.free,
+            problem.goals,
+            field,
+            field.precision,
+            block=whole,
+            iterations=_CONSECUTIVE_ITERATIONS,
+        )
+    else:
+        try:
+            settled = converged_field(problem.free, problem.goals, field.precision)
+        except InputError:
+            return None
+    return int((settled.limbs != field.limbs).any(axis=2).sum())

@@ -1,0 +1,222 @@
+"""Ways up a field: a robot that follows the decision module, and the cell-by-cell ascent.
+
+Coordinates are (row, column) in cells; a cell's centre has whole coordinates, and the cell of a point is the
+closest grid point (section 5.3). Outside of the map is obstacle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import InputError
+from codesign.planners.harmonic.plan.decision import (
+    Rule,
+    best_neighbours,
+    check_field,
+    directions,
+    goal_mask,
+)
+from codesign.planners.harmonic.plan.fixed_point import Field
+
+DEFAULT_STEP = 0.5
+
+
+class Ending(StrEnum):
+    """Why a trajectory ends: at a goal, before an obstacle, where no way is up, at the bound on steps."""
+
+    GOAL = "goal"
+    OBSTACLE = "obstacle"
+    FLAT = "flat"
+    STEPS = "steps"
+
+
+_ENDINGS = (Ending.GOAL, Ending.OBSTACLE, Ending.FLAT, Ending.STEPS)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A way through the map.
+
+    Attributes:
+        points: float64 n × 2, (row, column) in cells, start first; the last is the goal's centre if it
+            arrives.
+        ending: why it ends there.
+        fallbacks: steps that left the decision's direction for the greatest neighbour.
+    """
+
+    points: NDArray[np.float64]
+    ending: Ending
+    fallbacks: int = 0
+
+    @property
+    def arrived(self) -> bool:
+        """Whether it ends at a goal."""
+        return self.ending is Ending.GOAL
+
+    @property
+    def length(self) -> float:
+        """Length in cells."""
+        return float(np.sqrt((np.diff(self.points, axis=0) ** 2).sum(axis=1)).sum())
+
+
+class Ascent:
+    """A field made ready for following: directions and greatest neighbours of every cell, computed once.
+
+    Args:
+        field: the values.
+        free: bool, rows × columns.
+        goals: (row, column) pairs on free cells.
+        rule: how the direction at a cell is chosen.
+        step: length of a step in cells, above 0, at most 1.
+        guarded: whether the robot keeps to a rising way (see ``follow``).
+        most_steps: bound on the steps of one trajectory; None takes twice what a rising way may need.
+
+    Raises:
+        MapError: a goal is not on a free cell. InputError: anything else that cannot be used.
+    """
+
+    def __init__(
+        self,
+        field: Field,
+        free: NDArray[np.bool_],
+        goals: Sequence[tuple[int, int]],
+        *,
+        rule: Rule | str = Rule.TRIANGLE,
+        step: float = DEFAULT_STEP,
+        guarded: bool = True,
+        most_steps: int | None = None,
+    ) -> None:
+        check_field(field, free)
+        if not (math.isfinite(step) and 0.0 < step <= 1.0):
+            raise InputError(f"a step of {step} cells is outside of 0..1", "step", "0.5 is usual")
+        if most_steps is not None and most_steps < 1:
+            raise InputError(f"{most_steps} steps are fewer than 1", "most_steps")
+        self.field = field
+        self.free = np.ascontiguousarray(free)
+        self.goal = goal_mask(free, goals)
+        self.directions = directions(field, self.free, rule)
+        self.best = best_neighbours(field, self.free)
+        self.step = step
+        self.guarded = guarded
+        # A rising way enters each cell once, and crosses it in at most √2 / step steps.
+        self.most_steps = most_steps or 2 * self.free.size * math.ceil(1.0 + math.sqrt(2.0) / step)
+
+    def follow(self, start: tuple[float, float]) -> Trajectory:
+        """The way of a robot from ``start``, (row, column) in cells, whose closest cell must be free.
+
+        At every step it goes ``step`` cells in the direction decided at the closest grid point (section
+        5.3). The published text says nothing of walls, so there are two kinds; neither ever enters an
+        obstacle or cuts a corner (a diagonal step needs both cells beside it free):
+
+        - not guarded, the plain rule: the robot stops before an obstacle; it may also wander across a ridge
+          without end, until ``most_steps``.
+        - guarded, ours: where the next point lies in an obstacle, cuts a corner, or lies in another cell
+          that is not strictly higher, the robot goes to the centre of the greatest neighbour instead,
+          straight through two free cells. Values of the cells entered rise strictly, so it never comes back,
+          and it arrives from every cell of a field without local maxima.
+
+        Raises:
+            InputError: the start is not in a free cell.
+        """
+        from codesign.planners.harmonic.plan import ascent_kernels
+
+        y, x = self._check_start(start)
+        points, ending, fallbacks = ascent_kernels.follow(
+            self.field.limbs,
+            self.free,
+            self.goal,
+            self.directions,
+            self.best,
+            y,
+            x,
+            self.step,
+            self.most_steps,
+            self.guarded,
+        )
+        return Trajectory(points.copy(), _ENDINGS[ending], int(fallbacks))
+
+    def climb(self, start: tuple[int, int]) -> Trajectory:
+        """The cell-by-cell steepest ascent from ``start``: each step goes to the greatest neighbour.
+
+        Raises:
+            InputError: the start is not a free cell.
+        """
+        from codesign.planners.harmonic.plan.ascent_kernels import COLUMN_STEP, ROW_STEP
+
+        y, x = self._check_start(start)
+        row, column = math.floor(y + 0.5), math.floor(x + 0.5)
+        points = [(row, column)]
+        while not self.goal[row, column] and self.best[row, column] >= 0:
+            side = self.best[row, column]
+            row, column = row + ROW_STEP[side], column + COLUMN_STEP[side]
+            points.append((row, column))
+        ending = Ending.GOAL if self.goal[row, column] else Ending.FLAT
+        return Trajectory(np.array(points, np.float64), ending)
+
+    def endings(self, cells: NDArray[np.bool_]) -> dict[Ending, int]:
+        """How the trajectories from the centres of the cells of a mask (free ones) end, counted."""
+        from codesign.planners.harmonic.plan import ascent_kernels
+
+        starts = np.argwhere(cells & self.free).astype(np.float64)
+        codes = ascent_kernels.arrivals(
+            self.field.limbs,
+            self.free,
+            self.goal,
+            self.directions,
+            self.best,
+            starts,
+            self.step,
+            self.most_steps,
+            self.guarded,
+        )
+        counts = np.bincount(codes, minlength=len(_ENDINGS))
+        return {ending: int(count) for ending, count in zip(_ENDINGS, counts, strict=True)}
+
+    def climbs_to_goal(self) -> NDArray[np.bool_]:
+        """Bool rows × columns: cells whose steepest ascent ends at a goal (goals included)."""
+        return _arrives(self.best, self.goal)
+
+    def _check_start(self, start: tuple[float, float]) -> tuple[float, float]:
+        y, x = float(start[0]), float(start[1])
+        if math.isfinite(y) and math.isfinite(x):
+            row, column = math.floor(y + 0.5), math.floor(x + 0.5)
+            rows, columns = self.free.shape
+            if 0 <= row < rows and 0 <= column < columns and self.free[row, column]:
+                return y, x
+        raise InputError(f"start {tuple(start)} is not in a free cell", "start", "move it to a free cell")
+
+
+def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> float:
+    """Share of the reachable cells, goals left out, whose steepest ascent ends at a goal; 1.0 of none.
+
+    1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends, and it
+    ends at a goal or at a local maximum. Time grows as cells × log cells.
+    """
+    from codesign.maps.reach import reachable
+
+    check_field(field, free)
+    goal = goal_mask(free, goals)
+    cells = reachable(free, goals) & ~goal
+    arriving = _arrives(best_neighbours(field, free), goal) & cells
+    return float(arriving.sum() / cells.sum()) if cells.any() else 1.0
+
+
+def _arrives(best: NDArray[np.int8], goal: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Pointer jumping: every cell points at its greatest neighbour, then at that one's target, ..."""
+    columns = best.shape[1]
+    offsets = np.array([-columns, 1, columns, -1, 0])
+    ends_here = goal.ravel()
+    target = np.arange(best.size) + np.where(ends_here, 0, offsets[best.ravel()])
+    while True:
+        further = target[target]
+        if np.array_equal(further, target):
+            break
+        target = further
+    result: NDArray[np.bool_] = ends_here[target].reshape(best.shape)
+    return result

@@ -1,0 +1,246 @@
+# mypy: ignore-errors
+# The compiler of numba gives types to the kernels.
+"""The visit of one block: its iterations, and what they give to d of the block and to r of its neighbours.
+
+What r, its steps and d are stands in ``kernels``, which also says why an edit here takes one there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from codesign.planners.harmonic.plan.lanes import any_bit, get, load, one_lane, put, spread, store, zeros
+from codesign.planners.harmonic.plan.layout import LANES, SLOTS, WORD_BITS
+from codesign.planners.harmonic.plan.planes import (
+    add_gains,
+    iterate_group,
+    needed_planes,
+    sum_signed_steps,
+    sum_steps,
+)
+
+
+@njit(nogil=True)
+def iterate(layout, state, block, source, target, uniform, signed):
+    """One iteration of a block, from one slot of the ring to another; the planes that the next steps take.
+
+    ``uniform``: the planes of the steps of all groups, where r has a sign.
+    """
+    ring, step, widths = state.ring, layout.plane, state.ring_width
+    from_width, to_width = source * layout.groups, target * layout.groups
+    source *= layout.planes * step
+    target *= layout.planes * step
+    aside = layout.stride // LANES
+    most = 0
+    for column in range(layout.first, layout.end, layout.stride):
+        for word in range(column, column + layout.rows, LANES):
+            here = from_width + word // LANES
+            width = (
+                uniform if signed else max(get(widths, here - 1), get(widths, here), get(widths, here + 1))
+            )
+            if layout.columns > 1 and not signed:
+                width = max(width, get(widths, here - aside), get(widths, here + aside))
+            needed = 0
+            if width > 0:
+                free = load(state.mask, block * step + word)
+                iterate_group(layout, ring, free, source + word, target + word, width, signed)
+                needed = needed_planes(ring, target + word, step, width + 2, 2, signed) - 2
+                most = max(most, needed)
+            else:
+                store(ring, target + word, load(ring, source + word))
+                store(ring, target + step + word, load(ring, source + step + word))
+            there = to_width + word // LANES
+            if not signed:
+                for plane in range(width, get(widths, there)):
+                    store(ring, target + (plane + 2) * step + word, zeros())
+            put(widths, there, uniform if signed else needed)
+    return most
+
+
+@njit(nogil=True)
+def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
+    """Add the steps of four slots of the ring to what the visit added so far."""
+    step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
+    slot = layout.planes * step
+    slots = s0 * slot, s1 * slot, s2 * slot, s3 * slot
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        have = get(state.visit_width, group)
+        if signed:
+            have = sum_signed_steps(ring, word + 2 * step, slots, visit, word, step, uniform, have)
+        else:
+            width = max(
+                get(widths, s0 * groups + group),
+                get(widths, s1 * groups + group),
+                get(widths, s2 * groups + group),
+                get(widths, s3 * groups + group),
+            )
+            if width == 0:
+                continue
+            have = sum_steps(ring, word + 2 * step, slots, visit, word, step, width, have)
+        put(state.visit_width, group, needed_planes(visit, word, step, have, 0, signed))
+
+
+@njit(nogil=True)
+def add_visit(layout, state, block, signed):
+    """Add what the visit added to d of its block."""
+    none, everything = spread(np.uint64(0)), spread(~np.uint64(0))
+    planes, step = state.odometer, layout.plane
+    base = block * layout.planes * step
+    for word in range(layout.first, layout.end, LANES):
+        count = get(state.visit_width, word // LANES)
+        if count > 0:
+            group = block * layout.groups + word // LANES
+            at, have = base + word, get(state.odometer_width, group)
+            have = add_gains(planes, at, have, state.visit, word, count, none, none, everything, step, signed)
+            width = needed_planes(planes, at, step, have, 0, signed)
+            put(state.odometer_width, group, width)
+            put(state.deepest, block, max(get(state.deepest, block), width))
+
+
+@njit(nogil=True)
+def _widen(layout, state, block, total):
+    """Give r of all groups of a block ``total`` planes, by repeating the sign."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    for word in range(layout.first, layout.end, LANES):
+        group = block * layout.groups + word // LANES
+        have = get(state.width, group) + 2
+        sign = load(state.residual, base + (have - 1) * step + word) if have > 2 else zeros()
+        for plane in range(have, total):
+            store(state.residual, base + plane * step + word, sign)
+        put(state.width, group, total - 2)
+
+
+@njit(nogil=True)
+def trim(layout, state, block, signed):
+    """Lower the widths of a block to what r needs. Visits rely on it: settled and of width 0 are the same."""
+    base = block * layout.planes * layout.plane
+    most = 0
+    for word in range(layout.first, layout.end, LANES):
+        group = block * layout.groups + word // LANES
+        count = get(state.width, group) + 2
+        width = needed_planes(state.residual, base + word, layout.plane, count, 2, signed) - 2
+        put(state.width, group, width)
+        most = max(most, width)
+    if signed:
+        for word in range(layout.first, layout.end, LANES):
+            put(state.width, block * layout.groups + word // LANES, most)
+    put(state.active, block, most)
+
+
+@njit(nogil=True)
+def _push(layout, state, block, source, target, vectors, right, left, select, signed):
+    """Add what border nodes of the visited block gained to r of their neighbours in ``block``.
+
+    ``source`` and ``target`` are the first words in either; the gains are shifted ``right``, then ``left``.
+    """
+    step, visit, residual = layout.plane, state.visit, state.residual
+    base, mask = block * layout.planes * step, block * step
+    for word in range(0, vectors * LANES, LANES):
+        # Words taken from the middle of a group may come from two.
+        count = max(
+            get(state.visit_width, (source + word) // LANES),
+            get(state.visit_width, (source + word + 7) // LANES),
+        )
+        selected = select & load(state.mask, mask + target + word)
+        if count == 0 or not any_bit(selected):
+            continue
+        group = block * layout.groups + (target + word) // LANES
+        have = get(state.width, group) + 2
+        if signed:
+            have = max(have + 1, count)
+            _widen(layout, state, block, have + 1)
+        at = base + target + word
+        have = add_gains(residual, at, have, visit, source + word, count, right, left, selected, step, signed)
+        if signed:
+            trim(layout, state, block, signed)
+        else:
+            width = needed_planes(residual, at, step, have, 2, signed) - 2
+            put(state.width, group, width)
+            put(state.active, block, max(get(state.active, block), width))
+
+
+@njit(nogil=True)
+def push_all(layout, state, block, signed):
+    """Tell the four neighbouring blocks what the border nodes gained."""
+    row, column = block // layout.across, block % layout.across
+    none, one = spread(np.uint64(0)), spread(np.uint64(1))
+    shift = spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
+    first, last = layout.first, layout.end - layout.stride + LANES
+    bottom = layout.block_rows - 1
+    lane = bottom % LANES
+    if column > 0:
+        vectors = layout.rows // LANES
+        _push(layout, state, block - 1, first, last, vectors, none, shift, one << shift, signed)
+    if column < layout.across - 1:
+        vectors = layout.rows // LANES
+        _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
+    for top in range(first, last + 1, layout.stride):
+        if row > 0:
+            above, lowest = block - layout.across, top - lane
+            _push(layout, state, above, lowest, lowest + bottom, 1, none, none, one_lane(lane), signed)
+        if row < layout.down - 1:
+            below = block + layout.across
+            _push(layout, state, below, top + bottom, top, 1, none, none, one_lane(0), signed)
+
+
+@njit(nogil=True)
+def _enter(layout, state, block, signed):
+    """Copy r of a block into the first slot of the ring."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        width = get(state.width, block * layout.groups + group)
+        for plane in range(width + 2):
+            store(state.ring, plane * step + word, load(state.residual, base + plane * step + word))
+        if not signed:
+            for plane in range(width + 2, get(state.ring_width, group) + 2):
+                store(state.ring, plane * step + word, zeros())
+        put(state.ring_width, group, width)
+
+
+@njit(nogil=True)
+def _leave(layout, state, block, slot):
+    """Copy r of a block back from a slot of the ring."""
+    step, base = layout.plane, block * layout.planes * layout.plane
+    from_slot = slot * layout.planes * step
+    for word in range(layout.first, layout.end, LANES):
+        group = word // LANES
+        width = get(state.ring_width, slot * layout.groups + group)
+        for plane in range(width + 2):
+            store(
+                state.residual, base + plane * step + word, load(state.ring, from_slot + plane * step + word)
+            )
+        put(state.width, block * layout.groups + group, width)
+
+
+@njit(nogil=True)
+def visit_block(layout, state, block, done, iterations, budget, signed):
+    """Iterate a block until it settles, ``iterations`` are done or the budget is spent.
+
+    ``done``: iterations that the visit made before. Returns those made by now, and the budget left.
+    """
+    width = get(state.active, block)
+    _enter(layout, state, block, signed)
+    current = 0
+    while width > 0 and done < iterations and budget > 0:
+        before, made = current, 0
+        uniform = width if signed else 0
+        while made < SLOTS and width > 0 and done < iterations:
+            following = (current + 1) % (SLOTS + 1)
+            width = iterate(layout, state, block, current, following, uniform, signed)
+            current = following
+            made += 1
+            done += 1
+        nothing = SLOTS + 1
+        s1 = (before + 1) % (SLOTS + 1) if made > 1 else nothing
+        s2 = (before + 2) % (SLOTS + 1) if made > 2 else nothing
+        s3 = (before + 3) % (SLOTS + 1) if made > 3 else nothing
+        _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
+        budget -= made * layout.columns * layout.rows
+    _leave(layout, state, block, current)
+    put(state.active, block, width)
+    if signed:
+        trim(layout, state, block, signed)
+    return done, budget

@@ -1,0 +1,178 @@
+"""What the bit-serial circuit takes of a part: items by resource, as functions of block shape and precision.
+
+N nodes in a block of n rows × m columns. Exact on Tables 1 and 3 (the constants of the array control are what
+Table 3 leaves over N times Table 1); Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
+
+Control, decision and border logic are published in slices only; their LUT and flip-flops are bounded from
+above by two a slice. The two OR trees over the block (no bit changed, no local maximum) are in none of the
+tables: (N - 1) / 3 LUT each, by our own synthesis. They take no slice of their own: a node leaves 4 of the 26
+LUT of its 13 slices free, and the trees need less than one.
+"""
+
+from __future__ import annotations
+
+import math
+
+from codesign.figures import Status
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.published import PAPER
+from codesign.planners.styles import Item
+from codesign.spec.part import Part
+
+NODE_FLIP_FLOPS = published.NODE.flip_flops
+NODE_LUT4 = published.NODE.lut4
+NODE_SLICES = published.NODE.slices
+
+ARRAY_FLIP_FLOPS = published.BLOCK.flip_flops - NODE_FLIP_FLOPS * published.BLOCK.nodes
+ARRAY_LUT4 = published.BLOCK.lut4 - NODE_LUT4 * published.BLOCK.nodes
+ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
+
+RAM_WIDTH = published.CLUSTER.nodes
+"""Bits a word of the cluster and border RAMs: one bit of each of 18 nodes."""
+
+
+def cluster_count(rows: int, columns: int) -> int:
+    """3×6 clusters that cover a block, the last ones partly filled: one block RAM each.
+
+    >>> cluster_count(36, 66), cluster_count(48, 96), cluster_count(4, 7)
+    (132, 256, 4)
+    """
+    return -(-rows // published.CLUSTER_ROWS) * -(-columns // published.CLUSTER_COLUMNS)
+
+
+def border_nodes(rows: int, columns: int) -> int:
+    """Border nodes around a block, corners left out.
+
+    >>> border_nodes(36, 66)
+    204
+    """
+    return 2 * (rows + columns)
+
+
+def border_rams(rows: int, columns: int) -> int:
+    """Block RAMs of the borders, 18 border nodes each.
+
+    >>> border_rams(36, 66)
+    12
+    """
+    return -(-border_nodes(rows, columns) // RAM_WIDTH)
+
+
+def decision_slices(precision: int) -> int:
+    """Slices of the decision module, 3p + 682 (section 5.4)."""
+    return published.DECISION_SLICES_A_BIT * precision + published.DECISION_SLICES
+
+
+def array_slices(nodes: int) -> int:
+    """Slices of a block's nodes with their control: 13N + 10, exact on Table 3."""
+    return NODE_SLICES * nodes + ARRAY_SLICES
+
+
+def _slices_a_border_node() -> float:
+    """What 99.4 % of an XC2V6000 leaves for the 204 border nodes of the 36×66 block, all else by its own law.
+
+    About 1.9. With clusters at the 235 slices of Table 2 in place of 13N + 10 it is 1.3.
+    """
+    rows, columns = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
+    listed = (
+        array_slices(rows * columns)
+        + published.CONTROL_SLICES
+        + decision_slices(published.WHOLE_DESIGN_PRECISION)
+        + published.ADDRESS_SLICES
+    )
+    return (published.WHOLE_DESIGN_SHARE * published.SLICES_OF_XC2V6000 - listed) / border_nodes(
+        rows, columns
+    )
+
+
+SLICES_A_BORDER_NODE = _slices_a_border_node()
+
+
+def border_slices(rows: int, columns: int) -> int:
+    """Slices of the border nodes, without their addresses; calibrated on one published row."""
+    return math.floor(SLICES_A_BORDER_NODE * border_nodes(rows, columns))
+
+
+def or_tree_lut4(nodes: int) -> int:
+    """4-input LUT of one OR over ``nodes`` bits.
+
+    >>> or_tree_lut4(4608)
+    1536
+    """
+    return -(-(nodes - 1) // 3)
+
+
+def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Item, ...]:
+    """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``.
+
+    ``decision``: whether it has its decision module.
+    """
+    nodes = rows * columns
+    logic = {
+        "borders": border_slices(rows, columns),
+        "border addresses": published.ADDRESS_SLICES,
+        "control": published.CONTROL_SLICES,
+        "decision": decision_slices(precision),
+    }
+    table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
+    text = f"{PAPER}, section 5.4"
+    found = [
+        Item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
+        Item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
+        Item(
+            "borders",
+            "slices",
+            logic["borders"],
+            Status.CALIBRATED,
+            f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node",
+        ),
+        Item("border addresses", "slices", logic["border addresses"], Status.PUBLISHED, f"{text}: around 10"),
+        Item("control", "slices", logic["control"], Status.PUBLISHED, text),
+        Item("decision", "slices", logic["decision"], Status.PUBLISHED, f"{text}: 3p + 682"),
+        Item("nodes", "lut4", NODE_LUT4 * nodes, Status.PUBLISHED, table_1),
+        Item("array control", "lut4", ARRAY_LUT4, Status.CALIBRATED, table_3),
+        Item(
+            "OR trees",
+            "lut4",
+            2 * or_tree_lut4(nodes),
+            Status.MEASURED,
+            "our RTL, Yosys: (N - 1) / 3 LUT a tree",
+        ),
+        Item("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, Status.PUBLISHED, table_1),
+        Item("array control", "flip_flops", ARRAY_FLIP_FLOPS, Status.CALIBRATED, table_3),
+        Item(
+            "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
+        ),
+        Item("borders", "block_rams", border_rams(rows, columns), Status.PUBLISHED, f"{text}: 12 for 36×66"),
+    ]
+    bound = "upper bound: two a slice; published in slices only"
+    for kind in ("lut4", "flip_flops"):
+        found += [Item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
+    return tuple(item for item in found if decision or item.name != "decision")
+
+
+def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:
+    """The demand by resource, without its items; see ``items``."""
+    sums: dict[str, int] = {}
+    for item in items(rows, columns, precision, decision):
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
+
+
+def word_depth(part: Part) -> int:
+    """Words of the part's block RAM where a word holds the 18 bits of a cluster; 0: none so wide."""
+    return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
+
+
+def words(blocks: int, precision: int) -> int:
+    """Words that every cluster and border RAM holds: p bits and a flag for each block (section 5.2)."""
+    return blocks * (precision + 1)
+
+
+def largest_precision(blocks: int, depth: int) -> int:
+    """The highest p whose words fit into ``depth``: blocks × (p + 1) ≤ depth; below 1 where none does.
+
+    >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
+    (63, 255, 1023)
+    """
+    return depth // blocks - 1

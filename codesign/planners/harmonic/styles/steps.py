@@ -1,0 +1,294 @@
+"""The planner's visits as steps of a clock: what the styles of harmonic control have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import InputError
+from codesign.memo import Memo
+from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan.relax import Relaxation, work
+from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Exchange, Step, beyond_map, is_done
+from codesign.records import StageRecord, TaskRecord, VisitsRecord
+
+LOAD, RELAX, DECIDE = "load", "relax", "decide"
+"""The phases that cycles are booked under, named as the tasks."""
+
+STAGE_END = "stage_end"
+"""What the work at the end of a stage is told as; its cycles count in phase ``relax``."""
+
+DETECT = "detect"
+"""The task that tells whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
+
+MOST_SWEEPS = 1 << 16
+"""Sweeps after which a stage that went on from old values is given up. Assumed: a watchdog of 16 bits."""
+
+
+def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+    """A note where a block is larger than the map."""
+    map_shape = problem.rows, problem.columns
+    return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
+
+
+class VisitCost(Protocol):
+    """What visits cost, in cycles or in units of a processor's kernel."""
+
+    def __call__(
+        self, precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
+    ) -> NDArray[np.int64]:
+        """The cost of visits of ``iterations`` iterations each, int64: a sum over visits of what it depends on
+        linearly (the iterations), with nothing for a visit as such."""
+
+
+@dataclass(frozen=True)
+class Costs:
+    """The costs of a style: of the iterations of a visit, of a visit as such, and of the end of a stage.
+
+    Split so, costs add up: a stage costs the same told visit by visit or from its sums. ``ram_addresses``: addresses
+    that each block RAM is given in every cycle (an iteration reads one word and writes another).
+    """
+
+    iterations: VisitCost
+    visit: int = 0
+    stage_end: int = 0
+    ram_addresses: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class _StageSums:
+    """A stage without its single visits: ``iterations`` of each block summed (int64), every block visited alike."""
+
+    stage: Stage
+    field: Field
+    iterations: NDArray[np.int64]
+    fault: str
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """One relaxation that is asked for: the stages from ``start`` on."""
+
+    problem: Problem
+    parameters: RelaxParameters
+    start: Field | None
+
+    @property
+    def below(self) -> bool:
+        """Whether the values begin nowhere above the converged field."""
+        return self.start is None or isinstance(self.start, LowerBound)
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """Those of the schedule that a start leaves to be run."""
+        return remaining_precisions(self.parameters.precisions, self.start)
+
+
+@dataclass
+class _StageClock:
+    """When the stage under way began, known once its first visits have been told of."""
+
+    begin: int | None = None
+
+
+def relax_steps(
+    problem: Problem,
+    parameters: RelaxParameters,
+    costs: Costs,
+    memo: Memo | None,
+    detail: bool,
+    start: Field | None = None,
+    inside: frozenset[str] | None = None,
+) -> Generator[Step, None, Relaxation]:
+    """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
+
+    With ``detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
+    that ``memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of its
+    own, whatever ``detail`` says, and an ``Exchange`` follows.
+
+    From a ``start`` the stages are those that ``remaining_precisions`` leaves.
+    """
+    from codesign.maps.reach import reachable
+
+    run = _Run(problem, parameters, start)
+    if not is_done(DETECT, inside):
+        told = _each_visit(run, costs, detect=True)
+    elif detail:
+        told = _each_visit(run, costs, detect=False)
+    else:
+        told = _each_stage(run, costs, memo)
+    stages, field, fault = yield from told
+    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None, run.below, fault)
+
+
+def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
+    """The stages to be run from a start: those at its precision and above.
+
+    Raises:
+        InputError: the start is finer than the last stage.
+    """
+    if start is None:
+        return precisions
+    found = tuple(precision for precision in precisions if precision >= start.precision)
+    if not found:
+        raise InputError(
+            f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}",
+            "start",
+            "give one that is no finer than the last stage",
+        )
+    return found
+
+
+_Told = Generator[Step, None, tuple[list[Stage], Field, str]]
+
+
+def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
+    stages: list[Stage] = []
+    clock = _StageClock()
+    field, fault = run.start, ""
+    blocks = run.parameters.block_count(run.problem.rows, run.problem.columns)
+    for item in _work(run, run.precisions, run.start):
+        if isinstance(item, VisitBatch) and detect:
+            yield from _each_sweep(item, costs, clock, blocks)
+        elif isinstance(item, VisitBatch):
+            yield _visits_step(item, costs, clock)
+        else:
+            stages.append(item.stage)
+            field, fault = item.field, item.fault
+            if costs.stage_end:
+                yield replace(task_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
+            yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
+    assert field is not None, "a schedule has at least one stage"
+    return stages, field, fault
+
+
+def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int) -> Iterator[Step]:
+    """The visits of a batch cut at the ends of sweeps, a round trip to the task ``detect`` after each sweep."""
+    # A sweep begins at block 0, so a batch says by itself where its sweeps end.
+    ends = np.flatnonzero(batch.block == blocks - 1) + 1
+    first = 0
+    for last in [
+        *ends.tolist(),
+        *([len(batch.block)] if not len(ends) or ends[-1] < len(batch.block) else []),
+    ]:
+        part = replace(batch, block=batch.block[first:last], iterations=batch.iterations[first:last])
+        yield _visits_step(part, costs, clock)
+        if part.block[-1] == blocks - 1:
+            yield Exchange(to=DETECT)
+        first = last
+
+
+def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
+    cycles = costs.iterations(batch.precision, batch.block, batch.iterations.astype(np.int64)) + costs.visit
+    return Step(RELAX, cycles, _visits_story(batch, clock), costs.ram_addresses)
+
+
+def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
+    stages: list[Stage] = []
+    problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
+    height, width = parameters.block_shape(problem.rows, problem.columns)
+    partition = (
+        # Blocks that hold the same cells have the same visits.
+        (min(height, problem.rows), min(width, problem.columns)),
+        parameters.iterations,
+        parameters.termination,
+    )
+    for precision in run.precisions:
+        compute = partial(_stage_sums, run, precision, field)
+        if memo is None:
+            # Nobody would find them again: kept, the fields of all stages would only take memory.
+            sums = compute()
+        else:
+            start = None if field is None else field.digest()
+            key = ("harmonic stage", problem.digest, *partition, start, run.below, precision)
+            sums = memo.get(key, compute)
+        block = np.arange(len(sums.iterations), dtype=np.int32)
+        cycles = int(costs.iterations(precision, block, sums.iterations).sum())
+        total = np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64)
+        yield Step(RELAX, total, ram_addresses=costs.ram_addresses)
+        stages.append(sums.stage)
+        field, fault = sums.field, sums.fault
+        first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0
+        if first or fault:
+            break
+    assert field is not None, "a schedule has at least one stage"
+    return stages, field, fault
+
+
+def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
+    """Run one stage from the field of an earlier one."""
+    iterations = np.zeros(run.parameters.block_count(run.problem.rows, run.problem.columns), np.int64)
+    for item in _work(run, (precision,), start):
+        if isinstance(item, StageEnd):
+            return _StageSums(item.stage, item.field, iterations, item.fault)
+        iterations += np.bincount(item.block, item.iterations, len(iterations)).astype(np.int64)
+    raise AssertionError("a stage has an end")
+
+
+def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterator[VisitBatch | StageEnd]:
+    problem, parameters = run.problem, run.parameters
+    return work(
+        problem.free,
+        problem.goals,
+        block=parameters.block_shape(problem.rows, problem.columns),
+        iterations=parameters.iterations,
+        schedule=precisions,
+        termination=parameters.termination,
+        start=start,
+        stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
+        most_sweeps=None if run.below else MOST_SWEEPS,
+    )
+
+
+def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
+    """One step that is a task by itself, told as a ``TaskRecord``."""
+
+    def tell(begin: int, end: int, source: str) -> TaskRecord:
+        return TaskRecord(begin, source, task, end, cycles)
+
+    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
+
+
+def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
+    def tell(begin: int, end: int, source: str) -> VisitsRecord:
+        if clock.begin is None:
+            clock.begin = begin
+        return VisitsRecord(
+            time=begin,
+            source=source,
+            end=end,
+            stage=batch.stage_index,
+            precision=batch.precision,
+            block=batch.block,
+            iterations=batch.iterations,
+        )
+
+    return tell
+
+
+def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
+    def tell(begin: int, end: int, source: str) -> StageRecord:
+        stage_begin, clock.begin = clock.begin, None
+        return StageRecord(
+            time=end,
+            source=source,
+            begin=begin if stage_begin is None else stage_begin,
+            stage=item.stage_index,
+            precision=item.stage.precision,
+            sweeps=item.stage.sweeps,
+            visits=item.stage.visits,
+            iterations=item.stage.iterations,
+            cycles=item.stage.cycles,
+            local_maxima=item.stage.local_maxima,
+            potential=item.field.to_float(),
+        )
+
+    return tell

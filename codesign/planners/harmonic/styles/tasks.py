@@ -1,0 +1,161 @@
+"""Tasks of harmonic control that are placed by themselves.
+
+- ``decide`` on an FPGA: the decision module of section 5.3 alone, with the field in block RAM beside it.
+- ``decide`` on a processor: one direction in compiled code.
+- ``lower_bound`` on a processor: a start nowhere above the field, by a sparse direct solution.
+- ``detect`` on a processor: the flag of every sweep is asked for, and answered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import Figure, Status
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.fixed_point import LowerBound
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.planner import PLANNER
+from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles.bit_serial import slice_power
+from codesign.planners.harmonic.styles.software import limbs
+from codesign.planners.host import HostTask, one_step
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Demand, Item, Step
+from codesign.spec.part import Part
+
+Way = tuple[NDArray[np.float64], bool]
+
+
+class DecisionModule:
+    """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
+
+    ``steps`` returns the way from the position, of which the direction is the beginning.
+    """
+
+    planner = "harmonic"
+    task = "decide"
+    style = "bit_serial"
+    description = "the decision module alone, with the field in block RAM beside it"
+    component_type = "fpga"
+    kernel = ""
+
+    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
+        """The decision module, and p + 1 bits of every cell in words of 18 bits."""
+        last = parameters.precisions[-1]
+        slices = resources.decision_slices(last)
+        text = f"{published.PAPER}, section 5.4: 3p + 682"
+        bound = "upper bound: two a slice; published in slices only"
+        words = -(-problem.free.size * (last + 1) // resources.RAM_WIDTH)
+        rams = -(-words // resources.word_depth(part))
+        law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
+        return Demand(
+            items=(
+                Item("decision", "slices", slices, Status.PUBLISHED, text),
+                Item("decision", "lut4", 2 * slices, Status.ASSUMED, bound),
+                Item("decision", "flip_flops", 2 * slices, Status.ASSUMED, bound),
+                Item("field", "block_rams", rams, Status.ASSUMED, law),
+            )
+        )
+
+    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Figure:  # noqa: ARG002
+        """The fastest clock that the module was shown at, that of the largest published block, Hz. Assumed."""
+        shown = published.BLOCK.clock
+        ram = part.block_ram_clock
+        if ram.value < shown:
+            return ram
+        source = (
+            f"{published.PAPER}, Table 3: the design that the module is a part of; by itself it may be faster"
+        )
+        return Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
+
+    def steps(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,  # noqa: ARG002
+        plan: Relaxation,
+        position: tuple[float, float],
+    ) -> Generator[Step, None, Way]:
+        """One decision."""
+        yield one_step(self.task, timing.decision_cycles(plan.precision))
+        return PLANNER.way(problem, plan, position)
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """As the whole circuit's: slices × clock × the part's power a slice and Hz, W."""
+        return slice_power(demand, clock, part)
+
+
+class HostDecision(HostTask):
+    """A decision takes one unit for each 64-bit limb of a value."""
+
+    planner = "harmonic"
+    task = "decide"
+    description = "one direction in compiled code, a unit for each 64 bits of a value"
+    kernel = "harmonic_decision"
+
+    def outcome(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,  # noqa: ARG002
+        plan: Relaxation,
+        position: tuple[float, float],
+    ) -> tuple[int, Way]:
+        """The way from the position, of which the direction is the beginning."""
+        return limbs(plan.precision), PLANNER.way(problem, plan, position)
+
+
+class SparseSolve(HostTask):
+    """A unit for each free cell: factors, refinement and certificate, in all. The growth of factors is left out.
+
+    The bound is made at the last precision of the schedule, where relaxing from it is the quickest: docs/replanning.md.
+    So one stage is run, and the bits are a restart's where that runs its schedule to the end too; with
+    ``stop: first_without_local_maxima`` a restart may end at fewer.
+    """
+
+    planner = "harmonic"
+    task = "lower_bound"
+    style = "sparse_solve"
+    description = (
+        "a start nowhere above the field at the last precision, by sparse factors and exact certificates;"
+        " a restart's bits under stop: schedule_end"
+    )
+    kernel = "sparse_solve_cell"
+
+    def outcome(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        plan: Any,  # noqa: ARG002
+        position: tuple[float, float],  # noqa: ARG002
+    ) -> tuple[int, LowerBound]:
+        """The bound."""
+        from codesign.planners.harmonic.plan.warm_start import warm_start
+
+        bound = warm_start(problem.free, problem.goals, parameters.precisions[-1])
+        return max(1, int(problem.free.sum())), bound
+
+
+class HostDetection(HostTask):
+    """A flag is read, compared and answered: no more than an update of a node. Assumed; the link takes the time."""
+
+    planner = "harmonic"
+    task = "detect"
+    description = "the flag of every sweep is asked for and answered"
+    kernel = "harmonic_node_update"
+
+    def outcome(
+        self,
+        problem: Problem,  # noqa: ARG002
+        parameters: RelaxParameters,  # noqa: ARG002
+        plan: Any,  # noqa: ARG002
+        position: tuple[float, float],  # noqa: ARG002
+    ) -> tuple[int, None]:
+        """Nothing beside the answer."""
+        return 1, None
+
+
+TASK_STYLES = (DecisionModule(), HostDecision(), SparseSolve(), HostDetection())

@@ -1,0 +1,179 @@
+"""Cycles and clock of the bit-serial circuit.
+
+Cycles
+    An iteration takes p + 2 (section 5.4), whatever the block: the bits pass serially, and the write address
+    follows two cycles behind the read address. The local maxima are found on the way, least significant bit
+    first.
+
+    The paper counts nothing else. Our own RTL shows what the end of a visit adds: 1 cycle to change the
+    block, and the latency of the OR tree that tells whether any bit changed. While the same block goes on,
+    the next iteration starts before the tree has answered: at worst it repeats an iteration that changed
+    nothing. So the wait falls due when a block is left or a stage ends, and with one block only at the end of
+    a stage. A tree over N nodes is log4 N levels of 4-input LUT deep, 4 levels to a pipeline stage: 2 stages
+    for 4,608 nodes, in the middle of the 1 to 3 that synthesis gave at 150 MHz.
+
+    Raising the precision moves no data: words are addressed from their most significant bit, and the bits
+    below have been zero since the memory was cleared.
+
+Clock
+    The period grows with the block. Three published clocks, on two parts in two speed grades, are all there
+    is: they fix a line over the fourth root of N, the form that leaves the smallest residuals among log N,
+    N^(1/4) and N^(1/2). That is an interpolation, chosen after seeing the points. One published clock is held
+    out, the estimate of 150 MHz for the 36×66 block; the interval of the law is twice its miss there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+from codesign.figures import Figure, Status, weakest
+from codesign.planners.harmonic import published
+from codesign.spec.part import Part
+
+LEVELS_A_PIPELINE_STAGE = 4
+
+FORMS: dict[str, Callable[[float], float]] = {
+    "log2 N": math.log2,
+    "N^(1/4)": lambda nodes: nodes**0.25,
+    "N^(1/2)": math.sqrt,
+}
+"""The forms that were tried for the growth of the clock period."""
+
+
+def iteration_cycles(precision: int) -> int:
+    """Clock cycles of one iteration at ``precision`` bits: p + 2 (section 5.4)."""
+    return precision + 2
+
+
+def or_tree_stages(nodes: int) -> int:
+    """Pipeline stages of the OR tree over a block.
+
+    >>> or_tree_stages(1), or_tree_stages(18), or_tree_stages(4608)
+    (0, 1, 2)
+    """
+    levels = 0
+    while 4**levels < nodes:
+        levels += 1
+    return -(-levels // LEVELS_A_PIPELINE_STAGE)
+
+
+def switch_cycles(nodes: int, blocks: int) -> int:
+    """Cycles between two visits: none where there is one block only (see the module)."""
+    return 0 if blocks == 1 else 1 + or_tree_stages(nodes)
+
+
+def stage_end_cycles(nodes: int) -> int:
+    """Cycles between two stages: whether a local maximum is left, and the change of precision."""
+    return 1 + or_tree_stages(nodes)
+
+
+def load_cycles(cells: int, blocks: int, precision: int) -> int:
+    """Cycles to bring in a map: clear p + 1 words for each block in all RAMs at once, then one cell a cycle.
+
+    Assumed. Section 5.2 has one node at a time selected (Sel) and told its constant (Sat).
+    """
+    return blocks * (precision + 1) + cells
+
+
+def load_start_cycles(cells: int, clusters: int, blocks: int, precision: int) -> int:
+    """Cycles to bring in a map, and values to start from: a word of 18 bits of one cluster's RAM each cycle.
+
+    Assumed, as ``load_cycles``: p + 1 words of every cluster for each block, one RAM after the other.
+    """
+    return clusters * blocks * (precision + 1) + cells
+
+
+def reload_cycles(cells: int) -> int:
+    """Cycles to bring in a map where the values of the last plan stay: one cell a cycle, nothing to clear. Assumed."""
+    return cells
+
+
+def decision_cycles(precision: int) -> int:
+    """Cycles of one decision: 17p + 10.
+
+    Assumed. The module "acts as a sequential program" (section 5.3), with room for three words of p bits: p +
+    2 to read the node and its four neighbours and subtract them serially, 2p for each of four squares on one
+    serial multiplier, 2p + 1 to add and compare each of the four triangles, and 4 between these steps.
+    """
+    return (precision + 2) + 4 * 2 * precision + 4 * (2 * precision + 1) + 4
+
+
+@dataclass(frozen=True)
+class ClockFit:
+    """period = offset + slope × form(N), ns, by least squares over the published clocks.
+
+    ``residuals``: ns, fitted less published, in the order of ``POINTS``.
+    """
+
+    form: str
+    offset: float
+    slope: float
+    residuals: tuple[float, ...]
+
+    def clock(self, nodes: int) -> float:
+        """Hz for a block of ``nodes``."""
+        return 1e9 / (self.offset + self.slope * FORMS[self.form](nodes))
+
+    @property
+    def residual(self) -> float:
+        """Root of the mean square residual, ns."""
+        return math.sqrt(sum(value**2 for value in self.residuals) / len(self.residuals))
+
+
+POINTS = (published.NODE, published.CLUSTER, published.BLOCK)
+"""The published clocks that the law is fitted to."""
+
+
+def fit_clock(form: str) -> ClockFit:
+    """The least-squares line of one form."""
+    grow = FORMS[form]
+    x = [grow(point.nodes) for point in POINTS]
+    y = [1e9 / point.clock for point in POINTS]
+    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
+    slope = sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum(
+        (a - mean_x) ** 2 for a in x
+    )
+    offset = mean_y - slope * mean_x
+    return ClockFit(form, offset, slope, tuple(offset + slope * a - b for a, b in zip(x, y, strict=True)))
+
+
+@cache
+def clock_fit() -> ClockFit:
+    """The fit with the smallest residual."""
+    return min((fit_clock(form) for form in FORMS), key=lambda fit: fit.residual)
+
+
+@cache
+def clock_miss() -> float:
+    """Relative error of the law on the clock that it was not fitted to: 150 MHz for 36×66 nodes."""
+    nodes = published.WHOLE_DESIGN_ROWS * published.WHOLE_DESIGN_COLUMNS
+    return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
+
+
+def clock_limit(rows: int, columns: int, part: Part) -> Figure:
+    """The fastest clock of a design on a part, Hz: that of its size, or the block RAM's where that is lower.
+
+    The law of the size is one line for all parts and grades: with three points they cannot be told apart.
+    """
+    fit, margin = clock_fit(), 2 * abs(clock_miss())
+    law = fit.clock(rows * columns)
+    ram = part.block_ram_clock
+    ram_low, ram_high = ram.interval
+    text = (
+        f"period {fit.offset:.2f} ns + {fit.slope:.3f} ns × {fit.form} over the clocks of Tables 1 to 3 of"
+        f" {published.PAPER}, ±{margin:.0%} (twice the miss on the"
+        " held-out clock); parts and speed grades not told apart"
+    )
+    if ram.value < law:
+        text = f"block RAM of {part.full_name}: {ram.source}"
+    return Figure(
+        value=min(law, ram.value),
+        unit="Hz",
+        status=weakest(Status.CALIBRATED, ram.status) if ram.value < law else Status.CALIBRATED,
+        source=text,
+        low=min(law * (1 - margin), ram_low),
+        high=min(law * (1 + margin), ram_high),
+    )

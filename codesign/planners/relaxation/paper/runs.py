@@ -1,0 +1,156 @@
+"""The runs that Saudi and Sulaiman (2016) are held against, on the floor plan of ``saudi2016_map``."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.relaxation import published
+from codesign.planners.relaxation.paper.map import GOAL, floor_plan
+from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, Method, Search, Solution, solve
+from codesign.planners.relaxation.styles.costs import direct_units, unit
+from codesign.planners.relaxation.styles.host import Host
+from codesign.planners.reproduction import Progress
+
+SOR_OMEGAS = (1.90, 1.93, 1.95, 1.955, 1.96, 1.965, 1.97, 1.98)
+HALF_OMEGAS = (1.90, 1.92, 1.94, 1.95, 1.96)
+CHECK_EVERY = 10
+"""Iterations between two looks for flat cells, in ``until_followed``."""
+
+
+@dataclass(frozen=True, order=True)
+class Key:
+    """What was run: a method with its parameters and a boundary."""
+
+    method: Method
+    omega: float | None = None
+    r: float | None = None
+    boundary: Boundary = Boundary.LOW_GOAL
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of it. ``flat``: reachable cells from which no step leads on. ``updates``: node values computed."""
+
+    iterations: int
+    stagnated: bool
+    flat: int
+    updates: int
+
+
+Outcomes = dict[Key, Outcome]
+
+
+def key_of(run: published.Run) -> Key:
+    """The key of a published run."""
+    if run.omega is None:
+        return Key(Method.GS)
+    return Key(Method.AM if run.r is None else Method.MAM, run.omega, run.r)
+
+
+def tabulated(quick: bool) -> tuple[published.Run, ...]:
+    """The rows of Tables I and II that are run; in ``quick`` a few of those with few iterations."""
+    if quick:
+        return (published.GS, *published.AM[8::3], published.MAM_COARSE[-1], *published.MAM_FINE[1::6])
+    return (published.GS, *published.AM, *published.MAM_COARSE, *published.MAM_FINE)
+
+
+def beyond(quick: bool) -> tuple[Key, ...]:
+    """Runs that the paper leaves out: plain SOR, red-black, half sweeps, a direct solver, and walls set high."""
+    step = 2 if quick else 1
+    return (
+        *(Key(Method.SOR, omega) for omega in SOR_OMEGAS[::step]),
+        *(Key(Method.RED_BLACK, omega) for omega in SOR_OMEGAS[::step]),
+        *(Key(Method.HALF_SWEEP_AM, omega) for omega in HALF_OMEGAS[1::step]),
+        Key(Method.DIRECT),
+        *(
+            Key(method, omega, r, Boundary.HIGH_WALLS)
+            for method, omega, r in (
+                (Method.SOR, 1.95, None),
+                (Method.AM, 1.97, None),
+                (Method.MAM, 1.97, 1.92),
+            )
+        ),
+    )
+
+
+def published_run(free: NDArray[np.bool_], key: Key, **limit: int) -> Solution:
+    """A run by the paper's convention: its tolerance, and the boundary of ``key``. ``limit``: max_iterations."""
+    return solve(
+        free,
+        [GOAL],
+        method=key.method,
+        omega=key.omega,
+        r=key.r,
+        tolerance=PUBLISHED_TOLERANCE,
+        boundary=key.boundary,
+        **limit,  # type: ignore[arg-type]
+    )
+
+
+def run_all(keys: Iterable[Key], progress: Progress | None) -> Outcomes:
+    """Every run, on all cores; the outcomes do not depend on how many there are."""
+    free = floor_plan()
+    wanted = tuple(dict.fromkeys(keys))
+
+    def one(key: Key) -> Outcome:
+        solution = published_run(free, key)
+        search = Search(solution.potential, free, [GOAL])
+        return Outcome(solution.iterations, solution.stagnated, int(search.flat().sum()), solution.updates)
+
+    outcomes: Outcomes = {}
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        for key, outcome in zip(wanted, pool.map(one, wanted), strict=True):
+            outcomes[key] = outcome
+            if progress is not None and len(outcomes) % 10 == 1:
+                progress(f"relaxation of the floor plan: run {len(outcomes)} of {len(wanted)}")
+    return outcomes
+
+
+def until_followed(key: Key, most: int) -> int | None:
+    """Iterations, in steps of ``CHECK_EVERY``, after which no reachable cell is flat; None: more than ``most``.
+
+    Over-relaxed runs may lose ways again that they had, so there must be none after twice and four times as many
+    either.
+    """
+    free = floor_plan()
+
+    @cache
+    def followed(iterations: int) -> bool:
+        solution = published_run(free, key, max_iterations=iterations)
+        return not Search(solution.potential, free, [GOAL]).flat().any()
+
+    steps = range(CHECK_EVERY, most + 1, CHECK_EVERY)
+    return next((k for k in steps if followed(k) and followed(2 * k) and followed(4 * k)), None)
+
+
+def seconds(method: Method, iterations: int, *, cores: int = 1) -> float:
+    """Seconds of ``iterations`` on the paper's machine, by the cost law."""
+    style = Host("host", cores=cores)
+    return iterations * sum(style.iteration(method, published.CELLS).values()) * unit().value
+
+
+def direct_seconds(unknowns: int) -> float:
+    """Seconds of the direct solution, by the cost law."""
+    return direct_units(unknowns) * unit().value
+
+
+def best(outcomes: Outcomes, method: Method, *, followed: bool = False) -> tuple[Key, Outcome]:
+    """The run of ``method`` with the fewest iterations; with ``followed`` among those without flat cells."""
+    runs = (
+        (key, outcome)
+        for key, outcome in outcomes.items()
+        if key.method is method and key.boundary is Boundary.LOW_GOAL and not (followed and outcome.flat)
+    )
+    return min(runs, key=lambda run: run[1].iterations)
+
+
+def reduction(lesser: float, greater: float) -> float:
+    """By how many % ``lesser`` is below ``greater``."""
+    return 100.0 * (1.0 - lesser / greater)

@@ -1,0 +1,25 @@
+"""Relaxation on a host: Laplace's equation by sweeps over doubles (Saudi and Sulaiman 2016, with what it leaves out).
+
+The potential is fixed on obstacles and goals, and the mean of its four neighbours everywhere else. The paper's
+two-level arithmetic mean (AM, MAM) stands beside the sweeps it is built from (Gauss-Seidel, SOR), their parallel
+relatives (Jacobi, red-black), the paper's outlook (half-sweep AM), and a sparse direct solver, which is what one
+would take today.
+"""
+
+from codesign.planners.relaxation.plan.parameters import PUBLISHED_TOLERANCE, Boundary, Method
+from codesign.planners.relaxation.plan.run import End
+from codesign.planners.relaxation.plan.search import Descent, Ending, Search, descend
+from codesign.planners.relaxation.plan.solve import Solution, solve
+
+__all__ = [
+    "PUBLISHED_TOLERANCE",
+    "Boundary",
+    "Descent",
+    "End",
+    "Ending",
+    "Method",
+    "Search",
+    "Solution",
+    "descend",
+    "solve",
+]

@@ -1,0 +1,186 @@
+"""Relaxation as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.relaxation.plan.parameters import (
+    LoadParameters,
+    Method,
+    RelaxParameters,
+    SearchParameters,
+)
+from codesign.planners.relaxation.plan.search import Search
+from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
+from codesign.planners.task_graph import Flow
+from codesign.planners.ways import by_sides, cell_of, from_position
+
+CELL_BITS = 2
+"""A cell of the map on its way to the planner: free, obstacle or goal."""
+
+VALUE_BITS = 64
+"""A value of the potential: a double."""
+
+FACTOR_BYTES, FACTOR_GROWTH = 750, 0.35
+"""Sparse factors: bytes a cell at 2^18 cells, and the power of the cells by which they grow. Fitted to peaks measured
+on empty maps of 2^16 to 2^20 cells; maps of rooms take half as much."""
+
+STEP_BITS = POSE_BITS = 64
+"""The next cell of the way: row and column, 32 bits each."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A potential, and how it is followed. ``neighbours``: cells that a step of the search chooses from."""
+
+    solution: Solution
+    neighbours: int
+
+
+_searches: WeakKeyDictionary[Plan, tuple[str, Search]] = WeakKeyDictionary()
+
+
+class Relaxation:
+    """Laplace's equation by relaxation in doubles: tasks ``load``, ``relax`` and ``search``."""
+
+    name = "relaxation"
+    planning_task = "relax"
+    problem_model = None
+    policies: tuple[Policy, ...] = ("restart", "continue")
+    description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
+
+    @property
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks of a mapping, with their parameter models."""
+        return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
+
+    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+        """The method must suit the map."""
+        reason = refusal(parameters.method, problem.free.shape, problem.goals)
+        return None if reason is None else ("method", reason)
+
+    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """A step of the search never cuts a corner, with four neighbours or with eight."""
+        return by_sides(problem)
+
+    def plan(
+        self, problem: Problem, parameters: RelaxParameters, start: NDArray[np.float64] | None = None
+    ) -> Plan:
+        """Compute the potential, from nothing or from the potential of an earlier plan."""
+        solution = solve(
+            problem.free,
+            problem.goals,
+            method=parameters.method,
+            omega=parameters.omega,
+            r=parameters.r,
+            tolerance=parameters.tolerance,
+            boundary=parameters.boundary,
+            max_iterations=parameters.max_iterations,
+            start=start,
+        )
+        return Plan(solution, parameters.neighbours)
+
+    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+        """The map, two bits a cell; the potential, a double a cell; the next cell, row and column."""
+        cells = problem.free.size
+        return (
+            Flow("load", "relax", "map", CELL_BITS * cells),
+            Flow("relax", "search", "potential", VALUE_BITS * cells),
+            Flow("load", "search", "pose", POSE_BITS),
+            Flow("search", "command", "step", STEP_BITS),
+        )
+
+    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+        """Measured: 43 bytes a cell by sweeps; the factors of the direct solver, 0.8 KB a cell of 2^18, and growing."""
+        cells = problem.free.size
+        factors = (
+            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if parameters.method is Method.DIRECT else 0.0
+        )
+        return round(cells * (43 + factors))
+
+    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:  # noqa: ARG002
+        """Sweeps instead of factors."""
+        return ["a method of sweeps such as sor"] if parameters.method is Method.DIRECT else []
+
+    def fields_recorded(self, parameters: RelaxParameters) -> int:  # noqa: ARG002
+        """The potential."""
+        return 1
+
+    def quality(self, problem: Problem, plan: Plan) -> Quality:
+        """What following the potential is worth."""
+        from codesign.planners.relaxation.plan.quality import quality
+
+        return quality(problem, search_of(problem, plan), plan.solution)
+
+    def identity(self, plan: Plan) -> str:
+        """The digest of the potential, of how it came about, and of the rule that follows it."""
+        solution = plan.solution
+        run = f"{solution.method} {solution.omega} {solution.r} {solution.ended}"
+        text = f"{run}{solution.boundary}{plan.neighbours}{solution.potential.shape}"
+        return hashlib.sha256(text.encode() + solution.potential.tobytes()).hexdigest()
+
+    def figures(self, plan: Plan) -> dict[str, Any]:
+        """How the potential came about."""
+        solution = plan.solution
+        details: dict[str, int | float | str] = {
+            "method": str(solution.method),
+            "iterations": solution.iterations,
+            "node_updates": solution.updates,
+            "checks": solution.checks,
+            "largest_last_change": solution.change,
+            "ended": str(solution.ended),
+        }
+        details |= {
+            name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None
+        }
+        return {"details": details}
+
+    def trajectory(
+        self, problem: Problem, plan: Plan, start: tuple[int, int]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of the gradient descent search from ``start``."""
+        way = search_of(problem, plan).follow(start)
+        return way.cells.astype(np.float64), way.arrived
+
+    def start_of(self, plan: Plan) -> NDArray[np.float64]:
+        """The potential, rows × columns."""
+        return plan.solution.potential
+
+    def way(
+        self, problem: Problem, plan: Plan, start: tuple[float, float]
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of the gradient descent search from a position: that of its cell, the cell's middle left out."""
+        cell = cell_of(problem, start)
+        if cell is None:
+            return np.array([start], np.float64), False
+        way = search_of(problem, plan).follow(cell)
+        if len(way.cells) == 1 and not way.arrived:
+            return np.array([start], np.float64), False
+        return from_position(start, way.cells, problem.free), way.arrived
+
+
+def search_of(problem: Problem, plan: Plan) -> Search:
+    """The search over a plan's potential, made ready once for all positions."""
+    kept = _searches.get(plan)
+    if kept is None or kept[0] != problem.digest:
+        search = Search(
+            plan.solution.potential,
+            problem.free,
+            problem.goals,
+            neighbours=plan.neighbours,
+            upwards=plan.solution.boundary.upwards,
+        )
+        kept = _searches[plan] = problem.digest, search
+    return kept[1]
+
+
+PLANNER = Relaxation()

@@ -1,0 +1,100 @@
+"""What a potential is worth to a robot that follows it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.interface import Problem, Quality
+from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Boundary, Method
+from codesign.planners.relaxation.plan.run import End
+from codesign.planners.relaxation.plan.search import Search
+from codesign.planners.relaxation.plan.solve import Solution, solve
+from codesign.planners.ways import judge_arrival, judge_ways
+
+MOST_TRIED = 1 << 17
+"""Cells of the largest map on which a warning tries what it proposes: a fraction of a second."""
+
+LEAST_NORMAL = float(np.finfo(np.float64).tiny)
+"""Below it doubles lose digits, 1e-308, and below 5e-324 they are 0."""
+
+ANOTHER_PLANNER = "take planner harmonic with more bits, or wavefront"
+
+
+def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
+    """The quality of following ``search`` over the potential of ``solution`` on ``problem``.
+
+    ``local_maxima`` counts the cells from which no step leads on: flat areas, where neighbouring doubles are equal,
+    cells that the run ended too early for, and cells where its errors are larger than the slope. ``warnings`` says so
+    in words where cells lead nowhere, be the run converged or not. ``wrong_cells`` does not apply: doubles settle at no
+    exact value.
+
+    Raises:
+        InputError: a start is not in a free cell.
+    """
+    cells = search.reachable & ~search.goal
+    lost = cells & ~search.arriving()
+    count = int(cells.sum())
+    found = ((start, search.follow(start)) for start in problem.starts)
+    ways = ((start, way.cells if way.arrived else None) for start, way in found)
+    return Quality(
+        local_maxima=int(search.flat().sum()),
+        wrong_cells=None,
+        warnings=(_warning(problem, solution, lost, count),) if lost.any() else (),
+        **judge_arrival(count - int(lost.sum()), count),
+        **judge_ways(problem, ways),
+    )
+
+
+def _warning(problem: Problem, solution: Solution, lost: NDArray[np.bool_], count: int) -> str:
+    """How many cells lead nowhere, why, and what would mend it."""
+    nowhere = int(lost.sum())
+    tenths = 1000 * nowhere // count
+    share = f"{tenths / 10:g} %" if tenths else "under 0.1 %"
+    cause, advice = _cause(solution, lost)
+    begun = {End.CONVERGED: "converged, but ", End.STAGNATED: "stagnated: "}.get(solution.ended, "")
+    return (
+        f"{begun}{nowhere:,} of {count:,} cells ({share}) lead nowhere: {cause}; {advice or _mend(problem)}"
+    )
+
+
+def _cause(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
+    """Why cells lead nowhere, and what would mend it; "" where the default may."""
+    if solution.ended is End.LIMIT:
+        return "the run met its bound on iterations", "raise max_iterations"
+    if solution.method is Method.HALF_SWEEP_AM:
+        return "half sweeps see a passage one cell wide as closed, and errors may exceed the slope", ""
+    if solution.boundary is Boundary.HIGH_WALLS:
+        return "next to 1 doubles lie 1e-16 apart, and far cells differ by less", ""
+    if max(solution.omega or 1.0, solution.r or 1.0) > 1.0:
+        shown = "" if solution.r is None else f", r = {solution.r:g}"
+        cause = f"over-relaxation (ω = {solution.omega:g}{shown}) leaves errors larger than the potential of far rooms"
+        return cause, ""
+    return _cause_without_over_relaxation(solution, lost)
+
+
+def _cause_without_over_relaxation(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
+    wall, _ = solution.boundary.values
+    depth = float(np.abs(solution.potential[lost] - wall).min())
+    by_tolerance = solution.method is not Method.DIRECT and solution.checks == 0
+    if by_tolerance and depth == 0.0:
+        return "the run ended before values came to far cells", ""
+    if depth < LEAST_NORMAL:
+        return "far potentials are below the least double of full precision", ""
+    return "neighbouring doubles are equal, or differ by less than the error", ""
+
+
+def _mend(problem: Problem) -> str:
+    """The defaults, else the direct solver, else another planner: tried on this map where that is cheap."""
+    defaults = "leave method, omega, r, tolerance and boundary out"
+    if problem.free.size > MOST_TRIED:
+        return f"{defaults}, or {ANOTHER_PLANNER}"
+    for method, advice in (
+        (DEFAULT_METHOD, defaults),
+        (Method.DIRECT, "take method direct, and leave omega, r, tolerance and boundary out"),
+    ):
+        tried = solve(problem.free, problem.goals, method=method)
+        search = Search(tried.potential, problem.free, problem.goals)
+        if not (search.reachable & ~search.arriving()).any():
+            return f"{advice}: then every cell of this map leads to a goal"
+    return f"{ANOTHER_PLANNER}: on this map neither the defaults nor method direct lead from every cell"

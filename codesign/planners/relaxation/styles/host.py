@@ -1,0 +1,165 @@
+"""Styles ``sequential`` and ``two_core``: the relaxation on one core of a processor, or on two of them.
+
+A processor has no clock law: a cycle of a step stands for one unit of the kernel ``relaxation_node_update``, or of
+``relaxation_direct_cell`` in the direct solution, which the platform gives costs (see ``costs``). On two cores a cycle
+is one that either spends, so that cycles are time.
+
+Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
+does. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster order
+(Gauss-Seidel, SOR), the direct solution and the looks for cells without a descent stay on one. The platform's busy
+power counts once, be it one core or two: assumed, and too little where that power is a core's share.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Generator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.memo import Memo
+from codesign.planners.host import HostStyle
+from codesign.planners.interface import Problem
+from codesign.planners.relaxation.plan import Method, Solution
+from codesign.planners.relaxation.plan.parameters import RelaxParameters
+from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
+from codesign.planners.relaxation.styles.costs import (
+    BARRIER_UNITS,
+    CHECK_UNITS,
+    DIRECT_KERNEL,
+    MEANS,
+    SEARCH_UNITS,
+    direct_units,
+    level_3_units,
+    sweep_units,
+)
+from codesign.planners.styles import Step, is_done
+from codesign.records import StageRecord
+
+SEARCH = "search"
+
+BATCHES = 16
+"""With somebody listening, iterations are told in at most so many batches."""
+
+DOUBLE_BITS = 52
+"""Fractional bits of a double."""
+
+
+class Host(HostStyle):
+    """Every cell of the map is passed by every sweep, at one unit of the kernel."""
+
+    planner = "relaxation"
+    description = "sweeps in raster order, in doubles; levels 1 and 2 side by side where there are two cores"
+    kernel = "relaxation_node_update"
+
+    def __init__(self, style: str, *, cores: int = 1) -> None:
+        self.style = style
+        self.cores = cores
+
+    def iteration(self, method: Method, cells: int) -> dict[str, int]:
+        """Units of one iteration over a map of ``cells`` cells, by phase; none for the direct solution."""
+        sweep, shared = sweep_units(method, cells), self.cores > 1
+        if method in MEANS:
+            mean = {"level_3": level_3_units(method, cells)}
+            if shared:
+                return {"levels_1_and_2": sweep} | mean | {"barriers": 2 * BARRIER_UNITS}
+            return {"level_1": sweep, "level_2": sweep} | mean
+        if shared and method in {Method.RED_BLACK, Method.JACOBI}:
+            meetings = 2 if method is Method.RED_BLACK else 1
+            return {"sweep": -(-sweep // self.cores), "barriers": meetings * BARRIER_UNITS}
+        return {} if method is Method.DIRECT else {"sweep": sweep}
+
+    def kernels(self, parameters: RelaxParameters) -> tuple[str, ...]:
+        """That of the sweeps and the search; of the direct solution its own beside it."""
+        return (DIRECT_KERNEL, self.kernel) if parameters.method is Method.DIRECT else (self.kernel,)
+
+    def work(
+        self,
+        problem: Problem,
+        parameters: RelaxParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: NDArray[np.float64] | None = None,
+        inside: frozenset[str] | None = None,
+    ) -> Generator[Step, None, Plan]:
+        """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
+
+        ``check`` is of runs that end by descents.
+
+        With ``detail`` the iterations come in batches, and the last of them tells the potential, scaled to 0 on
+        obstacles and 1 on goals. ``start``: the potential of an earlier plan, which the sweeps go on from.
+        """
+        began = None if start is None else hashlib.sha256(start.tobytes()).hexdigest()
+        key = ("relaxation", problem.digest, parameters.model_dump_json(), began)
+        plan = (Memo() if memo is None else memo).get(key, lambda: PLANNER.plan(problem, parameters, start))
+        search = search_of(problem, plan)
+        relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if detail else 1)
+        for phase, units in relaxation[:-1]:
+            yield _step(phase, units)
+        phase, units = relaxation[-1]
+        total = sum(units for _, units in relaxation)
+        told = _told(plan.solution, int(search.flat().sum()), total, units) if detail else None
+        direct = plan.solution.method is Method.DIRECT
+        kernel = DIRECT_KERNEL if direct else self.kernel
+        yield Step(phase, np.array([units], np.int64), told, kernel=kernel)
+        if is_done(SEARCH, inside):
+            # Where nobody has started yet, the answer is a single step.
+            entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
+            yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
+        return plan
+
+    def _relaxation(self, solution: Solution, cells: int, batches: int) -> list[tuple[str, int]]:
+        """Phases and their units, in order, until the potential stands."""
+        if solution.method is Method.DIRECT:
+            return [("factorise", direct_units(solution.updates))]
+        iteration = self.iteration(solution.method, cells)
+        found = [
+            (phase, count * units)
+            for count in _batches(solution.iterations, batches)
+            for phase, units in iteration.items()
+        ]
+        if solution.method is Method.HALF_SWEEP_AM:
+            found.append(("fill", -(-cells // 2)))
+        if solution.checks:
+            found.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
+        return found
+
+
+def _batches(iterations: int, most: int) -> list[int]:
+    """Iterations shared out over at most ``most`` batches, none of them empty.
+
+    >>> _batches(10, 4), _batches(2, 4), _batches(0, 4)
+    ([3, 3, 2, 2], [1, 1], [])
+    """
+    number = min(most, iterations)
+    return [iterations // number + (index < iterations % number) for index in range(number)]
+
+
+def _step(phase: str, units: int) -> Step:
+    return Step(phase, np.array([units], np.int64))
+
+
+def _told(solution: Solution, flat: int, total: int, last: int) -> Callable[[int, int, str], StageRecord]:
+    """The story of the relaxation, told with its last step: ``total`` units in all, ``last`` in that step."""
+    wall, goal = solution.boundary.values
+
+    def tell(begin: int, end: int, source: str) -> StageRecord:
+        cost = (end - begin) // last
+        return StageRecord(
+            time=end,
+            source=source,
+            begin=end - total * cost,
+            stage=0,
+            precision=DOUBLE_BITS,
+            # Of the costs that a stage may have it has iterations: a processor counts units of a kernel, no cycles.
+            sweeps=0,
+            visits=0,
+            iterations=solution.iterations,
+            cycles=0,
+            local_maxima=flat,
+            potential=(solution.potential - wall) / (goal - wall),
+        )
+
+    return tell

@@ -1,0 +1,40 @@
+"""Dubey, Pradhan, Krishna and Roy Chowdhury (2013), held against the model."""
+
+from __future__ import annotations
+
+from codesign.planners.reproduction import Progress, Reproduction
+
+QUICK = ("A quick run: fewer seeds than those of the full one, whose counts differ.",)
+
+
+def velocity_obstacle(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+    """Every row of the paper that the model can be held against, with plots and findings.
+
+    Args:
+        quick: fewer seeds for what is simulated.
+        progress: told in a line what is being computed.
+    """
+    from codesign.planners.velocity_obstacle.paper.runs import (
+        agreement,
+        run_findings,
+        run_rows,
+        single_runs,
+        tallies,
+        ways_plot,
+    )
+    from codesign.planners.velocity_obstacle.paper.tables import (
+        cycles_plot,
+        power_plot,
+        table_findings,
+        table_rows,
+    )
+
+    runs = single_runs(progress)
+    counted = tallies(quick, progress)
+    verdicts = agreement(quick, progress)
+    return Reproduction(
+        paper="Dubey, Pradhan, Krishna, Roy Chowdhury 2013, Collision avoidance using acceleration velocity obstacles",
+        rows=(*table_rows(), *run_rows(runs, verdicts)),
+        figures=(cycles_plot(), power_plot(), ways_plot(runs[8])),
+        findings=(*QUICK * quick, *table_findings(), *run_findings(runs, counted, verdicts)),
+    )

@@ -1,0 +1,28 @@
+"""n robots in the closed loop, without a clock: the planner's answer."""
+
+from __future__ import annotations
+
+from codesign.errors import InputError
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.faults import fault_of
+from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+
+
+def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
+    """Run all robots until they stand at their targets, or ``parameters.updates`` are done, or a value leaves its word.
+
+    All decide at the same time from the same state, each on its own FPGA, and every decision is taken within its
+    time step. Ends in the same bits as ``reference.run`` with ``arithmetic.fixed``.
+
+    Raises:
+        InputError: parameters that this problem cannot be computed with (``fault_of``).
+    """
+    fault = fault_of(problem, parameters)
+    if fault is not None:
+        raise InputError(fault[1], fault[0])
+    from codesign.planners.velocity_obstacle.plan.loop import Loop
+
+    loop = Loop(problem, parameters)
+    loop.run()
+    return loop.plan()

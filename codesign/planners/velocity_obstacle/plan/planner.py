@@ -1,0 +1,128 @@
+"""Velocity obstacles as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+
+from codesign.planners.interface import Policy, RobotsQuality
+from codesign.planners.task_graph import Flow
+from codesign.planners.velocity_obstacle.plan.avoid import avoid
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.faults import fault_of
+from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, RobotsWorkload
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE
+
+STATE_BYTES = 120
+"""Bytes of a robot at one update: 44 in words, 32 in cells, and what judges the run."""
+
+COORDINATE_BITS = 16
+"""A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
+
+
+class VelocityObstacle:
+    """Collision avoidance of n robots with acceleration limits: one task, ``avoid``, on a ``RobotsProblem``."""
+
+    name = "velocity_obstacle"
+    planning_task = "avoid"
+    problem_model = RobotsWorkload
+    policies: tuple[Policy, ...] = ("restart",)
+    description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
+
+    @property
+    def tasks(self) -> Mapping[str, type[BaseModel]]:
+        """The tasks of a mapping, with their parameter models."""
+        return {"avoid": AvoidParameters}
+
+    def check(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
+        """The array of velocities must be fine enough for the acceleration, and the words wide enough."""
+        return fault_of(problem, parameters)
+
+    def reachable(self, problem: RobotsProblem, parameters: AvoidParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+        """Every cell of the arena, which has no obstacles: bool rows × columns."""
+        width, height = problem.arena
+        return np.ones((math.ceil(height), math.ceil(width)), np.bool_)
+
+    def plan(self, problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
+        """Run all robots in the closed loop, without a clock."""
+        return avoid(problem, parameters)
+
+    def flows(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+        """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
+        coordinates = 2 * COORDINATE_BITS * problem.count
+        return (
+            Flow("load", "avoid", "robots", 2 * coordinates),
+            Flow("avoid", "command", "coordinates", coordinates),
+        )
+
+    def memory(self, problem: RobotsProblem, parameters: AvoidParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+        """For each robot and update positions, velocities and counts, in words and once more in cells."""
+        return STATE_BYTES * problem.count * (parameters.updates + 1)
+
+    def memory_levers(self, problem: RobotsProblem, parameters: AvoidParameters) -> list[str]:  # noqa: ARG002
+        """None besides robots and updates."""
+        return []
+
+    def fields_recorded(self, parameters: AvoidParameters) -> int:  # noqa: ARG002
+        """None."""
+        return 0
+
+    def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
+        """Collisions, arrivals and detours of the run."""
+        from codesign.planners.velocity_obstacle.plan.quality import quality
+
+        return quality(problem, plan)
+
+    def identity(self, plan: Avoidance) -> str:
+        """The digest of all states of the run, and its parameters, which its remedy depends on."""
+        return f"{plan.digest} {plan.parameters.model_dump_json()}"
+
+    def figures(self, plan: Avoidance) -> dict[str, Any]:
+        """How many decisions the run took, of how many candidates, and how fine its words are."""
+        decisions = int((plan.checks > 0).sum())
+        return {
+            "details": {
+                "updates": plan.updates,
+                "decisions": decisions,
+                "trials": int(plan.trials.sum()),
+                "trials_a_decision_mean": float(plan.trials.sum() / decisions) if decisions else 0.0,
+                "trials_a_decision_most": int(plan.trials.max(initial=0)),
+                "acceleration_checks": int(plan.checks.sum()),
+                "decisions_without_safe_velocity": int((plan.candidates == BRAKE).sum()),
+                "position_resolution_cells": 2.0**-plan.formats.position,
+                "velocity_resolution_cells_a_second": 2.0**-plan.formats.velocity,
+            }
+        }
+
+    def trajectory(
+        self, problem: RobotsProblem, plan: Avoidance, start: int
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The way of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
+
+        Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).
+        """
+        from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
+
+        assert 0 <= start < problem.count
+        return plan.cells[:, start, ::-1] - 0.5, arrival_updates(plan)[start] is not None
+
+    def start_of(self, plan: Avoidance) -> None:
+        """None: every run begins at the starts."""
+
+    def way(
+        self,
+        problem: RobotsProblem,  # noqa: ARG002
+        plan: Avoidance,  # noqa: ARG002
+        start: tuple[float, float],
+    ) -> tuple[NDArray[np.float64], bool]:
+        """``start`` alone: the run is a closed loop of all robots, and knows of no other position."""
+        return np.array([start], np.float64), False
+
+
+PLANNER = VelocityObstacle()

@@ -1,0 +1,67 @@
+"""What a run of robots is worth: who arrived, who touched whom, and how far round they went."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.interface import RobotsQuality
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.reference import STAY
+from codesign.planners.velocity_obstacle.plan.shortfall import remedy_of, shortfall_of
+
+
+def quality(problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
+    """The quality of a run; gaps are measured along the robots' motion, between updates as well as at them."""
+    arrivals = arrival_updates(plan)
+    steps = arrival_steps(plan)
+    ratios = _length_ratios(plan, steps)
+    there = [step for step in steps if step is not None]
+    gaps = run_gaps(plan) - 2.0 * problem.radius
+    changed = (np.diff(plan.candidates, axis=0) != 0) & (plan.candidates[1:] != STAY)
+    shortfall = shortfall_of(problem, plan, arrivals)
+    return RobotsQuality(
+        robots=problem.count,
+        robots_arrived=len(there),
+        updates=plan.updates,
+        collisions=int((gaps < 0.0).sum()),
+        closest_approach=float(gaps.min()),
+        time_to_targets_s=round(max(there) * plan.step, 12) if there else None,
+        velocity_changes=int(changed.sum()),
+        path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
+        path_length_ratio_worst=max(ratios, default=None),
+        shortfall=shortfall,
+        remedy=None if shortfall is None else remedy_of(problem, plan),
+    )
+
+
+def arrival_updates(plan: Avoidance) -> list[int | None]:
+    """For each robot the updates done when it had arrived, or None."""
+    stays = plan.candidates == STAY
+    return [int(np.argmax(column)) if column.any() else None for column in stays.T]
+
+
+def arrival_steps(plan: Avoidance) -> list[int | None]:
+    """For each robot the time steps that had passed when it had arrived, or None: the begin of that update."""
+    return [None if update is None else int(plan.begins[update]) for update in arrival_updates(plan)]
+
+
+def run_gaps(plan: Avoidance) -> NDArray[np.float64]:
+    """Least distance between the centres of each pair over a run, cells, one entry a pair."""
+    from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
+
+    return pair_gaps(plan.cells, plan.speeds, np.diff(plan.times) * plan.step)
+
+
+def _length_ratios(plan: Avoidance, arrivals: list[int | None]) -> list[float]:
+    """Way over the straight line between its ends, of the robots that arrived and had a way to go."""
+    ratios = []
+    for robot, end in enumerate(arrivals):
+        if not end:
+            continue
+        way = plan.cells[plan.times <= end, robot]
+        straight = float(np.hypot(*(way[-1] - way[0])))
+        if straight > 0.0:
+            ratios.append(float(np.hypot(*np.diff(way, axis=0).T).sum()) / straight)
+    return ratios

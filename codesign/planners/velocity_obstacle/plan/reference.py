@@ -1,0 +1,300 @@
+"""The algorithm in plain lines, in either arithmetic: what the compiled kernel is held against, bit for bit.
+
+Modules are those of Dubey et al. 2013, sections III and IV; the equations are theirs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, Number
+from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection, Responsibility
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+
+BRAKE = -1
+"""In place of a candidate: none is safe, so the robot brakes."""
+STAY = -2
+"""In place of a candidate: the robot has arrived and comes to rest."""
+
+
+@dataclass
+class Robot:
+    """State of one robot: position, velocity, and the PID's sum of errors and last error, as (x, y)."""
+
+    position: tuple[Number, Number]
+    target: tuple[Number, Number]
+    velocity: tuple[Number, Number] = (0, 0)
+    error_sum: tuple[Number, Number] = (0, 0)
+    last_error: tuple[Number, Number] = (0, 0)
+    arrived: bool = False
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What one robot decided in one update.
+
+    ``candidate``: speed level × directions + direction of the array of velocities, or ``BRAKE`` or ``STAY``.
+    ``velocity``: what the robot is told to reach. ``checks``: candidates looked at; ``trials``: those of them
+    that the acceleration allows, and that were therefore held against all other robots.
+    """
+
+    candidate: int
+    velocity: tuple[Number, Number]
+    checks: int
+    trials: int
+
+
+@dataclass
+class History:
+    """The states of a run, beginning with the start, when each is reached, in time steps, and the choices."""
+
+    positions: list[list[tuple[Number, Number]]] = field(default_factory=list)
+    velocities: list[list[tuple[Number, Number]]] = field(default_factory=list)
+    times: list[int] = field(default_factory=list)
+    choices: list[list[Choice]] = field(default_factory=list)
+    overflow: bool = False
+
+    def note(self, robots: Sequence[Robot], steps: int) -> None:
+        """The state of the robots, so many steps after the one before."""
+        self.positions.append([one.position for one in robots])
+        self.velocities.append([one.velocity for one in robots])
+        self.times.append(steps + (self.times[-1] if self.times else 0))
+
+
+def pos_vel_update(
+    numbers: Arithmetic,
+    position: tuple[Number, Number],
+    velocity: tuple[Number, Number],
+    acceleration: tuple[Number, Number],
+) -> tuple[tuple[Number, Number], tuple[Number, Number]]:
+    """Equations 2a and 2b, resolved in x and y: six products."""
+    moved, changed = [], []
+    for r, v, a in zip(position, velocity, acceleration, strict=True):
+        changed.append(v + numbers.rescale(a * numbers.step, "acceleration_step"))
+        moved.append(
+            r
+            + numbers.rescale(v * numbers.step, "velocity_step")
+            + numbers.rescale(a * numbers.half_square, "acceleration_half_square")
+        )
+    return (moved[0], moved[1]), (changed[0], changed[1])
+
+
+def coll_detect(
+    numbers: Arithmetic,
+    position: tuple[Number, Number],
+    velocity: tuple[Number, Number],
+    detection: Detection,
+) -> bool:
+    """Equation 4 for a relative position and velocity: nine products; True: on a collision course.
+
+    Robots beyond the range, where there is one, are on no course yet.
+    """
+    (x, y), (vx, vy) = position, velocity
+    r_sq, vab_sq, dotp = x * x + y * y, vx * vx + vy * vy, x * vx + y * vy
+    if numbers.range_squared is not None and r_sq > numbers.range_squared:
+        return False
+    safe = r_sq * vab_sq - dotp * dotp >= numbers.radius_squared * vab_sq
+    if detection is Detection.APPROACHING:
+        return bool(not safe and dotp < 0)
+    return not safe
+
+
+def target_check(numbers: Arithmetic, robot: Robot) -> bool:
+    """Whether the robot's centre is within the tolerance of its target."""
+    x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
+    return bool(x * x + y * y <= numbers.tolerance_squared)
+
+
+def to_goal(numbers: Arithmetic, robot: Robot) -> int:
+    """The direction of the array of velocities that is nearest to that of the target."""
+    x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
+    along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
+    direction = sum(1 for cosine, sine in numbers.bounds if across * cosine > along * sine)
+    count = numbers.directions
+    if abs(y) > abs(x):
+        direction = count // 4 - direction
+    if x < 0:
+        direction = count // 2 - direction
+    return (-direction if y < 0 else direction) % count
+
+
+def candidates(numbers: Arithmetic, heading: int) -> Iterator[int]:
+    """The velocity selector: the target's direction first, then rotating both ways; then the same, slower."""
+    count = numbers.directions
+    for speed in range(numbers.speeds):
+        for turn in range(numbers.turns):
+            rotation = (turn + 1) // 2 if turn % 2 else -(turn // 2)
+            yield speed * count + (heading + rotation) % count
+
+
+def brake(numbers: Arithmetic, velocity: tuple[Number, Number]) -> tuple[Number, Number]:
+    """The velocity nearest to rest that one step of braking reaches, each component by itself."""
+    x, y = (v - max(-numbers.brake, min(numbers.brake, v)) for v in velocity)
+    return x, y
+
+
+def choose(numbers: Arithmetic, robots: Sequence[Robot], index: int, parameters: AvoidParameters) -> Choice:
+    """The velocity that robot ``index`` takes: the first achievable one with which all equations hold.
+
+    All robots are updated by one step first, the others as they move now, and the equations are verified there. A
+    trial whose position leaves its word is refused, as by the overflow bit of the unit.
+    """
+    robot = robots[index]
+    if robot.arrived:
+        return Choice(STAY, brake(numbers, robot.velocity), 0, 0)
+    others = [
+        pos_vel_update(numbers, other.position, other.velocity, (0, 0))
+        for number, other in enumerate(robots)
+        if number != index
+    ]
+    checks = trials = 0
+    for candidate in candidates(numbers, to_goal(numbers, robot)):
+        speed, direction = divmod(candidate, numbers.directions)
+        wanted = numbers.velocities[speed][direction]
+        change = wanted[0] - robot.velocity[0], wanted[1] - robot.velocity[1]
+        checks += 1
+        if change[0] * change[0] + change[1] * change[1] > numbers.change_squared:
+            continue
+        trials += 1
+        x, y = (numbers.rescale(one * numbers.inverse_step, "change_inverse_step") for one in change)
+        position, velocity = pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
+        if fits(numbers, *position) and not any(
+            _on_course(numbers, robot.velocity, position, velocity, other, parameters) for other in others
+        ):
+            return Choice(candidate, velocity, checks, trials)
+    return Choice(BRAKE, brake(numbers, robot.velocity), checks, trials)
+
+
+def _on_course(
+    numbers: Arithmetic,
+    now: tuple[Number, Number],
+    position: tuple[Number, Number],
+    velocity: tuple[Number, Number],
+    other: tuple[tuple[Number, Number], tuple[Number, Number]],
+    parameters: AvoidParameters,
+) -> bool:
+    (px, py), (qx, qy) = position, other[0]
+    vx, vy = velocity
+    if parameters.responsibility is Responsibility.HALF:
+        vx, vy = 2 * vx - now[0], 2 * vy - now[1]
+    relative = vx - other[1][0], vy - other[1][1]
+    return coll_detect(numbers, (px - qx, py - qy), relative, parameters.detection)
+
+
+def pid(
+    numbers: Arithmetic, robot: Robot, wanted: tuple[Number, Number]
+) -> tuple[tuple[Number, Number], tuple[Number, Number], tuple[Number, Number]]:
+    """The acceleration that the PID control gives towards ``wanted``, its sum of errors and its error.
+
+    The sum stops at the greatest speed, and what comes out at the greatest acceleration of one axis.
+    """
+    accelerations, sums, errors = [], [], []
+    for axis in range(2):
+        error = wanted[axis] - robot.velocity[axis]
+        total = max(-numbers.speed, min(numbers.speed, robot.error_sum[axis] + error))
+        terms = error, total, error - robot.last_error[axis]
+        drive = sum(
+            numbers.rescale(gain * term, "gain") for gain, term in zip(numbers.gains, terms, strict=True)
+        )
+        accelerations.append(max(-numbers.acceleration, min(numbers.acceleration, drive)))
+        sums.append(total)
+        errors.append(error)
+    return (accelerations[0], accelerations[1]), (sums[0], sums[1]), (errors[0], errors[1])
+
+
+def fits(numbers: Arithmetic, *values: Number) -> bool:
+    """Whether every value fits the words; doubles always do."""
+    if numbers.formats is None:
+        return True
+    limit = 1 << (numbers.formats.width - 1)
+    return all(-limit <= value < limit for value in values)
+
+
+def decide(
+    numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
+) -> tuple[list[Choice], bool]:
+    """What all robots choose, at the same time and from the same state, and an overflow.
+
+    A robot that one step at its present velocity takes out of its words is an overflow. Only ``arrived`` changes.
+    """
+    for robot in robots:
+        robot.arrived = robot.arrived or target_check(numbers, robot)
+    choices = [choose(numbers, robots, index, parameters) for index in range(len(robots))]
+    return choices, not all(
+        fits(numbers, *pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))[0]) for robot in robots
+    )
+
+
+def hold(numbers: Arithmetic, robots: Sequence[Robot], steps: int) -> bool:
+    """Drive on for ``steps`` time steps with the velocities that the robots have; whether one left its words."""
+    for _ in range(steps):
+        for robot in robots:
+            robot.position, _ = pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))
+        if not all(fits(numbers, *robot.position) for robot in robots):
+            return True
+    return False
+
+
+def act(numbers: Arithmetic, robots: Sequence[Robot], choices: Sequence[Choice]) -> bool:
+    """One time step in which PID control drives each robot to the velocity that it chose; whether a value left its
+    word."""
+    overflow = False
+    for robot, choice in zip(robots, choices, strict=True):
+        acceleration, robot.error_sum, robot.last_error = pid(numbers, robot, choice.velocity)
+        robot.position, robot.velocity = pos_vel_update(numbers, robot.position, robot.velocity, acceleration)
+        overflow |= not fits(numbers, *robot.position, *robot.velocity, *robot.last_error, *choice.velocity)
+    return overflow
+
+
+def update(
+    numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
+) -> tuple[list[Choice], bool]:
+    """One update that is decided within its time step: the choices, and an overflow.
+
+    ``robots`` are left in the new state.
+    """
+    choices, overflow = decide(numbers, robots, parameters)
+    return choices, act(numbers, robots, choices) or overflow
+
+
+def start(numbers: Arithmetic, problem: RobotsProblem) -> list[Robot]:
+    """All robots at rest at their starts."""
+    return [
+        Robot(
+            (numbers.position(place[0]), numbers.position(place[1])),
+            (numbers.position(target[0]), numbers.position(target[1])),
+        )
+        for place, target in zip(problem.positions.tolist(), problem.targets.tolist(), strict=True)
+    ]
+
+
+def run(
+    numbers: Arithmetic,
+    problem: RobotsProblem,
+    parameters: AvoidParameters,
+    held: Callable[[Sequence[Choice]], int] = lambda _: 0,
+) -> History:
+    """The closed loop: updates until all robots stand at their targets, or ``parameters.updates`` are done.
+
+    ``held``: for how many time steps robots that made these choices drive on before they act; by default none. Where
+    there are any, the history has the states at their end as well.
+    """
+    robots = start(numbers, problem)
+    history = History()
+    history.note(robots, 0)
+    for _ in range(parameters.updates):
+        choices, history.overflow = decide(numbers, robots, parameters)
+        steps = held(choices)
+        if not history.overflow and steps:
+            history.overflow = hold(numbers, robots, steps)
+            history.note(robots, steps)
+        if not history.overflow:
+            history.overflow = act(numbers, robots, choices)
+            history.note(robots, 1)
+        if not history.overflow:
+            history.choices.append(choices)
+        at_rest = all(one.arrived and not any(one.velocity) for one in robots)
+        if history.overflow or at_rest:
+            break
+    return history

@@ -1,0 +1,254 @@
+"""What the circuits take of a part: items by unit, as functions of style, number of robots and width.
+
+Units
+    Own RTL at 16 bits, synthesised (LUT4, flip-flops, multipliers): one unit of either module with one multiplier
+    (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
+
+Rest
+    Selector, checks, PID control, state of the robots, control. It is what Table I leaves over the units with 2
+    robots, so the law meets that table by construction, within the half percent that it is rounded to: 47 LUTs.
+    It does not grow with the number of robots ("all other parts [...] require [...] same amount of resources
+    irrespective of number of robots", section V). A circuit with more than one unit of a kind needs all states at
+    once, so it is given the rest of the hybrid style.
+
+    That the units explain so little is a finding: the second update unit of the hybrid style should cost 122 LUTs
+    and costs 2,700. Two more such steps would not fit the part with 4 robots, and that design ran. So the
+    difference belongs to the style, once, and not to the unit.
+
+Multipliers
+    A product of a and b bits takes ⌈a/17⌉ · ⌈b/17⌉ multipliers of 18 × 18 bits (17 without the sign). The widest
+    factors of a detector, |r|², |V|² and r·V, have 2w + 1 bits: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
+    found 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
+
+Slices
+    The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record
+    2666). Up to there slices are LUT/2 times a ratio that Table I gives for each style; then they stay at 97 %
+    until all slices are packed, LUT/2. So a hybrid design for 4 robots fits, which at the ratio of 2 robots would
+    miss by 39 slices. It ran, and the rule was chosen knowing that: no row held out.
+"""
+
+from __future__ import annotations
+
+import math
+
+from codesign.figures import Status
+from codesign.planners.styles import Item
+from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle.plan.parameters import (
+    AvoidParameters,
+    Detection,
+    Detector,
+    Responsibility,
+    Unit,
+)
+from codesign.planners.velocity_obstacle.published import PAPER, Style
+from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, Units, products
+from codesign.spec.part import Part
+
+UNIT_WIDTH = 16
+MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {
+    (UPDATE, Unit.SERIAL): (122, 100),
+    (UPDATE, Unit.PARALLEL): (96, 304),
+    (DETECT, Unit.SERIAL): (779, 180),
+    (DETECT, Unit.PARALLEL): (675, 382),
+}
+"""LUT4 and flip-flops of one unit at 16 bits, by own RTL."""
+MEASURED_WIDE = {(35, 35): 8}
+"""Multipliers of a product of two unsigned numbers, where synthesis did better than the law (width 17)."""
+
+MULTIPLIER_BITS = 17
+STORE_DEPTH = 16
+"""Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
+STATE_COMPONENTS = 4
+FULL = 0.97
+ROUNDING = 0.005
+"""Half a percent: what the entries of Table I are rounded to."""
+
+SYNTHESIS = "own RTL, bit-exact against an integer model; Yosys synth_xilinx, 16 bits"
+
+
+def default_units(style: Style, robots: int) -> Units:
+    """The units of a style as published (figures 2 to 4)."""
+    if style is Style.SEQUENTIAL:
+        return Units(1, 1, shared=True)
+    if style is Style.PIPELINED:
+        return Units(1, 1)
+    return Units(robots, robots - 1)
+
+
+def units_of(style: Style, robots: int, parameters: AvoidParameters) -> Units:
+    """The units of a circuit; no more than there is work for. A sequential circuit has one of each in turn."""
+    usual = default_units(style, robots)
+    if usual.shared:
+        return usual
+    return Units(
+        min(parameters.update_units or usual.update, robots),
+        min(parameters.detect_units or usual.detect, robots - 1),
+    )
+
+
+def rest_style(style: Style, units: Units) -> Style:
+    """The style whose rest a circuit has: that of the hybrid one where units of a kind work side by side."""
+    return Style.HYBRID if max(units.update, units.detect) > 1 else min(style, Style.PIPELINED, key=_order)
+
+
+def _order(style: Style) -> int:
+    return list(Style).index(style)
+
+
+def unit_lut4(module: str, unit: Unit, width: int) -> int:
+    """LUT4 of one unit."""
+    return math.ceil(MEASURED[module, unit][0] * width / UNIT_WIDTH)
+
+
+def unit_flip_flops(module: str, unit: Unit, width: int) -> int:
+    """Flip-flops of one unit."""
+    return math.ceil(MEASURED[module, unit][1] * width / UNIT_WIDTH)
+
+
+def rest_lut4(style: Style) -> float:
+    """LUT4 of all but the units: Table I less the units of 2 robots."""
+    units = default_units(style, 2)
+    listed = published.TABLE_I[style][1] / 100.0 * published.LUT4_OF_PART
+    return listed - sum(
+        count * MEASURED[module, Unit.SERIAL][0]
+        for module, count in ((UPDATE, units.update), (DETECT, units.detect))
+    )
+
+
+def slice_ratio(style: Style) -> float:
+    """Slices over LUT/2 of Table I."""
+    slices, luts, _ = published.TABLE_I[style]
+    return 2.0 * slices * published.SLICES_OF_PART / (luts * published.LUT4_OF_PART)
+
+
+def slices_of(style: Style, lut4: int, budget: int) -> int:
+    """Slices of a design on a part with ``budget`` of them."""
+    related = math.ceil(slice_ratio(style) * lut4 / 2.0)
+    full = math.floor(FULL * budget)
+    return related if related <= full else max(full, math.ceil(lut4 / 2))
+
+
+def product_multipliers(a: int, b: int) -> int:
+    """18 × 18 multipliers of a product of two numbers of a and b bits, signs left out.
+
+    >>> [product_multipliers(2 * width + 1, 2 * width + 1) for width in (8, 16, 17, 18)]
+    [1, 4, 8, 9]
+    """
+    law = -(-a // MULTIPLIER_BITS) * -(-b // MULTIPLIER_BITS)
+    return MEASURED_WIDE.get((a, b), law)
+
+
+def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
+    """Bits of each factor of a detector's products, signs left out.
+
+    Speeds are bounded as vectors, so a relative velocity is below 2^w as a vector where the others are passive, and
+    below 2^(w + 1) where 2v' - v - v2 stands for it.
+    """
+    width, half = parameters.width, parameters.responsibility is Responsibility.HALF
+    velocity = width + half
+    return {
+        **dict.fromkeys(("rx", "ry"), width),
+        **dict.fromkeys(("vx", "vy"), velocity),
+        **dict.fromkeys(("dotp", "cross"), width + velocity + 1),
+        "r_sq": 2 * width + 1,
+        "vab_sq": 2 * width + 1 + half,
+        "R_sq": 2 * width,
+    }
+
+
+def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
+    """Multipliers of one unit: of its widest product where it is serial, of all of them where it is parallel."""
+    approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
+    bits = factor_bits(parameters)
+    counts = []
+    for name, _ in products(module, parameters.detector, approaching, ranged):
+        first, second = (parameters.width - 1 if module == UPDATE else bits[one] for one in name.split())
+        counts.append(product_multipliers(first, second))
+    return max(counts) if parameters.unit is Unit.SERIAL else sum(counts)
+
+
+def array_rams(parameters: AvoidParameters, part: Part) -> tuple[int, int]:
+    """Block RAMs of the array of velocities, x and y side by side, and the depth that one of them has."""
+    words = parameters.speeds * parameters.directions
+    shapes = [shape for shape in part.block_ram_shapes if shape[0] >= words] or [max(part.block_ram_shapes)]
+    depth, width = max(shapes, key=lambda shape: shape[1])
+    return 2 * -(-parameters.width // width), depth
+
+
+def ram_width(words: int) -> int:
+    """Bits of a word of the block RAM that is deep enough for ``words``.
+
+    Virtex and Spartan-3 parts have the same shapes, of 18 kbit: 1 bit at 16,384 words, 18 at 1,024. Parity bits serve
+    words of 9 bits and more.
+
+    >>> [ram_width(words) for words in (640, 1024, 1025, 5120, 32_768)]
+    [18, 18, 9, 2, 1]
+    """
+    shapes = ((512, 36), (1024, 18), (2048, 9), (4096, 4), (8192, 2))
+    return next((width for depth, width in shapes if words <= depth), 1)
+
+
+def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> tuple[Item, ...]:
+    """All lines of the demand."""
+    units = units_of(style, robots, parameters)
+    rest = rest_style(style, units)
+    found: list[Item] = []
+    for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
+        found += _unit_items(module, count, parameters)
+    if parameters.range is not None:
+        text = "a LUT for each bit of |r|², beside the detector's own comparison"
+        amount = units.detect * factor_bits(parameters)["r_sq"]
+        found.append(Item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
+    found += _rest_items(rest, robots, parameters)
+    rams, _ = array_rams(parameters, part)
+    found.append(
+        Item(
+            "array of velocities",
+            "block_rams",
+            rams,
+            Status.ASSUMED,
+            "x and y of each velocity in a word each",
+        )
+    )
+    lut4 = sum(item.amount for item in found if item.resource == "lut4")
+    budget = int(part.resources["slices"].value) if "slices" in part.resources else lut4
+    source = (
+        f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"
+        " logic is packed together (Xilinx answer record 2666)"
+    )
+    found.append(Item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
+    return tuple(found)
+
+
+def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[Item]:
+    name = f"{count} × {module}"
+    as_measured = parameters.width == UNIT_WIDTH and parameters.detector is Detector.PUBLISHED
+    status = Status.MEASURED if as_measured else Status.ASSUMED
+    source = (
+        SYNTHESIS if as_measured else f"{SYNTHESIS}; in proportion to the width, the same for either detector"
+    )
+    wide = "⌈a/17⌉ · ⌈b/17⌉ for a product of a and b bits; met by synthesis at 16 and 18 bits"
+    unit, width = parameters.unit, parameters.width
+    return [
+        Item(name, "lut4", count * unit_lut4(module, unit, width), status, source),
+        Item(name, "flip_flops", count * unit_flip_flops(module, unit, width), status, source),
+        Item(name, "multipliers", count * unit_multipliers(module, parameters), Status.MEASURED, wide),
+    ]
+
+
+def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[Item]:
+    name = "selector, checks, control, states"
+    listed = published.TABLE_I[rest][1]
+    law = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less its units"
+    lut4 = round(rest_lut4(rest))
+    found = [
+        Item(name, "lut4", lut4, Status.CALIBRATED, law),
+        Item(name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"),
+    ]
+    stores = -(-robots // STORE_DEPTH) - 1
+    if stores:
+        amount = stores * 2 * STATE_COMPONENTS * parameters.width
+        text = "two LUTs for each bit of the states of 16 robots more, as dual-port memory"
+        found.append(Item(f"states of robots beyond {STORE_DEPTH}", "lut4", amount, Status.ASSUMED, text))
+    return found

@@ -1,0 +1,142 @@
+"""The three styles of section III on an FPGA; each robot carries one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from codesign.figures import Figure
+from codesign.memo import Memo
+from codesign.planners.styles import Demand, Memory, Step, StyleBase
+from codesign.planners.velocity_obstacle.plan.avoid import avoid
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.published import Style
+from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
+from codesign.records import TaskRecord
+from codesign.spec.part import Part
+
+if TYPE_CHECKING:
+    from codesign.planners.velocity_obstacle.styles.updates import Updates
+
+
+@dataclass(frozen=True)
+class CircuitDemand(Demand):
+    """A demand that also says what its power depends on: the style whose rest it has, and the robots."""
+
+    style: Style = Style.SEQUENTIAL
+    robots: int = 2
+
+
+class Circuit(StyleBase):
+    """One of the three styles: units, scheduled by ``schedule``; laws in ``resources``, ``power``, ``timing``.
+
+    The memory of an exploration keeps whole runs: units and styles change cycles, never a choice.
+    """
+
+    planner = "velocity_obstacle"
+    component_type = "fpga"
+    description = "update and detection units on a schedule: one of each, pipelined, or one for each robot"
+    kernel = ""
+
+    def __init__(self, style: Style) -> None:
+        self.style = style.value
+        self._style = style
+
+    def demand(
+        self,
+        problem: RobotsProblem,
+        parameters: AvoidParameters,
+        part: Part,
+        *,
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> CircuitDemand:
+        """Resources by unit, and the words of the array of velocities. Nothing is placed apart from ``avoid``."""
+        robots = problem.count
+        units = resources.units_of(self._style, robots, parameters)
+        return CircuitDemand(
+            items=resources.items(self._style, robots, parameters, part),
+            bounds=(levers.array_bound(parameters, part), *levers.unit_bounds(self._style, parameters)),
+            levers=levers.resource_levers(self._style, robots, parameters, part),
+            style=resources.rest_style(self._style, units),
+            robots=robots,
+        )
+
+    def clock_limit(self, problem: RobotsProblem, parameters: AvoidParameters, part: Part) -> Figure:  # noqa: ARG002
+        """The fastest clock that was shown, Hz."""
+        return timing.clock_limit(part)
+
+    def memory(self, problem: RobotsProblem, parameters: AvoidParameters) -> Memory:  # noqa: ARG002
+        """One component of each velocity of the array; a deep array has its words cut over several block RAMs."""
+        words = parameters.speeds * parameters.directions
+        return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
+
+    def work(
+        self,
+        problem: RobotsProblem,
+        parameters: AvoidParameters,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,  # noqa: ARG002
+        inside: frozenset[str] | None = None,  # noqa: ARG002
+    ) -> Generator[Step, None, Avoidance]:
+        """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
+
+        Nothing of it is placed apart, and every run begins at the starts: ``start`` and ``inside`` change nothing.
+        An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
+        """
+        plan = avoid(problem, parameters) if detail or memo is None else _whole(problem, parameters, memo)
+        cycles = timing.run_cycles(self._style, plan, parameters)
+        if detail:
+            for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
+                yield from _steps(cycles.costs, checks, trials)
+            return plan
+        sums = dict.fromkeys(timing.PHASES, 0)
+        for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
+            for phase, amount in cycles.costs.phases(checks, trials).items():
+                sums[phase] += amount
+        for phase, amount in sums.items():
+            if amount:
+                yield Step(phase, np.array([amount], np.int64), ram_addresses=timing.addresses(phase))
+        return plan
+
+    def updates(self, problem: RobotsProblem, parameters: AvoidParameters) -> Updates:
+        """The closed loop with the cycles of every robot's own circuit, update by update: for scenario ``fleet``."""
+        from codesign.planners.velocity_obstacle.styles.updates import Updates
+
+        return Updates(problem, parameters, timing.update_costs(self._style, problem.count, parameters))
+
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
+        assert isinstance(demand, CircuitDemand), "power follows from a demand of this style"
+        return power.power(demand.style, demand.robots, clock, part)
+
+
+def _whole(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
+    """The run from the memory of an exploration: units do not change it."""
+    units = {"detector", "unit", "update_units", "detect_units"}
+    key = ("velocity_obstacle", problem.digest, parameters.model_dump_json(exclude=units))
+    return memo.get(key, lambda: avoid(problem, parameters))
+
+
+def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Step, None, None]:
+    """The phases of one update as steps."""
+    for phase, amount in costs.phases(checks, trials).items():
+        if not amount:
+            continue
+        cycles = (
+            np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
+        )
+        yield Step(phase, cycles, _story(phase, amount), timing.addresses(phase))
+
+
+def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
+    def tell(begin: int, end: int, source: str) -> TaskRecord:
+        return TaskRecord(begin, source, phase, end, cycles)
+
+    return tell

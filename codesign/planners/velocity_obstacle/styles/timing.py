@@ -1,0 +1,147 @@
+"""Cycles of all modules, and the clock.
+
+pos_vel_update and coll_detect are published, and come out of their products (``schedule``). Of the other modules
+the paper says only that their cycles do not depend on the number of robots. They are counted alike, one product a
+cycle and one cycle to sum up or compare, and assumed:
+
+- target check: two squares of the distance to the target;
+- velocity selector: the direction by halving an octant, two products each time, once an update; then one cycle a
+  candidate to read it from the array;
+- acceleration check: two squares, and for a candidate that passes two products, the acceleration itself;
+- PID control: three products an axis.
+
+A trial of the paper (Table II) is one candidate. How many an update takes, only a run can tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.figures import Figure, Status
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
+from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, Style
+from codesign.planners.velocity_obstacle.styles.resources import units_of
+from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
+from codesign.spec.part import Part
+
+TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
+    "target_check",
+    "velocity_selector",
+    "acceleration_check",
+    "verify",
+    "pid",
+)
+PHASES = (TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID)
+"""The phases of an update, in order; ``verify`` is pos_vel_update and coll_detect, the cycles of Table II."""
+
+FASTEST_SHOWN = 100_000_000
+"""Hz: a product of two 33-bit numbers in one cycle, four multipliers of 5 ns and two levels of carries. Assumed."""
+
+
+@dataclass(frozen=True)
+class UpdateCosts:
+    """Cycles of one update, by what they depend on: once, for each candidate, and for each trial."""
+
+    target_check: int
+    select_once: int
+    select_candidate: int
+    check_candidate: int
+    check_trial: int
+    trial: int
+    pid: int
+
+    def of_robot(self, checks: NDArray[np.int32], trials: NDArray[np.int32]) -> NDArray[np.int64]:
+        """Cycles of all phases for robots with these numbers of candidates and trials, int64.
+
+        A robot that has arrived looks at no candidate and selects nothing.
+        """
+        candidates, tried = checks.astype(np.int64), trials.astype(np.int64)
+        once = np.where(candidates > 0, self.select_once, 0)
+        each = (self.select_candidate + self.check_candidate) * candidates
+        return np.asarray(
+            self.target_check + once + each + (self.check_trial + self.trial) * tried + self.pid
+        )
+
+    def phases(self, checks: int, trials: int) -> dict[str, int]:
+        """The cycles of each phase of one update of one robot."""
+        return {
+            TARGET_CHECK: self.target_check,
+            SELECT: (self.select_once if checks else 0) + self.select_candidate * checks,
+            ACCELERATION_CHECK: self.check_candidate * checks + self.check_trial * trials,
+            VERIFY: self.trial * trials,
+            PID: self.pid,
+        }
+
+
+def cycles_of_trial(style: Style, robots: int, parameters: AvoidParameters) -> int:
+    """Cycles in which one candidate is held against all other robots: Table II."""
+    return trial_cycles(robots, units_of(style, robots, parameters), *module_latencies(parameters))
+
+
+def module_latencies(parameters: AvoidParameters) -> tuple[int, int]:
+    """Cycles of one pos_vel_update and of one coll_detect."""
+    approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
+    return (
+        module_cycles(UPDATE, parameters.unit),
+        module_cycles(DETECT, parameters.unit, parameters.detector, approaching, ranged),
+    )
+
+
+def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
+    """The costs of an update in a style."""
+    halvings = math.ceil(math.log2(parameters.directions // 8 + 1))
+    return UpdateCosts(
+        target_check=3,
+        select_once=2 * halvings + 1,
+        select_candidate=1,
+        check_candidate=3,
+        check_trial=2,
+        trial=cycles_of_trial(style, robots, parameters),
+        pid=7,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class UpdateCycles:
+    """Cycles of a whole run. ``checks``, ``trials``: int64, of the slowest robot of each update, whom all wait for."""
+
+    costs: UpdateCosts
+    checks: NDArray[np.int64]
+    trials: NDArray[np.int64]
+
+    @property
+    def each(self) -> NDArray[np.int64]:
+        """Cycles of each update, int64."""
+        return self.costs.of_robot(self.checks.astype(np.int32), self.trials.astype(np.int32))
+
+
+def run_cycles(style: Style, plan: Avoidance, parameters: AvoidParameters) -> UpdateCycles:
+    """The cycles of every update of a run: each robot has its own FPGA, and the next update begins for all at once."""
+    costs = update_costs(style, plan.positions.shape[1], parameters)
+    slowest = np.argmax(costs.of_robot(plan.checks, plan.trials), axis=1)
+    chosen = np.arange(plan.updates), slowest
+    return UpdateCycles(costs, plan.checks[chosen].astype(np.int64), plan.trials[chosen].astype(np.int64))
+
+
+def addresses(phase: str) -> int:
+    """Addresses a cycle that the array of velocities is given: one while the selector runs."""
+    return int(phase == SELECT)
+
+
+def clock_limit(part: Part) -> Figure:
+    """The fastest clock, Hz: the board's oscillator is all that was shown."""
+    ram = part.block_ram_clock.interval[1]
+    return Figure(
+        value=min(CLOCK, ram),
+        unit="Hz",
+        status=Status.PUBLISHED,
+        source=f"{PAPER}, section VI: ran at 50 MHz, the oscillator of the board; up to 100 MHz is assumed to work,"
+        " a product of 33-bit numbers each cycle",
+        low=min(CLOCK, ram),
+        high=min(FASTEST_SHOWN, ram),
+    )

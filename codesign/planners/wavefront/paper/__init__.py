@@ -1,0 +1,1 @@
+"""Möller and Paschke (1998), held against the model, row by row."""

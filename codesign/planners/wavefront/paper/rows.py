@@ -1,0 +1,340 @@
+"""The figures of Möller and Paschke (1998) as rows, in the order of the paper."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from statistics import fmean
+
+import numpy as np
+
+from codesign.figures import Status
+from codesign.planners.reproduction import Row, Use, row
+from codesign.planners.wavefront import published
+from codesign.planners.wavefront.paper.maps import AdderRun, SafeWays, Sample, unit_seconds
+from codesign.planners.wavefront.plan.skeleton import skeleton
+from codesign.planners.wavefront.plan.wave import longest_distance, register_bits, stop_cycle
+from codesign.planners.wavefront.styles import resources
+from codesign.planners.wavefront.styles.resources import Layout
+
+BITS = register_bits(published.STOP_POTENTIAL)
+PARTS = ("XC4VLX160-12", "XC2V6000-4", "XC2VP30-6", "XC3S500E-4")
+HARDWARE, SHORTEST, SAFE = "Hardware", "Shortest Paths", "Safe Paths"
+
+
+def paper_rows(
+    samples: tuple[Sample, ...], safe: tuple[SafeWays, ...], adder: AdderRun | None, quick: bool
+) -> tuple[Row, ...]:
+    """Every row."""
+    return (
+        *_node_rows(),
+        *_footnote_rows(),
+        *_wave_rows(samples, quick),
+        *_time_rows(samples),
+        *_front_rows(samples, adder),
+        *_safe_rows(samples, safe),
+        *_part_rows(),
+    )
+
+
+def _node_rows() -> Iterator[Row]:
+    """The node against that of Hassoun and Sanghvi."""
+    layout = Layout((published.SIDE, published.SIDE), BITS)
+    node, adder = resources.delay_line_node(layout), resources.adder_node(layout)
+    line = dict((part[0], part[1]) for part in node.flip_flops)["delay lines"]
+    bare = published.ADDER_LUT4_A_BIT * BITS / published.NODE_LUT4
+    read_out = published.ADDER_LUT4_A_BIT * BITS / (published.NODE_LUT4 + BITS)
+    flip_flops = [sum(part[1] for part in one.flip_flops) for one in (node, adder)]
+    own = f"{published.RTL}, R = {BITS}"
+    yield row(
+        HARDWARE,
+        "delay elements a node",
+        published.DELAY_ELEMENTS,
+        line,
+        status=Status.PUBLISHED,
+        source="as many as the longest delay",
+        use=Use.HELD_OUT,
+    )
+    yield row(
+        HARDWARE,
+        "wires from a node to its neighbours",
+        1,
+        1,
+        status=Status.PUBLISHED,
+        source="Y, Figure 2",
+        use=Use.HELD_OUT,
+        note=f"{BITS} for adders and comparators",
+    )
+    yield row(
+        HARDWARE,
+        "LUT, adder/comparator node over delay-line node",
+        "radically reduced",
+        bare,
+        status=Status.MEASURED,
+        source=own,
+        use=Use.HELD_OUT,
+        note=f"{read_out:.1f} where the registers can be read out",
+    )
+    yield row(
+        HARDWARE,
+        "flip-flops, adder/comparator node over delay-line node",
+        "radically reduced",
+        flip_flops[1] / flip_flops[0],
+        status=Status.MEASURED,
+        source=own,
+        use=Use.HELD_OUT,
+        note=f"{flip_flops[1]} against {flip_flops[0]}: not saved",
+    )
+    yield row(
+        HARDWARE,
+        "flip-flops of all nodes",
+        None,
+        layout.nodes * flip_flops[0],
+        status=Status.MEASURED,
+        source=own,
+        use=Use.NOTHING,
+        note=f"{BITS} bits hold {published.STOP_POTENTIAL} and infinity",
+    )
+
+
+def _footnote_rows() -> Iterator[Row]:
+    """Footnote 1: 2:3 in place of 1:√2."""
+    ours, octagon = 1.5 / math.sqrt(2) - 1, 1 / math.cos(math.pi / 8) - 1
+    yield row(
+        "Footnote 1",
+        "error of 2:3 over that of the octagon",
+        "small",
+        ours / octagon,
+        status=Status.PUBLISHED,
+        source="closed form",
+        use=Use.HELD_OUT,
+        note=f"{ours:.1%} against {octagon:.1%}; together {math.sqrt(1.25) - 1:.1%}",
+    )
+
+
+def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
+    """The wave, its stop, and Dijkstra's answer."""
+    from codesign.planners.wavefront.plan.reference import delay_line_circuit, dijkstra
+
+    yield row(
+        SHORTEST,
+        "cycle of the stop",
+        published.STOP_CYCLE,
+        stop_cycle(published.STOP_POTENTIAL),
+        status=Status.PUBLISHED,
+        source=f"D + 1, D = {published.STOP_POTENTIAL}",
+        use=Use.HELD_OUT,
+    )
+    for one in samples:
+        yield row(
+            SHORTEST,
+            f"potential of the stop node, {one.name} cells",
+            published.STOP_POTENTIAL,
+            one.stop_potential,
+            status=Status.MEASURED,
+            source="own map, chosen for this figure",
+            use=Use.FITTED,
+            note=f"{one.reached:,} of {int(one.free.sum()):,} free nodes reached",
+        )
+    wrong = sum(
+        int((dijkstra(one.free, [one.goal], stop=one.start) != one.potentials).sum())
+        for one in samples[: 1 if quick else None]
+    )
+    yield row(
+        SHORTEST,
+        "nodes that differ from Dijkstra's potentials",
+        "identical",
+        wrong,
+        status=Status.MEASURED,
+        source="own maps, heap",
+        use=Use.HELD_OUT,
+        note="holds" if wrong == 0 else "does not hold",
+    )
+    one = samples[0]
+    registers, cycles = delay_line_circuit(one.free, [one.goal], one.start)
+    differ = int((np.where(registers == cycles, -1, registers) != one.potentials).sum())
+    yield row(
+        SHORTEST,
+        f"cycle of the stop, circuit clocked on {one.name} cells",
+        f"D + 1 = {stop_cycle(one.stop_potential)}",
+        cycles,
+        status=Status.MEASURED,
+        source="Figure 2, clocked; infinity is the counter at the stop",
+        use=Use.HELD_OUT,
+        note=f"{differ} registers differ from the potentials",
+    )
+
+
+def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
+    """68 µs, 63 ms and the speed-up."""
+    wave = published.STOP_CYCLE / published.CLOCK
+    unit = unit_seconds(samples)
+    yield row(
+        SHORTEST,
+        "time at 20 MHz",
+        published.PLAN_SECONDS,
+        wave,
+        unit="s",
+        status=Status.PUBLISHED,
+        source="D + 1 cycles",
+        use=Use.HELD_OUT,
+    )
+    yield row(
+        SHORTEST,
+        "time on the 133 MHz Pentium",
+        published.SOFTWARE_SECONDS,
+        unit * fmean(one.reached for one in samples),
+        unit="s",
+        status=Status.CALIBRATED,
+        source=f"{1e6 * unit:.2f} µs a node reached",
+        use=Use.FITTED,
+        note="the one cost is fitted to this row; the number of nodes is that of own maps",
+    )
+    yield row(
+        SHORTEST,
+        "speed-up, published times",
+        published.SPEED_UP,
+        published.SOFTWARE_SECONDS / wave,
+        status=Status.PUBLISHED,
+        source="63 ms over D + 1 cycles",
+        use=Use.HELD_OUT,
+    )
+    gains = [unit * one.reached * published.CLOCK / stop_cycle(one.stop_potential) for one in samples]
+    yield row(
+        SHORTEST,
+        "speed-up, own maps",
+        published.SPEED_UP,
+        fmean(gains),
+        status=Status.CALIBRATED,
+        use=Use.FITTED,
+        source="the fitted cost of the Pentium",
+        note=f"mean; {min(gains):.0f} to {max(gains):.0f}",
+    )
+
+
+def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator[Row]:
+    """How little of the array works at a time, and what the other array does."""
+    share = fmean(100 * float(one.front.mean()) / one.free.size for one in samples)
+    yield row(
+        HARDWARE,
+        "nodes that update at a cycle",
+        "only the wave front",
+        share,
+        unit="%",
+        status=Status.MEASURED,
+        source="own maps",
+        use=Use.HELD_OUT,
+        note="mean, of all nodes",
+    )
+    if adder is None:
+        return
+    own = "equation 3 in all nodes, clocked on the first own map"
+    yield row(
+        HARDWARE,
+        "updates of a node by equation 3",
+        "once or a few times",
+        adder.mean_updates,
+        status=Status.MEASURED,
+        source=own,
+        use=Use.HELD_OUT,
+        note=f"mean of the nodes reached; at most {adder.most_updates}",
+    )
+    yield row(
+        HARDWARE,
+        "cycles, delay lines over adders",
+        "> 1 is slower",
+        stop_cycle(samples[0].stop_potential) / adder.cycles,
+        status=Status.MEASURED,
+        source=own,
+        use=Use.HELD_OUT,
+        note=f"{adder.cycles} cycles for the whole map, which cannot stop early",
+    )
+
+
+def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Iterator[Row]:
+    """The obstacle map, ways by equations 4 and 5, the skeleton."""
+    longest = longest_distance((published.SIDE, published.SIDE))
+    yield row(
+        SAFE,
+        "cycles of the obstacle map",
+        published.OBSTACLE_CYCLES,
+        stop_cycle(longest),
+        status=Status.PUBLISHED,
+        source="longest distance + 1",
+        use=Use.HELD_OUT,
+        note=f"768 = 3 × 256; 255 diagonal steps are {longest}",
+    )
+    yield row(
+        SAFE,
+        "time of the obstacle map at 20 MHz",
+        published.OBSTACLE_SECONDS,
+        stop_cycle(longest) / published.CLOCK,
+        unit="s",
+        status=Status.PUBLISHED,
+        source="longest distance + 1",
+        use=Use.HELD_OUT,
+    )
+    farthest = [int(one.obstacle_potentials.max()) for one in samples]
+    yield row(
+        SAFE,
+        "largest distance from an obstacle",
+        None,
+        max(farthest),
+        status=Status.MEASURED,
+        source="own maps",
+        use=Use.NOTHING,
+        note=f"{min(farthest)} to {max(farthest)}: how long the wave does anything",
+    )
+    yield row(
+        SAFE,
+        "safe ways that arrive",
+        "guaranteed",
+        100 * min(one.arrived for one in safe),
+        unit="%",
+        status=Status.MEASURED,
+        source="own maps, equations 4 and 5",
+        use=Use.HELD_OUT,
+        note="least over the maps",
+    )
+    yield row(
+        SAFE,
+        "length of safe ways over shortest",
+        None,
+        fmean(one.longer for one in safe),
+        status=Status.MEASURED,
+        source="own maps, octile",
+        use=Use.NOTHING,
+        note=f"{min(one.longer for one in safe):.2f} to {max(one.longer for one in safe):.2f}",
+    )
+    crest = [float(skeleton(one.obstacle_potentials)[one.free].mean()) for one in samples]
+    yield row(
+        SAFE,
+        "free nodes on the skeleton",
+        None,
+        100 * fmean(crest),
+        unit="%",
+        status=Status.MEASURED,
+        source="own rule in 5 × 5 nodes; the paper gives none",
+        use=Use.NOTHING,
+        note=f"{100 * min(crest):.0f} to {100 * max(crest):.0f} %",
+    )
+
+
+def _part_rows() -> Iterator[Row]:
+    """What of "large grids on a single chip" fits the four FPGA of the other papers."""
+    from codesign.spec.part import load_part
+
+    node = resources.delay_line_node(Layout((1, 1), BITS))
+    for name in PARTS:
+        part = load_part(name)
+        side = math.isqrt(int(part.resources["slices"].value) // node.slices)
+        yield row(
+            "Conclusion",
+            f"side of the largest array, {part.name}",
+            None,
+            side,
+            status=Status.MEASURED,
+            source=f"{node.slices} slices a node, R = {BITS}",
+            use=Use.NOTHING,
+            note=f"{side * side:,} of {published.SIDE**2:,} nodes; counter and selection left out",
+        )

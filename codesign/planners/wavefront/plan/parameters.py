@@ -1,0 +1,122 @@
+"""The parameters of the wavefront planner, as a workload's mapping gives them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
+from codesign.spec import RefusalError
+from codesign.spec.model import SpecModel
+
+
+class Stop(StrEnum):
+    """When the wave ends."""
+
+    STARTS = "starts"
+    WHOLE_MAP = "whole_map"
+
+
+class Paths(StrEnum):
+    """Which ways are tracked."""
+
+    SHORTEST = "shortest"
+    SAFE = "safe"
+
+
+class Course(StrEnum):
+    """How much of a way is tracked before the robot sets out."""
+
+    LOCAL = "local"
+    COMPLETE = "complete"
+
+
+Delay = Annotated[int, Field(ge=1, le=MAX_DELAY)]
+MAX_TILES = 16_384
+"""Each visit of a tile costs this program tens of microseconds, whatever its size."""
+
+Side = Annotated[int, Field(ge=1, le=4096)]
+
+
+class Penalty(SpecModel):
+    """Extra delay near obstacles: nodes with a longer delay line (the paper's conclusion).
+
+    Which nodes these are is told with the map; finding them is not part of the plan's time.
+    """
+
+    distance: Annotated[
+        int, Field(ge=1, le=65_535, description="largest obstacle potential of a penalised cell, 2 a cell")
+    ]
+    delay: Annotated[int, Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")]
+
+
+class PropagateParameters(SpecModel):
+    """How the wave runs, what is tracked, and how wide the registers are."""
+
+    stop: Annotated[
+        Stop,
+        Field(
+            description="starts: when the wave has reached all starts, as in the paper; whole_map: never before the end"
+        ),
+    ] = Stop.STARTS
+    paths: Annotated[
+        Paths,
+        Field(description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles"),
+    ] = Paths.SHORTEST
+    course: Annotated[
+        Course,
+        Field(
+            description="local: only the next steps are tracked, in a drive anew at every control turn;"
+            " complete: the whole way of the first start"
+        ),
+    ] = Course.LOCAL
+    steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
+    register_bits: Annotated[
+        int | None,
+        Field(
+            ge=1, le=31, description="width of each node's register; by default as wide as this problem needs"
+        ),
+    ] = None
+    corner_cutting: Annotated[
+        bool,
+        Field(
+            description="whether a diagonal step may pass between obstacles, as in the paper; a drive needs false"
+        ),
+    ] = True
+    delays: Annotated[
+        tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")
+    ] = DELAYS
+    penalty: Annotated[Penalty | None, Field(description="extra delay near obstacles")] = None
+    tile: Annotated[
+        tuple[Side, Side] | None,
+        Field(description="rows and columns of the array of style tiled; by default the whole map"),
+    ] = None
+
+    @model_validator(mode="after")
+    def _rising(self) -> PropagateParameters:
+        if self.delays[1] < self.delays[0]:
+            what = f"a diagonal step of {self.delays[1]} cycles is shorter than a straight one of {self.delays[0]}"
+            raise RefusalError(what, "give [straight, diagonal], such as [2, 3]", ("delays",))
+        return self
+
+    def tile_shape(self, rows: int, columns: int) -> tuple[int, int]:
+        """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default those of the map.
+
+        A tile larger than the map is one more partial one: its other nodes hold obstacles.
+        """
+        return self.tile or (rows, columns)
+
+    def tile_count(self, rows: int, columns: int) -> int:
+        """How many tiles cover a map of ``rows`` × ``columns``."""
+        height, width = self.tile_shape(rows, columns)
+        return -(-rows // height) * -(-columns // width)
+
+
+class TrackParameters(SpecModel):
+    """The tracking of the way has nothing of its own to choose."""
+
+
+class LoadParameters(SpecModel):
+    """The task that brings the map to the planner has nothing to choose."""

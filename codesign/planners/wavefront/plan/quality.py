@@ -1,0 +1,36 @@
+"""What the potentials are worth to a robot: where ways lead, how long they are, how close to the walls."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from codesign.planners.interface import Problem, Quality
+from codesign.planners.wavefront.plan.plan import WavefrontPlan
+from codesign.planners.ways import judge_arrival, judge_ways
+
+
+def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
+    """The quality of ``plan`` on ``problem``.
+
+    The plan covers the cells that the wave reached before it was stopped. Each of them has a way, as equation 2 always
+    finds a neighbour: ``local_maxima`` is 0, and ``share_reaching_goal`` 1 where there is such a cell. Of the cells
+    beyond the wave nothing is known.
+
+    Ways are tracked from the starts by the rule of the plan. Lengths are octile; a way that cuts corners can be shorter
+    than the shortest one that does not, so ratios below 1 occur. The mean clearance weighs every step by its length.
+    """
+    from codesign.maps.reach import reachable
+
+    cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
+    cells[tuple(np.array(problem.goals).T)] = False
+    planned = int((cells & (plan.potentials >= 0)).sum())
+    ways = (
+        (start, plan.tracker.follow(start) if plan.potentials[start] >= 0 else None)
+        for start in problem.starts
+    )
+    return Quality(
+        local_maxima=0,
+        wrong_cells=0,
+        **judge_arrival(planned, planned, int(cells.sum())),
+        **judge_ways(problem, ways),
+    )

@@ -1,0 +1,160 @@
+"""A map in tiles, one after the other on an array of one tile: exact, with the visits that it takes.
+
+A visit runs the wave in one tile from its own sources and from the cells around the tile, which emit at the times that
+their potentials say. Its answer is the shortest distance given what is known outside. If a border cell changed, the
+tiles beside it are visited (again), the one with the earliest change first. Potentials only fall and are lengths of
+real ways, so it ends, and at the end equation 1 holds everywhere: the potentials are those of the whole map at once.
+With stops it ends as soon as no change that is still to be handed on is early enough to matter to any of them.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.wavefront.plan.grid import UNREACHED, WaveMap
+
+HALO = -4
+"""A cell around the tile: it emits when its time has come, and no wave enters it."""
+NEVER = np.iinfo(np.int32).max
+
+
+@dataclass(frozen=True)
+class Visits:
+    """What the tiles took, one entry a visit, in order.
+
+    ``tile``: int32, raster number. ``span``: int64, cycles from the first emission to the last emission or arrival.
+    ``largest``: the largest potential that any visit met, which may be above those that are left in the end.
+    """
+
+    tile: NDArray[np.int32]
+    span: NDArray[np.int64]
+    largest: int
+
+
+@dataclass
+class _State:
+    """The map under way, padded. ``potentials``: OPEN, CLOSED, or a time so far. ``source``: where waves start."""
+
+    potentials: NDArray[np.int32]
+    source: NDArray[np.bool_]
+    extra: NDArray[np.uint8]
+
+
+def run_tiles(
+    wave_map: WaveMap, sources: NDArray[np.int64], stops: NDArray[np.int64], tile: Sequence[int]
+) -> tuple[NDArray[np.int32], Visits]:
+    """Potentials as of ``wave.run_wave``, and the visits. The map has two axes; ``tile``: rows, columns.
+
+    Cells farther than the farthest stop are ``UNREACHED``. An unreachable stop is told by ``run_wave`` before.
+    """
+    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN
+
+    rows, columns = wave_map.free.shape
+    shape = wave_map.padded_shape
+    free = np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED))
+    source = np.zeros(shape, np.bool_)
+    source[tuple(sources.T + 1)] = True
+    extra = wave_map.arrays[3]
+    state = _State(
+        wave_map.pad(free, CLOSED).reshape(shape), source, extra.reshape(shape) if extra.size else extra
+    )
+    down_count, across = -(-rows // tile[0]), -(-columns // tile[1])
+    pending = dict.fromkeys(
+        ((row // tile[0]) * across + column // tile[1] for row, column in sources.tolist()), 0
+    )
+    waiting = [(0, index) for index in sorted(pending)]
+    stop_cells = tuple(stops.T + 1)
+    visited: list[int] = []
+    spans: list[int] = []
+    largest = 0
+    while waiting:
+        since, index = heapq.heappop(waiting)
+        if pending.get(index) != since:
+            continue
+        at_stops = state.potentials[stop_cells]
+        if at_stops.size and at_stops.min() >= 0 and since >= at_stops.max():
+            break
+        del pending[index]
+        corner = index // across * tile[0], index % across * tile[1]
+        size = min(tile[0], rows - corner[0]), min(tile[1], columns - corner[1])
+        begin, end, changes = _visit(wave_map, state, corner, size)
+        visited.append(index)
+        spans.append(end - begin)
+        largest = max(largest, end)
+        for (down, right), time in changes.items():
+            if not (0 <= index // across + down < down_count and 0 <= index % across + right < across):
+                continue
+            beside = index + down * across + right
+            if time < pending.get(beside, NEVER):
+                pending[beside] = time
+                heapq.heappush(waiting, (time, beside))
+    answer = state.potentials[1:-1, 1:-1]
+    answer = np.where(answer < 0, np.int32(UNREACHED), answer)
+    if len(stops):
+        answer[answer > answer[tuple(stops.T)].max()] = UNREACHED
+    return answer, Visits(np.array(visited, np.int32), np.array(spans, np.int64), largest)
+
+
+def _visit(
+    wave_map: WaveMap, state: _State, corner: tuple[int, int], size: tuple[int, int]
+) -> tuple[int, int, dict[tuple[int, int], int]]:
+    """Run one tile; returns its first and last time, and the earliest change towards each tile beside it."""
+    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, spread
+
+    window = slice(corner[0], corner[0] + size[0] + 2), slice(corner[1], corner[1] + size[1] + 2)
+    inner = slice(1, -1), slice(1, -1)
+    known = state.potentials[window]
+    before = known[inner].copy()
+    # One more closed cell around, so that the halo has neighbours too.
+    frame = np.full((size[0] + 4, size[1] + 4), CLOSED, np.int32)
+    halo = frame[inner]
+    halo[...] = np.where(known == CLOSED, np.int32(CLOSED), np.int32(HALO))
+    halo[inner] = np.where(before == CLOSED, np.int32(CLOSED), np.int32(OPEN))
+    times = np.where(known >= 0, known, NEVER)
+    times[inner] = np.where(state.source[window][inner], 0, NEVER)
+    emitting = np.argwhere(times < NEVER)
+    at = times[tuple(emitting.T)]
+    by_time = np.argsort(at, kind="stable")
+    seeds = np.ravel_multi_index(tuple(emitting[by_time].T + 1), frame.shape).astype(np.int32)
+    extra = np.zeros(0, np.uint8)
+    if state.extra.size:
+        extra = np.zeros(frame.shape, np.uint8)
+        extra[inner] = state.extra[window]
+        extra = extra.ravel()
+    offsets, beside = wave_map.neighbours.flat(frame.shape)
+    flat = frame.ravel()
+    none = np.zeros(0, np.int32)
+    spread(
+        flat,
+        seeds,
+        at[by_time].astype(np.int32),
+        offsets,
+        wave_map.neighbours.delays,
+        beside,
+        extra,
+        none,
+        NEVER - 1,
+    )
+    after = flat.reshape(frame.shape)[2:-2, 2:-2]
+    after[(after < 0) & (after != CLOSED)] = OPEN
+    known[inner] = after
+    last = max(int(at.max()), int(after.max(initial=0)))
+    changed = np.where((after >= 0) & (after != before), after, NEVER)
+    return int(at.min()), last, _towards(changed)
+
+
+def _towards(changed: NDArray[np.int32]) -> dict[tuple[int, int], int]:
+    """The earliest change at the border (NEVER: none) that each of the eight tiles beside it can see."""
+    sides = {-1: slice(0, 1), 0: slice(None), 1: slice(-1, None)}
+    found = {}
+    for down, rows in sides.items():
+        for right, columns in sides.items():
+            earliest = int(changed[rows, columns].min())
+            if (down or right) and earliest < NEVER:
+                found[down, right] = earliest
+    return found

@@ -1,0 +1,91 @@
+"""Style ``adder_comparator``: eight adders and eight comparators a node (Hassoun and Sanghvi 1990).
+
+The paper's reference [4], and what its node is compared with: every node gathers its neighbours' potentials and updates
+its own by equation 3, all nodes in every cycle, until none changes. It cannot stop at a stop node, as a smaller
+potential may still come by a longer way round.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from codesign.figures import Figure
+from codesign.memo import Memo
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Item, Step
+from codesign.planners.wavefront.plan.grid import check_cells
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, Stop
+from codesign.planners.wavefront.plan.plan import plan_key, problem_map
+from codesign.planners.wavefront.plan.wave import obstacle_map
+from codesign.planners.wavefront.styles import resources, timing
+from codesign.planners.wavefront.styles.array import ArrayStyle
+from codesign.planners.wavefront.styles.resources import Layout
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, task_step, updates
+from codesign.spec.part import Part
+
+_waves = Memo(max_bytes=2**20)
+
+
+class AdderComparator(ArrayStyle):
+    """A cycle an update, as many updates as the longest shortest way has steps, and one that changes nothing."""
+
+    style = "adder_comparator"
+    description = "a node with adders and comparators for every cell (Hassoun and Sanghvi)"
+
+    def settled(self, parameters: PropagateParameters) -> PropagateParameters:
+        """With ``stop: whole_map``: only when no potential changes any more is that of a start known to be final."""
+        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+
+    def notes(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, ...]:
+        """That it does not stop at the starts, where it is asked to."""
+        if parameters.stop is Stop.WHOLE_MAP or not problem.starts:
+            return ()
+        return (
+            f"propagate.stop: style {self.style} runs as with whole_map, as it cannot stop at a start: a smaller"
+            " potential may still come by a path of more steps",
+        )
+
+    def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
+        """The largest potential of the whole map: nothing stops the updates before."""
+        return self._whole(problem, parameters)[0]
+
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
+        """Nodes, counter, select lines, and the tree that tells whether any potential changed."""
+        node = resources.adder_node(layout)
+        return (
+            *resources.array_items(node, layout),
+            *resources.or_tree_items(layout.nodes, "change detection"),
+        )
+
+    def wave_steps(
+        self,
+        problem: Problem,
+        parameters: PropagateParameters,
+        memo: Memo,
+        detail: bool,  # noqa: ARG002
+    ) -> Iterator[Step]:
+        """Updates until none changes; p^d first where ways are to be safe."""
+        if parameters.paths is Paths.SAFE:
+            key = ("wavefront obstacle updates", problem.digest, parameters.delays)
+            count = memo.get(key, lambda: obstacle_updates(problem, parameters))
+            yield task_step(OBSTACLES, count + 1)
+        yield task_step(PROPAGATE, self._whole(problem, parameters)[1] + 1)
+
+    def clock_limit(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Figure:
+        """The fastest clock: five operations over R bits are chained in a cycle."""
+        return timing.clock_limit(problem.free.size, part, self.bits(problem, parameters))
+
+    def _whole(self, problem: Problem, parameters: PropagateParameters) -> tuple[int, int]:
+        key = ("whole", *plan_key(problem, parameters))
+
+        def compute() -> tuple[int, int]:
+            sources = check_cells(problem.goals, problem.free, "goals")
+            return updates(problem_map(problem, parameters), sources)
+
+        return _waves.get(key, compute)
+
+
+def obstacle_updates(problem: Problem, parameters: PropagateParameters) -> int:
+    """Updates until p^d stands; none on a map without obstacles."""
+    wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
+    return updates(wave_map, obstacles)[1] if len(obstacles) else 0

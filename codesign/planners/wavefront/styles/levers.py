@@ -1,0 +1,97 @@
+"""What would make an array fit: the tile that does, the register that is enough, the part it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from codesign.figures import Status, label
+from codesign.planners.styles import Bound, Item, Lever
+from codesign.planners.wavefront.styles.resources import totals
+from codesign.spec.part import Part
+
+Shape = tuple[int, int]
+ItemsOf = Callable[[Shape], tuple[Item, ...]]
+
+
+def short_resources(items: tuple[Item, ...], part: Part) -> dict[str, int]:
+    """What each resource that the part lacks is asked for."""
+    return {
+        kind: need
+        for kind, need in totals(items).items()
+        if kind in part.resources and need > part.resources[kind].value
+    }
+
+
+def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | None:
+    """The largest square, cut to the map, whose array fits the part; None: not even one node.
+
+    The nodes' demand grows with the side, but that of the memories falls by steps, so every side is tried from the
+    largest down, by halves first where only nodes matter.
+    """
+    side = max(map_shape)
+    while side >= 1:
+        shape = min(side, map_shape[0]), min(side, map_shape[1])
+        if not short_resources(items_of(shape), part):
+            return shape
+        side = side - 1 if side <= 128 else side * 7 // 8
+    return None
+
+
+@dataclass(frozen=True)
+class Alternatives:
+    """Other designs for the same problem: whole-map arrays by style, tiled arrays by tile, a narrower register.
+
+    ``spare_bits``: bits of the register and the fewer that are enough, or None.
+    """
+
+    whole: Mapping[str, tuple[Item, ...]]
+    tiled: ItemsOf
+    map_shape: Shape
+    spare_bits: tuple[int, int] | None
+
+
+def resource_levers(items: tuple[Item, ...], part: Part, other: Alternatives) -> dict[str, tuple[Lever, ...]]:
+    """For each resource that the part lacks: a style or a tile that fits it, a narrower register, another part."""
+    short = short_resources(items, part)
+    if not short:
+        return {}
+    shared = [
+        Lever("propagate.style", f"{style} fits {part.name}")
+        for style, found in other.whole.items()
+        if not short_resources(found, part)
+    ]
+    tile = largest_tile(other.tiled, other.map_shape, part)
+    if tile is not None:
+        shared.append(Lever("propagate.tile", f"style tiled with [{tile[0]}, {tile[1]}] fits {part.name}"))
+    if not shared:
+        shared.append(Lever("propagate.style", f"no style and no tile fits {part.name}"))
+    if other.spare_bits is not None:
+        asked, enough = other.spare_bits
+        shared.append(Lever("propagate.register_bits", f"{enough} are enough, {asked} are asked for"))
+    return {
+        kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
+        for kind, need in short.items()
+    }
+
+
+def register_bound(needed: int, given: int, largest: int) -> Bound:
+    """Registers hold potentials up to the largest, and infinity."""
+    levers: tuple[Lever, ...] = ()
+    if given < needed:
+        levers = (
+            Lever(
+                "propagate.register_bits",
+                f"at least {needed} bits hold {largest} and infinity, {largest + 1}",
+            ),
+            Lever("problem", f"a map whose largest potential is at most {2**given - 2}"),
+        )
+    return Bound(
+        name="register",
+        demand=needed,
+        limit=given,
+        unit="bits",
+        status=Status.MEASURED,
+        source=f"the largest potential of this problem is {largest}; one value more is infinity",
+        levers=levers,
+    )

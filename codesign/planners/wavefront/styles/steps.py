@@ -1,0 +1,57 @@
+"""Phases, and the planner's answers as the styles share them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.memo import Memo
+from codesign.planners.interface import Cell, Problem
+from codesign.planners.styles import Step
+from codesign.planners.wavefront.plan.grid import WaveMap
+from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, known_plan, plan_key
+from codesign.planners.wavefront.plan.wave import run_wave
+from codesign.records import TaskRecord
+
+LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK = "load", "propagate_obstacles", "propagate", "exchange", "track"
+"""The phases that cycles are booked under."""
+
+
+def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
+    """One step that is a task by itself, told as a ``TaskRecord``."""
+
+    def tell(begin: int, end: int, source: str) -> TaskRecord:
+        return TaskRecord(begin, source, task, end, cycles)
+
+    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
+
+
+def planned(problem: Problem, parameters: PropagateParameters, memo: Memo) -> WavefrontPlan:
+    """The plan, once for all design points that have it in common."""
+    return memo.get(plan_key(problem, parameters), lambda: known_plan(problem, parameters))
+
+
+def tracked_steps(
+    problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan, start: Cell | None = None
+) -> int:
+    """Steps that are tracked before a decision is out: at least one, even from a start on the goal.
+
+    ``start``: the cell that it is asked for; by default the first start of the problem.
+    """
+    if start is None:
+        start = problem.starts[0] if problem.starts else None
+    if start is None or plan.potentials[start] < 0:
+        return 1
+    most = parameters.steps if parameters.course is Course.LOCAL else None
+    return max(1, len(plan.tracker.follow(start, most)) - 1)
+
+
+def updates(wave_map: WaveMap, sources: NDArray[np.int64]) -> tuple[int, int]:
+    """The largest potential of a wave that nothing stops, and the parallel updates of equation 3 until it stands."""
+    from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, rounds
+
+    potentials, order = run_wave(wave_map, sources, np.zeros((0, 2), np.int64))
+    unreached = np.where(wave_map.free, np.int32(OPEN), np.int32(CLOSED))
+    flat = wave_map.pad(np.where(potentials >= 0, potentials, unreached).astype(np.int32), CLOSED)
+    return int(potentials.max()), int(rounds(flat, order, *wave_map.arrays))

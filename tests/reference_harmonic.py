@@ -1,0 +1,97 @@
+"""The relaxation in plain Python integers: slow, short, and what the fast kernels are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
+from codesign.planners.harmonic.plan.fixed_point import Field
+from codesign.planners.harmonic.plan.relax import Relaxation, VisitRecord
+from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+
+
+def relax_reference(
+    free: Any, goals: Any, *, termination: str = "sound", start: Any = None, **rest: Any
+) -> Relaxation:
+    """``relax`` over the whole schedule, by :func:`relax_stage`. It never ends where values never settle."""
+    arguments = check_arguments(free, goals, termination=termination, start=start, **rest)
+    field, stages, visits = arguments.start, [], []
+    for index, precision in enumerate(arguments.schedule):
+        for item in relax_stage(arguments, index, field.shifted(precision)):
+            if isinstance(item, StageEnd):
+                field = item.field
+                stages.append(item.stage)
+            else:
+                visits += [(index, *visit) for visit in zip(item.block, item.iterations, strict=True)]
+    record = VisitRecord(*np.array(visits, np.int32).T)
+    return Relaxation(tuple(stages), field, arguments.reachable, record)
+
+
+def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[VisitBatch | StageEnd]:
+    """One stage at the precision of ``start``, a batch a sweep."""
+    values = _framed(start.to_ints())
+    movable = np.pad(arguments.movable, 1)
+    blocks_down, blocks_across = arguments.block_grid
+    height, width = arguments.block
+    corners = [(1 + height * i, 1 + width * j) for i in range(blocks_down) for j in range(blocks_across)]
+    sweeps = total = 0
+    converged = False
+    while not converged:
+        converged = True
+        iterations = []
+        for top, left in corners:
+            bottom, right = min(top + height, values.shape[0] - 1), min(left + width, values.shape[1] - 1)
+            count, changed, settled = _visit(
+                values, movable, (top, bottom, left, right), arguments.iterations
+            )
+            iterations.append(count)
+            converged &= not changed if arguments.termination == "sound" else settled
+        sweeps += 1
+        total += sum(iterations)
+        yield VisitBatch(
+            index, start.precision, np.arange(len(corners), dtype=np.int32), np.array(iterations, np.int32)
+        )
+    inner = values[1:-1, 1:-1]
+    maxima = count_local_maxima(inner, arguments.reachable & arguments.movable)
+    stage = Stage(start.precision, sweeps, sweeps * len(corners), total, maxima)
+    yield StageEnd(index, stage, Field.from_ints(inner, start.precision))
+
+
+def _visit(
+    values: NDArray[np.object_], movable: NDArray[np.bool_], bounds: tuple[int, int, int, int], most: int
+) -> tuple[int, bool, bool]:
+    """Iterations made, whether any bit changed, and whether the last iteration changed none."""
+    top, bottom, left, right = bounds
+    inside = np.s_[top:bottom, left:right]
+    changed = False
+    for count in range(1, most + 1):
+        around = (
+            values[top - 1 : bottom - 1, left:right]
+            + values[top + 1 : bottom + 1, left:right]
+            + values[top:bottom, left - 1 : right - 1]
+            + values[top:bottom, left + 1 : right + 1]
+        )
+        updated = np.where(movable[inside], around // 4, values[inside])
+        if (updated == values[inside]).all():
+            return count, changed, True
+        values[inside] = updated
+        changed = True
+    return most, changed, False
+
+
+def count_local_maxima(values: NDArray[np.object_], candidates: NDArray[np.bool_]) -> int:
+    """Candidates none of whose four neighbours is strictly greater."""
+    padded = _framed(values)
+    greatest = np.maximum.reduce([padded[:-2, 1:-1], padded[2:, 1:-1], padded[1:-1, :-2], padded[1:-1, 2:]])
+    return int((candidates & (greatest <= values)).sum())
+
+
+def _framed(values: NDArray[np.object_]) -> NDArray[np.object_]:
+    # Outside the map all is obstacle. np.pad would put machine integers, which overflow, into the frame.
+    frame = np.zeros((values.shape[0] + 2, values.shape[1] + 2), object)
+    frame[1:-1, 1:-1] = values
+    return frame
