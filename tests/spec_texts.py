@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from codesign.errors import SpecError
 from codesign.spec import RefusalError, SpecModel, list_parts, load_platform, load_workload
+from codesign.spec.model import TaskParameters
 
 PLATFORM = """\
 kind: platform
@@ -58,7 +59,7 @@ class Range(SpecModel):
         return self
 
 
-class Relax(SpecModel):
+class Relax(TaskParameters):
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
 
     block: tuple[int, int] | None = None
@@ -75,7 +76,7 @@ class Relax(SpecModel):
         return self
 
 
-class Decide(BaseModel):
+class Decide(TaskParameters):
     """A plain pydantic model, as a user's own planner may bring it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from codesign import maps
-from codesign.calibrate.host_costs import PROBES
+from codesign.calibrate.host_costs import all_probes
 from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
@@ -163,7 +163,7 @@ def test_a_start_of_another_shape_or_no_number_is_refused(start: Any) -> None:
 
 def test_every_kernel_of_a_task_is_measured_and_shipped_hosts_have_its_cost() -> None:
     kernels = {style.kernel for style in catalog.task_styles().values() if style.kernel}
-    assert kernels <= set(PROBES)
+    assert kernels <= set(all_probes())
     for name in ("virtex2-pci", "virtex4-pci", "pc-epyc", "pc-3400mhz"):
         hosts = [part for part in load_platform(name).components.values() if part.type == "processor"]
         assert all(kernels <= set(host.costs) for host in hosts)
@@ -175,5 +175,5 @@ def test_software_refuses_laws_of_chips() -> None:
         lambda: task.clock_limit(PROBLEM, PropagateParameters()),
         lambda: task.power(task.demand(PROBLEM, PropagateParameters()), 1),
     ):
-        with pytest.raises(InputError, match="give it in the platform"):
+        with pytest.raises(InputError, match="declare it in the platform"):
             call()

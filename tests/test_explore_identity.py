@@ -6,9 +6,8 @@ from pathlib import Path
 import pytest
 
 from codesign.exploration.identity import code_digest
+from codesign.planners.plug_in import GROUP
 from codesign.system import catalog
-
-ALL = sorted(catalog.GROUPS)
 
 
 def install(
@@ -34,25 +33,23 @@ def digest() -> str:
         code_digest.cache_clear()
 
 
-def test_the_groups_are_those_that_this_package_registers_in() -> None:
-    assert {group for group, point in catalog.registered() if point.value.startswith("codesign.")} == set(ALL)
+def test_our_own_planners_are_registered_as_others_are() -> None:
+    names = {point.name for point in catalog.registered() if point.value.startswith("codesign.")}
+    assert names == set(catalog.planners())
 
 
-@pytest.mark.parametrize("group", ALL)
-def test_a_plug_in_of_any_group_is_part_of_the_digest(
-    group: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_plug_in_is_part_of_the_digest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     without = digest()
     monkeypatch.syspath_prepend(tmp_path)
-    install(tmp_path, group)
+    install(tmp_path, GROUP)
     seen = [without, digest()]
     assert digest() == seen[-1]
-    install(tmp_path, group, version="2")
+    install(tmp_path, GROUP, version="2")
     seen.append(digest())
-    install(tmp_path, group, version="2", value="made_up:OTHERS")
+    install(tmp_path, GROUP, version="2", value="made_up:OTHERS")
     seen.append(digest())
     install(
-        tmp_path, group, version="2", value="made_up:OTHERS", source="# mended, and the version forgotten\n"
+        tmp_path, GROUP, version="2", value="made_up:OTHERS", source="# mended, and the version forgotten\n"
     )
     seen.append(digest())
     (tmp_path / "made_up" / "deep" / "helper.py").write_text("FIGURE = 2\n")
@@ -64,7 +61,7 @@ def test_the_source_of_a_plug_in_of_one_module_is_part_of_the_digest(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
-    install(tmp_path, ALL[0], value="made_up_module:ALL")
+    install(tmp_path, GROUP, value="made_up_module:ALL")
     (tmp_path / "made_up_module.py").write_text("ALL = 1\n")
     before = digest()
     (tmp_path / "made_up_module.py").write_text("ALL = 2\n")
@@ -75,7 +72,7 @@ def test_in_a_namespace_package_only_the_plug_in_itself_counts(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
-    install(tmp_path, ALL[0], value="made_up_space.ours:ALL")
+    install(tmp_path, GROUP, value="made_up_space.ours:ALL")
     for name in ("ours", "theirs"):
         (tmp_path / "made_up_space" / name).mkdir(parents=True)
         (tmp_path / "made_up_space" / name / "__init__.py").write_text("ALL = 1\n")
@@ -91,5 +88,5 @@ def test_a_plug_in_that_is_not_there_does_not_end_the_digest(
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
     without = digest()
-    install(tmp_path, ALL[0], value="made_up_nowhere.inside:ALL")
+    install(tmp_path, GROUP, value="made_up_nowhere.inside:ALL")
     assert digest() != without

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, PROBES
+from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes
 from codesign.calibrate.kernels import authority_ahead, enter_scan, follow, measure_ranges
 from codesign.components.sensor import RaySensor
 from codesign.components.way import Way, authority
@@ -88,4 +88,4 @@ def test_a_way_followed_is_a_command_from_each_of_its_points() -> None:
 
 
 def test_the_kernels_that_a_drive_charges_for_are_measured() -> None:
-    assert {pilot.OCCUPANCY, pilot.FOLLOWING} == {OCCUPANCY, FOLLOWING} <= set(PROBES)
+    assert {pilot.OCCUPANCY, pilot.FOLLOWING} == {OCCUPANCY, FOLLOWING} <= set(all_probes())

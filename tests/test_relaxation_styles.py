@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 import codesign
 from codesign import maps
-from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, PROBES, measure_host
+from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes, measure_host
 from codesign.errors import InputError, SpecError
 from codesign.figures import Status
 from codesign.planners.interface import Problem
@@ -150,11 +150,11 @@ def test_platforms_carry_the_costs() -> None:
     assert cost.status == Status.CALIBRATED
     styles = (*catalog.architectures().values(), *catalog.task_styles().values())
     kernels = {style.kernel for style in styles if style.kernel}
-    assert set(PROBES) <= kernels | {DIRECT_KERNEL, OCCUPANCY, FOLLOWING}
+    assert set(all_probes()) <= kernels | {DIRECT_KERNEL, OCCUPANCY, FOLLOWING}
     assert paper.costs[DIRECT_KERNEL].value == cost.value  # type: ignore[union-attr]
     assert paper.costs[DIRECT_KERNEL].status == Status.ASSUMED  # type: ignore[union-attr]
     for name in ("pc-3400mhz", "pc-epyc"):
-        assert set(load_platform(name).components["pc"].costs) == set(PROBES)  # type: ignore[union-attr]
+        assert set(load_platform(name).components["pc"].costs) == set(all_probes())  # type: ignore[union-attr]
 
 
 def direct_on(platform: Platform) -> Result:
@@ -229,7 +229,7 @@ def test_the_hint_says_how_a_workload_loses_its_omega() -> None:
 
 def test_this_machine_is_measured() -> None:
     costs = measure_host(0.01)
-    assert set(costs) == set(PROBES)
+    assert set(costs) == set(all_probes())
     for cost in costs.values():
         low, high = cost.interval
         assert low <= cost.value <= high

@@ -25,7 +25,8 @@ from codesign.planners.harmonic.paper.speed import software_seconds
 from codesign.planners.harmonic.paper.tables import table_rows
 from codesign.planners.harmonic.paper.theory import largest_eigenvalue
 from codesign.planners.reproduction import Use, row
-from codesign.reproduce import PAPERS, Plot, Reproduction, Series, plot_svg, write_plots
+from codesign.reproduce import Plot, Reproduction, Series, plot_svg, write_plots
+from codesign.system import catalog
 
 TOLD: list[str] = []
 THEORY = {"Section 3.2.2", "Section 4.2", "Section 4.4.1", "Section 4.4.2"}
@@ -88,7 +89,7 @@ def test_the_documented_table_is_the_one_that_is_computed(quick: Reproduction) -
 
 @pytest.fixture(scope="module")
 def quick() -> Reproduction:
-    return PAPERS["harmonic"](quick=True, progress=TOLD.append)
+    return catalog.papers()["harmonic"](quick=True, progress=TOLD.append)
 
 
 def test_quick_run_covers_every_row_of_the_full_one(quick: Reproduction) -> None:

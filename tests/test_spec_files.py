@@ -38,6 +38,7 @@ from codesign.spec import (
 from codesign.spec.components import FpgaComponent, ProcessorComponent
 from codesign.spec.links import BusLink
 from codesign.spec.locate import data_folder
+from codesign.spec.model import TaskParameters
 from codesign.spec.part import load_part_file
 from codesign.spec.problem import MAPS, SampledStarts
 from codesign.spec.workload import PLACE_KEYS
@@ -372,7 +373,7 @@ def test_scalars_are_strict_however_a_field_is_annotated(tmp_path: Path) -> None
         type: int = 0
         default: bool = False
 
-    class Parameters(SpecModel):
+    class Parameters(TaskParameters):
         inner: Inner | None = None
         number: float = 0.0
         words: tuple[str, ...] = ()

@@ -15,7 +15,6 @@ from test_spec_fuzz import faults_of, paths, quietly, replaced, trees
 from codesign.errors import SpecError
 from codesign.spec import (
     Platform,
-    SpecModel,
     Workload,
     cross_check,
     fault,
@@ -27,15 +26,16 @@ from codesign.spec import (
     pin,
 )
 from codesign.spec.marks import parse_document
+from codesign.spec.model import TaskParameters
 from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.spec.workload import TaskModels
 
 
-class Search(SpecModel):
+class Search(TaskParameters):
     depth: int = 1
 
 
-class Elsewhere(SpecModel):
+class Elsewhere(TaskParameters):
     robots: int
 
 

@@ -13,36 +13,20 @@ import math
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from statistics import median, quantiles
 from typing import Any
 
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
+from codesign.planners.plug_in import Probe
+from codesign.system import catalog
 
 LEAST_REPEATS = 5
 MOST_SECONDS = 600.0
 
 OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
 """The kernels of a drive: a cell that was seen, put into the map; and one command made from a way."""
-
-_SHORT, _LONG = 10, 300
-"""Iterations of the two relaxations whose difference is timed."""
-
-
-@dataclass(frozen=True)
-class Probe:
-    """A way to time a kernel: ``run`` computes ``units`` units of it; ``without`` does all that goes beside them."""
-
-    units: int
-    run: Callable[[], object]
-    without: Callable[[], object] | None = None
-
-    def seconds(self) -> float:
-        """Seconds a unit, measured once."""
-        spent = _timed(self.run) - (0.0 if self.without is None else _timed(self.without))
-        return spent / self.units
 
 
 def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
@@ -60,8 +44,14 @@ def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
         raise InputError(
             f"{seconds!r:.80} seconds", "seconds", f"give a number above 0, at most {MOST_SECONDS:g}"
         )
-    machine = describe_machine()
-    return {name: _measured(make(), seconds / len(PROBES), machine) for name, make in PROBES.items()}
+    machine, probes = describe_machine(), all_probes()
+    return {name: _measured(make(), seconds / len(probes), machine) for name, make in probes.items()}
+
+
+def all_probes() -> dict[str, Callable[[], Probe]]:
+    """How each kernel is timed, by the name that platforms give its cost: those of all planners, and of drives."""
+    found = {name: make for plug_in in catalog.plug_ins() for name, make in plug_in.probes.items()}
+    return {**found, **DRIVE_PROBES}
 
 
 def describe_machine() -> str:
@@ -87,106 +77,6 @@ def _measured(probe: Probe, seconds: float, machine: str) -> Figure:
     low, _, high = quantiles(found, n=4)
     source = f"median of {len(found)} runs of {probe.units:,} units on {machine}"
     return Figure(median(found), "s", Status.MEASURED, source, low, high)
-
-
-def _timed(run: Callable[[], object]) -> float:
-    """Seconds of this thread on a core: what it takes on an idle one, however many others want the core now."""
-    begin = time.thread_time()
-    run()
-    return time.thread_time() - begin
-
-
-def _harmonic() -> Probe:
-    """Iterations over a maze as one block, at one precision, from zero until nothing changes."""
-    from codesign import maps
-    from codesign.planners.harmonic.plan import Relaxation, relax
-
-    free = maps.maze(72, 132, corridor=6, seed=1).free
-
-    def run() -> Relaxation:
-        return relax(
-            free, [(3, 3)], block=free.shape, iterations=1 << 20, schedule=(31,), record_visits=False
-        )
-
-    return Probe(run().total_iterations * free.size, run)
-
-
-def _harmonic_decision() -> Probe:
-    """Directions at all free cells of a map of rooms, at 62 bits."""
-    from codesign import maps
-    from codesign.planners.harmonic.plan import relax
-    from codesign.planners.harmonic.plan.decision import directions
-
-    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
-    field = relax(
-        free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False
-    ).field
-    return Probe(int(free.sum()), lambda: directions(field, free))
-
-
-def _sparse_solve() -> Probe:
-    """A start nowhere above the field at 63 bits: factors, refinement, certificate."""
-    from codesign import maps
-    from codesign.planners.harmonic.plan.warm_start import warm_start
-
-    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
-    return Probe(int(free.sum()), lambda: warm_start(free, [(64, 64)], 63))
-
-
-def _relaxation() -> Probe:
-    """Sweeps of SOR over rooms of the size of Saudi and Sulaiman's area."""
-    from codesign import maps
-    from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
-
-    free = maps.rooms(270, 330, room=(64, 80), door=12, wall=3, seed=1).free
-
-    def sweeps(count: int) -> Callable[[], object]:
-        # To a tolerance, so that no look for cells without a descent is timed.
-        return lambda: solve(
-            free,
-            [(10, 10)],
-            method="sor",
-            omega=1.95,
-            tolerance=PUBLISHED_TOLERANCE,
-            boundary="low_goal",
-            max_iterations=count,
-        )
-
-    return Probe((_LONG - _SHORT) * free.size, sweeps(_LONG), sweeps(_SHORT))
-
-
-def _relaxation_direct() -> Probe:
-    """A direct solution over rooms of a quarter of that area, shared out over the units of its law."""
-    from codesign import maps
-    from codesign.planners.relaxation.plan import Solution, solve
-    from codesign.planners.relaxation.styles.costs import direct_units
-
-    free = maps.rooms(135, 165, room=(32, 40), door=6, wall=2, seed=1).free
-
-    def run() -> Solution:
-        return solve(free, [(10, 10)], method="direct")
-
-    return Probe(direct_units(run().updates), run)
-
-
-def _breadth_first() -> Probe:
-    """A search that pops every cell of a map without obstacles."""
-    import numpy as np
-
-    from codesign.planners.breadth_first.plan import search
-
-    free = np.ones((500, 500), np.bool_)
-    return Probe(free.size, lambda: search(free, (0, 0), (499, 499)))
-
-
-def _wavefront() -> Probe:
-    """A wave over all of a map without obstacles."""
-    import numpy as np
-
-    from codesign.planners.wavefront.plan import propagate
-
-    free = np.ones((256, 256), np.bool_)
-    return Probe(free.size, lambda: propagate(free, [(0, 0)]))
 
 
 def _occupancy() -> Probe:
@@ -242,15 +132,5 @@ def _mission_map() -> tuple[Any, Any, Any]:
     return free, path, np.column_stack((np.sin(angles), np.cos(angles)))
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {
-    "harmonic_node_update": _harmonic,
-    "harmonic_decision": _harmonic_decision,
-    "sparse_solve_cell": _sparse_solve,
-    "relaxation_node_update": _relaxation,
-    "relaxation_direct_cell": _relaxation_direct,
-    "breadth_first_cell": _breadth_first,
-    "wavefront_cell": _wavefront,
-    OCCUPANCY: _occupancy,
-    FOLLOWING: _following,
-}
-"""How each kernel is timed, by the name that platforms give its cost."""
+DRIVE_PROBES: Mapping[str, Callable[[], Probe]] = {OCCUPANCY: _occupancy, FOLLOWING: _following}
+"""How the kernels of a drive's own work are timed, by name."""

@@ -6,13 +6,11 @@ from pathlib import Path
 
 import click
 
-from codesign.errors import printable
-
-NAMES = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+from codesign.errors import InputError, choose_hint, printable
 
 
 @click.command(short_help="Hold the model against the published tables.")
-@click.argument("names", nargs=-1, type=click.Choice(NAMES))
+@click.argument("names", nargs=-1, metavar="[PLANNER]...")
 @click.option("--quick", is_flag=True, help="Fewer and smaller maps for the figures that are simulated.")
 @click.option(
     "--html", "page", type=click.Path(dir_okay=False, path_type=Path), help="Write an HTML page with plots."
@@ -32,12 +30,17 @@ def reproduce(
     from codesign.cli.again import command_line
     from codesign.cli.outputs import check_folder, check_outputs
     from codesign.report import Picture, render_text, reproduction_page, reproduction_table
+    from codesign.system import catalog
 
     check_outputs({"--html": page})
     check_folder("--plots", plots, {"--html": page})
+    at_hand = catalog.papers()
+    for name in names:
+        if name not in at_hand:
+            raise InputError(f"no planner named {name!r} has a paper", "PLANNER", choose_hint(name, at_hand))
     found = [
-        papers.PAPERS[name](quick=quick, progress=lambda line: click.echo(line, err=True))
-        for name in names or papers.PAPERS
+        at_hand[name](quick=quick, progress=lambda line: click.echo(line, err=True))
+        for name in names or at_hand
     ]
     written = [path for each in found if plots is not None for path in papers.write_plots(each, plots)]
     if page is not None:

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from codesign.spec import Platform, Workload
 
 _IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
-_NO_PART_IN_RESULTS = frozenset({"cli", "explore", "report", "reproduce", "trace", "__pycache__"})
+_NO_PART_IN_RESULTS = frozenset(
+    {"calibrate", "cli", "exploration", "paper", "report", "reproduce", "trace", "__pycache__"}
+)
 
 
 def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
@@ -92,9 +94,9 @@ def code_digest() -> str:
     for name, text in _sources(files("codesign"), ""):
         digest.update(f"{name} {len(text)}\n".encode() + text)
     hashed = {"codesign"}
-    for group, point in catalog.registered():
+    for point in catalog.registered():
         release = f"{point.dist.name} {point.dist.version}" if point.dist is not None else ""
-        digest.update(f"{group} {point.name} {point.value} {release}\n".encode())
+        digest.update(f"{point.name} {point.value} {release}\n".encode())
         package, places = _package_of(point.module)
         if package in hashed:
             continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Generator
 from typing import Any
 
@@ -10,48 +10,40 @@ import numpy as np
 
 from codesign.errors import InputError
 from codesign.figures import Figure
-from codesign.memo import Memo
-from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Step, StyleBase
+from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
 from codesign.records import TaskRecord
 from codesign.spec.part import Part
 
 
-class Software(ABC):
-    """What a platform tells of a processor, and no style: its clock and its power."""
+class Software:
+    """A style on a processor. The platform declares the processor's clock and power, so no law gives them."""
 
-    planner: str
     style: str = "software"
-    component_type = "processor"
-    kernel: str
+    component_type: str = "processor"
 
-    def clock_limit(self, problem: Problem, parameters: Any, part: Part | None = None) -> Figure:  # noqa: ARG002
-        """A processor's clock is its own: there is no law to hold it against.
+    def clock_limit(self, problem: Any, parameters: Any, part: Part | None = None) -> Figure:  # noqa: ARG002
+        """There is no law to hold a processor's clock against.
 
         Raises:
             InputError: always.
         """
-        raise InputError("a processor's clock has no limit law", self.style, "give it in the platform")
+        raise InputError("a processor's clock has no limit law", self.style, "declare it in the platform")
 
     def power(self, demand: Demand, clock: int, part: Part | None = None) -> tuple[Figure, Figure]:  # noqa: ARG002
-        """A processor's power stands in the platform, not in a law.
+        """There is no law of a processor's power.
 
         Raises:
             InputError: always.
         """
-        raise InputError("a processor's power has no law", self.style, "give it in the platform")
+        raise InputError("a processor's power has no law", self.style, "declare it in the platform")
 
 
-class HostStyle(Software, StyleBase):
-    """A planner in software: left to say is how it works, in units of ``kernel``."""
-
-    def kernels(self, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
-        """Every kernel that steps under ``parameters`` are counted in."""
-        return (self.kernel,)
+class HostStyle(Software, Architecture):
+    """A planner in software. A subclass gives ``work``, in units of ``kernel``."""
 
     def demand(
         self,
-        problem: Problem,  # noqa: ARG002
+        problem: Any,  # noqa: ARG002
         parameters: Any,  # noqa: ARG002
         part: Part | None = None,  # noqa: ARG002
         *,
@@ -60,41 +52,22 @@ class HostStyle(Software, StyleBase):
         """Software takes no resource of a part."""
         return Demand(items=())
 
-    def memory(self, problem: Problem, parameters: Any) -> None:
-        """What it keeps is in the processor's own memory."""
 
-    @abstractmethod
-    def work(
-        self,
-        problem: Problem,
-        parameters: Any,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,
-        inside: frozenset[str] | None = None,
-    ) -> Generator[Step, None, Any]:
-        """As ``Architecture.work``."""
-
-
-class HostTask(Software):
+class HostTask(Software, TaskStyle):
     """One task in software: one step, in units of ``kernel``, once its outcome is known."""
-
-    task: str
-    description: str
 
     @abstractmethod
     def outcome(
-        self, problem: Problem, parameters: Any, plan: Any, position: tuple[float, float]
+        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
     ) -> tuple[int, Any]:
         """Units of the kernel that one execution takes, at least 1, and what it makes."""
 
-    def demand(self, problem: Problem, parameters: Any, part: Part | None = None) -> Demand:  # noqa: ARG002
+    def demand(self, problem: Any, parameters: Any, part: Part | None = None) -> Demand:  # noqa: ARG002
         """Software takes no resource of a part."""
         return Demand(items=())
 
     def steps(
-        self, problem: Problem, parameters: Any, plan: Any, position: tuple[float, float]
+        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
     ) -> Generator[Step, None, Any]:
         """One step, booked under the task's name."""
         units, made = self.outcome(problem, parameters, plan, position)

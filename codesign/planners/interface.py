@@ -1,22 +1,23 @@
 """What every planner offers, and what it is given.
 
-A planner is arrays in, arrays out, exact, without a clock. It is found through the entry-point group
-``codesign.planners``; a user's own planner plugs in the same way.
+A planner is arrays in, arrays out, exact, without a clock. A ``PlugIn`` registers it; a user's own planner plugs in the
+same way.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Any, Literal, Protocol, runtime_checkable
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from codesign.planners.task_graph import Flow
-from codesign.spec import SpecModel
+from codesign.spec.model import SpecModel, TaskParameters
 
 Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""
@@ -28,6 +29,9 @@ Policy = Literal["restart", "lower_bound", "continue"]
 - ``lower_bound``: from a start that the task ``lower_bound`` makes, nowhere above the answer, which is the same.
 - ``continue``: from the values that the last plan left (``Planner.start_of``).
 """
+
+BYTES_A_CELL = 64
+"""Memory that a planner is taken to need for a cell, where it does not say. Assumed."""
 
 LOAD, COMMAND = "load", "command"
 """Tasks that every planner's flows may name beside its own: who holds the map, and who wants the answer."""
@@ -166,53 +170,44 @@ class RobotsQuality:
     ] = None
 
 
-class Planner(Protocol):
+class Planner(ABC):
     """A planner: its name, the parameters it takes, and what it does with them.
 
-    It may have more, which is asked for where it is there:
+    - ``name``: its name in YAML. ``description``: one line for ``hwsw list``, without a full stop.
+    - ``planning_task``: the task that every mapping must place: the one that computes the plan.
+    - ``problem_model``: the model of a workload's problem, with a method ``problem()``; None: a map with goals and
+      starts.
+    - ``policies``: the replan policies it knows; the first is the default.
+    - ``answers_no_way``: True where a start from which no path leads to a goal is an answer, not a fault.
 
-    - ``answers_no_way``: True where a start that leads to no goal is an answer, not a fault.
-    - ``check_drive(problem, parameters)``: what keeps it from a drive, as (key of the planning task, sentence, hint);
-      None: nothing does.
-    - ``flows_after(problem, parameters, plan)``: ``flows`` with the sizes that are known once the plan stands; messages
-      after it have these.
-    - ``horizon(parameters)``: cells of way that one answer holds, beyond which a robot is not led; None: all that it
-      needs.
-    - ``field_of(plan)``: the field that a plan left, as (name, unit, float64 rows × columns), for traces; see
-      ``records.FieldRecord``.
+    Every method has the problem as its first argument: a ``Problem``, or what ``problem_model`` makes.
     """
 
-    @property
-    def name(self) -> str:
-        """The name in YAML."""
+    name: str
+    description: str
+    planning_task: str
+    problem_model: type[SpecModel] | None = None
+    policies: tuple[Policy, ...] = ("restart",)
+    answers_no_way: bool = False
 
     @property
-    def description(self) -> str:
-        """What it does, for ``hwsw list``: one line, no full stop at the end."""
+    @abstractmethod
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
+        """The tasks a workload may map, each with the model that its parameters are checked against."""
 
-    @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
-        """The tasks a workload may map, each with the model that its parameters are checked against.
-
-        A model may have ``unused(external_memory=...)``: names of the parameters that a design, with an external memory
-        named by its mapping or without, makes no use of; results leave them out.
-        """
-
-    @property
-    def problem_model(self) -> type[SpecModel] | None:
-        """The model of a workload's problem, with a method ``problem()``; None: a map with goals and starts."""
-
-    @property
-    def planning_task(self) -> str:
-        """The task that every mapping must place: the one that computes the plan."""
-
-    def check(self, problem: Problem, parameters: Any) -> tuple[str, str] | None:
+    def check(self, problem: Any, parameters: Any) -> tuple[str, str] | None:  # noqa: ARG002
         """What keeps these parameters from this problem, as (key, sentence), or None.
 
         The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
         """
+        return None
 
-    def reachable(self, problem: Problem, parameters: Any) -> NDArray[np.bool_]:
+    def check_drive(self, problem: Any, parameters: Any) -> tuple[str, str, str] | None:  # noqa: ARG002
+        """What keeps the planner from a drive, as (key of the planning task, sentence, hint), or None."""
+        return None
+
+    @abstractmethod
+    def reachable(self, problem: Any, parameters: Any) -> NDArray[np.bool_]:
         """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
 
         A run that names another cell as a start is refused before it plans. The starts of ``problem`` do not matter.
@@ -220,63 +215,77 @@ class Planner(Protocol):
         a corner.
         """
 
-    def plan(self, problem: Problem, parameters: Any) -> Any:
+    def memory(self, problem: Any, parameters: Any, tasks: Collection[str]) -> int:  # noqa: ARG002
+        """Bytes at the peak of a run: those of the problem, the plan, what makes it, and what judges it.
+
+        ``parameters``: those of the planning task; ``tasks``: the names of all that are mapped. By default 64 bytes a
+        cell, assumed: as much as the most that ours take whose values are one word.
+        """
+        return BYTES_A_CELL * problem.free.size if isinstance(problem, Problem) else 0
+
+    def memory_levers(self, problem: Any, parameters: Any) -> list[str]:  # noqa: ARG002
+        """What takes less memory, besides a smaller map, as in "smaller blocks"."""
+        return []
+
+    def fields_recorded(self, parameters: Any) -> int:  # noqa: ARG002
+        """Fields of a double a cell that the records of one plan hold."""
+        return 1
+
+    @abstractmethod
+    def plan(self, problem: Any, parameters: Any) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
 
-    @property
-    def policies(self) -> tuple[Policy, ...]:
-        """The replan policies it knows; the first is the default."""
-
+    @abstractmethod
     def flows(self, problem: Any, parameters: Any) -> tuple[Flow, ...]:
         """What flows between tasks, by name, for one plan and one answer; sizes are above 0.
 
         Senders and receivers are names of ``tasks``, or ``load`` and ``command``. ``parameters``: those of the planning
         task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same.
 
-        A flow "pose" goes where a drive asks for a decision at every control turn; the first plan knows the start from
-        the map. Without one, the answer is the whole way, sent once a plan.
+        A flow "pose" goes to the task that a drive asks for a decision at every control turn; the first plan knows the
+        start from the map. Without one, the answer is the whole path, sent once a plan.
         """
 
-    def quality(self, problem: Problem, plan: Any) -> Quality | RobotsQuality:
+    def flows_after(self, problem: Any, parameters: Any, plan: Any) -> tuple[Flow, ...]:  # noqa: ARG002
+        """``flows`` with the sizes that are known once the plan is made; messages after it have these."""
+        return self.flows(problem, parameters)
+
+    @abstractmethod
+    def quality(self, problem: Any, plan: Any) -> Quality | RobotsQuality:
         """What that answer is worth."""
 
+    @abstractmethod
     def identity(self, plan: Any) -> str:
         """A text that is equal for equal answers: their quality is then computed once."""
 
-    def figures(self, plan: Any) -> dict[str, Any]:
+    def figures(self, plan: Any) -> dict[str, Any]:  # noqa: ARG002
         """The fields of a result that only this plan can fill: ``stages``, ``precision``, ``details``."""
+        return {}
 
-    def trajectory(
-        self, problem: Problem, plan: Any, start: tuple[int, int]
-    ) -> tuple[NDArray[np.float64], bool]:
-        """The way from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
+    def field_of(self, plan: Any) -> tuple[str, str, NDArray[np.float64]] | None:  # noqa: ARG002
+        """The field of a plan as (name, unit, float64 rows × columns), for traces; None where there is none.
 
-    def start_of(self, plan: Any) -> Any:
-        """What ``Architecture.work(start=...)`` may go on from under policy ``continue``; None where it knows none."""
+        See ``records.FieldRecord``. A planner that writes its field by records of its own has none here.
+        """
+        return None
 
-    def way(
-        self, problem: Problem, plan: Any, start: tuple[float, float]
-    ) -> tuple[NDArray[np.float64], bool]:
-        """The way from a position, (row, column) in cells, that need not be the middle of a cell.
+    @abstractmethod
+    def trajectory(self, problem: Any, plan: Any, start: Any) -> tuple[NDArray[np.float64], bool]:
+        """The path from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
 
-        As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan knows no way
+    def start_of(self, plan: Any) -> Any:  # noqa: ARG002
+        """The values that ``Architecture.work(start=...)`` may continue from under policy ``continue``, or None."""
+        return None
+
+    def horizon(self, parameters: Any) -> float | None:  # noqa: ARG002
+        """Cells of path that one answer holds, beyond which a robot is not led; None: all that it needs."""
+        return None
+
+    @abstractmethod
+    def way(self, problem: Any, plan: Any, start: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
+        """The path from a position, (row, column) in cells, that need not be the middle of a cell.
+
+        As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan knows no path
         from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False. It computes
-        nothing that the plan does not hold: a way from elsewhere takes another plan.
+        nothing that the plan does not hold: a path from elsewhere takes another plan.
         """
-
-
-@runtime_checkable
-class KnowsMemory(Protocol):
-    """A planner that says how much memory it takes; of another, a figure a cell is assumed."""
-
-    def memory(self, problem: Any, parameters: Any, tasks: Collection[str]) -> int:
-        """Bytes at the peak of a run: those of the problem, the plan, what makes it, and what judges it.
-
-        ``parameters``: those of the planning task; ``tasks``: the names of all that are mapped.
-        """
-
-    def memory_levers(self, problem: Any, parameters: Any) -> list[str]:
-        """What takes less, besides a smaller map, as in "smaller blocks"."""
-
-    def fields_recorded(self, parameters: Any) -> int:
-        """Fields of a double a cell that the records of one plan hold."""

@@ -1,21 +1,21 @@
 """What every architecture style offers: how a planner is laid out on a component, and what that costs.
 
-A style gives laws: pure functions with their sources. It is found through the entry-point group
-``codesign.architectures`` (a sequence of styles an entry point); a user's own style plugs in the same way.
+A style gives laws: pure functions with their sources. A ``PlugIn`` registers it; a user's own style plugs in the same
+way.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
-from codesign.planners.interface import Problem
 from codesign.spec.part import Part
 
 RESOURCES = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
@@ -138,44 +138,53 @@ def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int
     )
 
 
-class StyleBase:
-    """What most styles answer alike; a style that answers otherwise overrides it."""
+class _Style(ABC):
+    """What styles of planning tasks and of other tasks have in common.
 
-    def settled(self, parameters: Any) -> Any:
-        """The parameters as given."""
-        return parameters
-
-    def notes(self, problem: Problem, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
-        """None."""
-        return ()
-
-
-class Architecture(Protocol):
-    """A style of one planner on one type of component. ``StyleBase`` has the answers that most styles give.
-
-    It may have ``kernels(parameters)``, where steps on a processor are counted in more kernels than ``kernel``: all of
-    them, so that a platform without a cost of one is refused before anything runs.
+    - ``planner``: the planner's name. ``style``: the style's name in YAML. ``description``: one line for ``hwsw list``,
+      without a full stop.
+    - ``component_type``: the type of component it runs on: ``fpga`` or ``processor``.
+    - ``kernel``: on a processor, the kernel that the platform gives a cost, and that cycles of steps are units of.
     """
 
-    @property
-    def planner(self) -> str:
-        """The planner's name."""
+    planner: str
+    style: str
+    description: str
+    component_type: str
+    kernel: str = ""
 
-    @property
-    def style(self) -> str:
-        """The style's name in YAML."""
+    def kernels(self, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
+        """Every kernel that steps under ``parameters`` are counted in.
 
-    @property
-    def description(self) -> str:
-        """How it lays the planner out, for ``hwsw list``: one line, no full stop at the end."""
+        A platform without a cost of one of them is refused before anything runs.
+        """
+        return (self.kernel,)
 
-    @property
-    def component_type(self) -> str:
-        """The type of component it runs on: ``fpga`` or ``processor``."""
+    @abstractmethod
+    def clock_limit(self, problem: Any, parameters: Any, part: Part) -> Figure:
+        """The fastest clock that the design of this size reaches on the part, Hz, with its interval.
 
-    @property
-    def kernel(self) -> str:
-        """On a processor, the kernel that the platform gives a cost, and that cycles of steps are units of."""
+        Raises:
+            InputError: the style runs on a processor, whose clock has no limit law.
+        """
+
+    @abstractmethod
+    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
+        """Static and dynamic power at ``clock`` Hz, W, with their intervals.
+
+        Raises:
+            InputError: the style runs on a processor, whose power is declared in the platform.
+        """
+
+
+class Architecture(_Style):
+    """A style of one planner's planning task on one type of component.
+
+    - ``supports_external``: whether the design can keep its memories in an external memory. ``demand``, ``clock_limit``
+      and ``work`` then take ``external``, an ``ExternalMemoryLaw``, where the mapping names one.
+    """
+
+    supports_external: bool = False
 
     def settled(self, parameters: Any) -> Any:
         """The parameters that this style runs with, where it cannot run with those that are given.
@@ -183,36 +192,38 @@ class Architecture(Protocol):
         Everything else here is asked with the answer, and so is the planner: cycles, resources, messages and quality
         are those of one run. What is settled stays as it is when asked again.
         """
+        return parameters
 
-    def notes(self, problem: Problem, parameters: Any) -> tuple[str, ...]:
+    def notes(self, problem: Any, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
         """What a reader has to know of a design with these parameters, as given: "key: sentence", no full stop.
 
-        A note is no fault. It tells where a design does other work than its parameters let one expect.
+        A note is no fault. It says where a design does other work than its parameters let one expect.
         """
+        return ()
 
+    @abstractmethod
     def demand(
         self,
-        problem: Problem,
+        problem: Any,
         parameters: Any,
-        part: Part | None,
+        part: Any,
         *,
         inside: frozenset[str] | None = None,
     ) -> Demand:
         """Resources and other bounds, as a vector with items; no feasibility is judged here.
 
-        ``part`` is None on a processor, where only bounds count. ``inside``: the planner's tasks that are done by this
-        component, as in ``work``; what is not takes nothing here.
+        ``part``: a ``Part``; None on a processor, where only bounds count. ``inside``: the planner's tasks that are
+        done by this component, as in ``work``; a task that is not inside takes nothing here.
         """
 
-    def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
-        """The fastest clock the design of this size reaches on the part, Hz, with its interval."""
-
-    def memory(self, problem: Problem, parameters: Any) -> Memory | None:
+    def memory(self, problem: Any, parameters: Any) -> Memory | None:  # noqa: ARG002
         """What the block RAMs hold; None where the style uses none."""
+        return None
 
+    @abstractmethod
     def work(
         self,
-        problem: Problem,
+        problem: Any,
         parameters: Any,
         *,
         memo: Memo | None = None,
@@ -225,64 +236,43 @@ class Architecture(Protocol):
         Without ``detail`` nobody listens and nothing interrupts: steps may be as coarse as a whole stage, and what
         ``memo`` holds of it need not be computed again. The cycles add up to the same.
 
-        ``start``: values to go on from, of ``Planner.start_of`` or of the task ``lower_bound``; a planner that knows
+        ``start``: values to continue from, of ``Planner.start_of`` or of the task ``lower_bound``; a planner that knows
         neither ignores it. ``inside``: the planner's tasks that are done by this component; None for all of them. A
         task that is not inside takes no steps here; where the work has to wait for one, it yields an ``Exchange``.
         """
 
-    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static and dynamic power at ``clock`` Hz, W, with their intervals."""
+    def updates(self, problem: Any, parameters: Any) -> Any:  # noqa: ARG002
+        """What each robot of a fleet takes for an update; None where the style plans for one robot only."""
+        return None
 
 
-class TaskStyle(Protocol):
+class TaskStyle(_Style):
     """One task of a planner that is placed by itself, on one type of component.
 
-    ``parameters`` are those of the planning task throughout. Found through the entry-point group
-    ``codesign.task_styles`` (a sequence of styles an entry point).
-
-    It may have ``again``, with the arguments of ``steps``: the steps of one decision more of a plan that stands, as a
-    drive asks for at every control turn; what they return is not looked at. Without it that costs what ``steps`` say.
-    And it may have ``kernels(parameters)``, as an ``Architecture``.
+    ``task``: the task's name. ``parameters`` are those of the planning task throughout.
     """
 
-    @property
-    def planner(self) -> str:
-        """The planner's name."""
+    task: str
 
-    @property
-    def task(self) -> str:
-        """The task's name."""
+    @abstractmethod
+    def demand(self, problem: Any, parameters: Any, part: Any) -> Demand:
+        """Resources and other bounds of this task alone. ``part``: a ``Part``; None on a processor."""
 
-    @property
-    def style(self) -> str:
-        """The style's name in YAML."""
-
-    @property
-    def description(self) -> str:
-        """How it does the task, for ``hwsw list``: one line, no full stop at the end."""
-
-    @property
-    def component_type(self) -> str:
-        """The type of component it runs on: ``fpga`` or ``processor``."""
-
-    @property
-    def kernel(self) -> str:
-        """On a processor, the kernel that cycles of steps are units of."""
-
-    def demand(self, problem: Problem, parameters: Any, part: Part | None) -> Demand:
-        """Resources and other bounds of this task alone; ``part`` is None on a processor."""
-
-    def clock_limit(self, problem: Problem, parameters: Any, part: Part) -> Figure:
-        """The fastest clock on the part, Hz. Raises InputError on a processor."""
-
+    @abstractmethod
     def steps(
-        self, problem: Problem, parameters: Any, plan: Any, position: tuple[float, float]
+        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
     ) -> Generator[Step, None, Any]:
         """One execution, for a robot at ``position``, (row, column) in cells.
 
-        ``plan`` is the planner's, or None for a task that comes before it. Returns what the task makes: a way as
-        ``Planner.way`` (of decisions and ways), a start for ``Architecture.work`` (of lower bounds), or None.
+        ``plan`` is the planner's, or None for a task that comes before it. Returns what the task makes: a path as
+        ``Planner.way`` (of decisions and paths), a start for ``Architecture.work`` (of lower bounds), or None.
         """
 
-    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static and dynamic power at ``clock`` Hz, W. Raises InputError on a processor."""
+    def again(
+        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
+    ) -> Generator[Step, None, Any]:
+        """The steps of one decision more of a plan that is made: a drive asks for one at every control turn.
+
+        What they return is not used. By default one decision costs what ``steps`` says.
+        """
+        return self.steps(problem, parameters, plan, position)

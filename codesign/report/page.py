@@ -16,12 +16,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
+from codesign.planners.reproduction import Reproduction
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.cost_tables import sources_table
 from codesign.report.fleet_tables import pace_text
 from codesign.report.mission_pictures import account_picture
 from codesign.report.mission_tables import bottleneck_text
-from codesign.report.reproduction_tables import Reproduction, reproduction_sources_table, reproduction_table
+from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, headline, result_reasons_table
 from codesign.report.study_tables import (
     best_table,

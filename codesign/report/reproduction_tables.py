@@ -1,76 +1,10 @@
-"""Published against modelled, row by row.
-
-What a reproduction holds is told by protocols: this package and ``codesign.reproduce`` stand on one level,
-and neither imports the other.
-"""
+"""Published against modelled, row by row."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
-
+from codesign.planners.reproduction import Reproduction
 from codesign.report.table import Cell, Table, left, right
 from codesign.report.wording import ABSENT, quantity_text
-
-
-class Row(Protocol):
-    """One figure of a paper and what the model makes of it.
-
-    ``published`` and ``modelled`` in ``unit``; ``error``: (modelled - published) / published, None where
-    there is none; ``use``: what the published figure was used for before.
-    """
-
-    @property
-    def table(self) -> str:
-        """The table, figure or section of the paper."""
-
-    @property
-    def quantity(self) -> str:
-        """What is counted or timed."""
-
-    @property
-    def published(self) -> float | str | None:
-        """The figure in the paper."""
-
-    @property
-    def modelled(self) -> float | str | None:
-        """The figure of the model."""
-
-    @property
-    def error(self) -> float | None:
-        """The relative error of the model."""
-
-    @property
-    def unit(self) -> str:
-        """The unit of both figures."""
-
-    @property
-    def status(self) -> str:
-        """How the modelled figure is known."""
-
-    @property
-    def source(self) -> str:
-        """Where the law comes from."""
-
-    @property
-    def use(self) -> str:
-        """Whether a law was fitted to the row, or it was held out, or known when something was chosen."""
-
-    @property
-    def note(self) -> str:
-        """What a reader should know about the row."""
-
-
-class Reproduction(Protocol):
-    """A paper's rows, and what agrees and what does not in words."""
-
-    @property
-    def rows(self) -> Sequence[Row]:
-        """The rows in the order of the paper."""
-
-    @property
-    def findings(self) -> Sequence[str]:
-        """Sentences made from the figures."""
 
 
 def reproduction_table(reproduction: Reproduction) -> Table:

@@ -7,19 +7,20 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from pydantic import BaseModel, ValidationError
+from pydantic import ValidationError
 
 from codesign.errors import Fault, choose_hint
 from codesign.spec.design_point import SCENARIO, alternatives, moves, substitute
 from codesign.spec.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.spec.marks import Document, KeyPath
+from codesign.spec.model import TaskParameters
 from codesign.spec.scalars import clip, show
 from codesign.spec.tasks import SCENARIO_TASKS, PlacedTask
 from codesign.spec.validate import translate
 from codesign.spec.variants import BASE, VARIANT_AXIS, merged, no_variant, parts_present, sound_scenario
 from codesign.spec.workload import PLACE_KEYS, RawParameters, map_task
 
-Models = Mapping[str, type[BaseModel]]
+Models = Mapping[str, type[TaskParameters]]
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ def _placed_tasks(tree: dict[str, Any], scenario: dict[str, Any]) -> Models:
 
 
 def _shared(
-    document: Document, axis: str, axes: Mapping[str, Any], model: type[BaseModel] = RawParameters
+    document: Document, axis: str, axes: Mapping[str, Any], model: type[TaskParameters] = RawParameters
 ) -> list[Fault]:
     """A fault where an axis before this one sets the same thing."""
     for other in axes:
@@ -131,7 +132,7 @@ def _shared(
     return []
 
 
-def _collide(first: str, second: str, model: type[BaseModel]) -> bool:
+def _collide(first: str, second: str, model: type[TaskParameters]) -> bool:
     """Whether two axes move the same key, one a key inside the other's, or alternatives of each other."""
     task, *keys = first.split(".")
     other_task, *other_keys = second.split(".")
@@ -173,7 +174,7 @@ def _task_faults(document: Document, axis: str, axes: dict[str, Any], forms: lis
 
 
 def _task_axis_faults(
-    document: Document, axis: str, form: _Form, model: type[BaseModel], alone: bool
+    document: Document, axis: str, form: _Form, model: type[TaskParameters], alone: bool
 ) -> list[Fault]:
     task, *rest = axis.split(".")
     keys, raw = tuple(rest), form.mapping.get(task, {})
@@ -194,7 +195,7 @@ def _task_axis_faults(
     return faults
 
 
-def _sound(raw: Any, model: type[BaseModel], document: Document) -> bool:
+def _sound(raw: Any, model: type[TaskParameters], document: Document) -> bool:
     try:
         map_task(raw, model, document)
     except ValidationError:

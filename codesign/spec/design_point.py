@@ -14,7 +14,7 @@ from codesign.spec.base import Spec, declared_in, placed
 from codesign.spec.components import COMPONENTS
 from codesign.spec.links import LINKS
 from codesign.spec.marks import Document, KeyPath, dotted
-from codesign.spec.model import SpecModel
+from codesign.spec.model import SpecModel, TaskParameters
 from codesign.spec.platform import Platform
 from codesign.spec.scalars import clip
 from codesign.spec.scenario import Scenario
@@ -46,8 +46,7 @@ def unplaced(task: str) -> tuple[str, str]:
 
 def alternatives(model: type[BaseModel]) -> Mapping[str, tuple[str, ...]]:
     """Of each parameter, those that it stands for in another way."""
-    found: Mapping[str, tuple[str, ...]] = getattr(model, "alternatives", {})
-    return found
+    return model.alternatives if issubclass(model, TaskParameters) else {}
 
 
 def substitute(

@@ -13,7 +13,7 @@ those faults clean:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 from pydantic import (
     BaseModel,
@@ -124,6 +124,32 @@ class SpecModel(BaseModel):
         except ValidationError as error:
             lines = details_of(error, accepted=list(cls.model_fields))
             raise ValidationError.from_exception_data(cls.__name__, lines) from None
+
+
+class TaskParameters(SpecModel):
+    """The base of the models that the parameters of a task are checked against.
+
+    - ``alternatives``: for each parameter, the parameters that say the same in another way; a point of an exploration
+      that sets one of them removes the others.
+    """
+
+    alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+
+    def unused(self, *, external_memory: bool) -> tuple[str, ...]:  # noqa: ARG002 - the default uses all
+        """Names of the parameters that a design makes no use of; results leave them out.
+
+        ``external_memory``: whether the mapping names an external memory.
+        """
+        return ()
+
+    def block_count(self, rows: int, columns: int) -> int | None:  # noqa: ARG002
+        """Blocks that a map of so many rows and columns is divided into; None where it is not divided."""
+        return None
+
+    @property
+    def precisions(self) -> tuple[int, ...]:
+        """Fractional bits of each stage; empty where a plan has no stages."""
+        return ()
 
 
 def choice(key: str, models: Mapping[str, type[BaseModel]]) -> WrapValidator:

@@ -10,14 +10,14 @@ from pydantic_core import InitErrorDetails
 
 from codesign.errors import choose_hint
 from codesign.spec.fields import Name
-from codesign.spec.model import RefusalError, SpecModel, refusal_details
+from codesign.spec.model import RefusalError, SpecModel, TaskParameters, refusal_details
 from codesign.spec.scalars import clip, show
 
 MAX_TASKS = 256
 MAX_BITS = 10**12
 
 
-class PlacedTask(SpecModel):
+class PlacedTask(TaskParameters):
     """A task with nothing to choose but its place."""
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
-    BaseModel,
+    ConfigDict,
     Field,
     PrivateAttr,
     SerializeAsAny,
@@ -27,6 +27,7 @@ from codesign.spec.marks import Document, read_document
 from codesign.spec.model import (
     RefusalError,
     SpecModel,
+    TaskParameters,
     details_of,
     raise_all,
     refusal_details,
@@ -41,17 +42,17 @@ from codesign.spec.variants import BASE, MAX_VARIANTS, merged, parts_present, so
 ProblemModels = Mapping[str, type[SpecModel]]
 """Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
 
-TaskModels = Mapping[str, Mapping[str, type[BaseModel]]]
+TaskModels = Mapping[str, Mapping[str, type[TaskParameters]]]
 """Planner name → task name → model of the task's parameters.
 
 A ``SpecModel`` refuses what a plain pydantic model lets pass (``true`` for 1), and names accepted keys.
 """
 
 
-class RawParameters(BaseModel):
+class RawParameters(TaskParameters):
     """Parameters of a task that nobody has a model for: kept as they are."""
 
-    model_config = {"frozen": True, "extra": "allow"}
+    model_config = ConfigDict(frozen=True, extra="allow")
 
 
 class TaskMapping(SpecModel):
@@ -64,14 +65,14 @@ class TaskMapping(SpecModel):
     external_memory: Name | None = Field(
         default=None, description="The external memory that holds what does not fit in block RAM."
     )
-    parameters: SerializeAsAny[BaseModel] = Field(description="Parameters of planner and style.")
+    parameters: SerializeAsAny[TaskParameters] = Field(description="Parameters of planner and style.")
 
 
 PLACE_KEYS = ("component", "style", "external_memory")
 """The keys of a task's mapping that say where it runs and how; the others are its parameters."""
 
 
-def map_task(raw: Any, model: type[BaseModel], document: Document | None = None) -> TaskMapping:
+def map_task(raw: Any, model: type[TaskParameters], document: Document | None = None) -> TaskMapping:
     """The mapping of one task from its raw form: component, style, and parameters beside them.
 
     Raises:
@@ -143,11 +144,11 @@ class Workload(Spec):
         return wanted.path if isinstance(wanted, FileMap) else None
 
     @property
-    def task_models(self) -> Mapping[str, type[BaseModel]] | None:
+    def task_models(self) -> Mapping[str, type[TaskParameters]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
         return self.models_of(self.planner, self.scenario)
 
-    def models_of(self, planner: str, scenario: Scenario) -> Mapping[str, type[BaseModel]] | None:
+    def models_of(self, planner: str, scenario: Scenario) -> Mapping[str, type[TaskParameters]] | None:
         """As ``task_models``, of another planner or scenario."""
         if self._models is None or planner not in self._models:
             return None
@@ -228,7 +229,7 @@ class Workload(Spec):
         return self
 
 
-def _other_tasks(scenario: Scenario | None, extra: Iterable[str]) -> dict[str, type[BaseModel]]:
+def _other_tasks(scenario: Scenario | None, extra: Iterable[str]) -> dict[str, type[TaskParameters]]:
     """The tasks that the scenario brings (None, as it is faulty: any) and those ``extra`` that the user adds."""
     brought = SCENARIO_TASKS[scenario.type] if scenario else chain(*SCENARIO_TASKS.values())
     return dict.fromkeys((*brought, *extra), PlacedTask)
@@ -246,7 +247,7 @@ def _extra_names(fields: Mapping[str, Any], context: Mapping[str, Any], mapping:
 
 
 def _mapped(
-    value: Any, planner: str | None, others: Mapping[str, type[BaseModel]], context: Mapping[str, Any]
+    value: Any, planner: str | None, others: Mapping[str, type[TaskParameters]], context: Mapping[str, Any]
 ) -> dict[str, TaskMapping]:
     """A mapping from its raw form; ``others``: the tasks that are not the planner's."""
     if not isinstance(value, dict) or not value:

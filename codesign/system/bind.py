@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from codesign import maps
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
@@ -23,6 +22,7 @@ from codesign.planners.interface import Planner, Problem
 from codesign.planners.styles import Architecture
 from codesign.spec import Part, Platform, Workload, cross_check, fault
 from codesign.spec.components import FpgaComponent, ProcessorComponent
+from codesign.spec.model import TaskParameters
 from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scenario import Drive
 from codesign.system import catalog
@@ -54,7 +54,7 @@ class System:
     clock: int
     placement: Placement
     external: ExternalMemoryLaw | None
-    parameters: Mapping[str, BaseModel]
+    parameters: Mapping[str, TaskParameters]
     notes: tuple[str, ...]
 
     @property
@@ -188,7 +188,7 @@ def _problem(
         chosen = _drawn(grid, goals, starts.count, starts.seed)
     # A drive begins wherever it does, and says in the end that there was no way.
     drives = isinstance(workload.scenario, Drive)
-    if not faults and not drives and not getattr(planner, "answers_no_way", False):
+    if not faults and not drives and not planner.answers_no_way:
         faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
     if faults:
         return None, faults

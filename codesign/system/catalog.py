@@ -1,4 +1,4 @@
-"""The planners and architecture styles that are installed, ours and others', found through entry points.
+"""The planners and architecture styles that are installed, ours and others', found through one group of entry points.
 
 A plug-in that cannot be loaded disables nothing but itself: it is left out with a warning, kept in ``broken``, and
 refused where a workload asks for it.
@@ -14,25 +14,23 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from codesign import spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.planners.interface import Planner
+from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.spec import SpecModel, Workload
+from codesign.spec.model import TaskParameters
 
 _log = logging.getLogger(__name__)
 
-_PLANNERS, _STYLES, _TASKS = "codesign.planners", "codesign.architectures", "codesign.task_styles"
 _REMEDY = "mend or uninstall the package that registers it"
 
 
 @dataclass(frozen=True)
 class BrokenPlugIn:
-    """A plug-in that cannot be loaded: the entry point's ``group``, ``name`` and ``value``, and ``why``."""
+    """A plug-in that cannot be loaded: the entry point's ``name`` and ``value``, and ``why``."""
 
-    group: str
     name: str
     value: str
     why: str
@@ -41,41 +39,50 @@ class BrokenPlugIn:
         return f"plug-in {self.name} ({self.value}) cannot be loaded: {self.why}"
 
 
+def plug_ins() -> tuple[PlugIn, ...]:
+    """Every installed plug-in, ours first; without those that cannot be loaded."""
+    return tuple(_loaded()[0].values())
+
+
 @cache
 def planners() -> Mapping[str, Planner]:
-    """Every installed planner by the name that workloads use; without those that cannot be loaded."""
-    return _loaded(_PLANNERS)[0]
+    """Every installed planner by the name that workloads use."""
+    return {each.planner.name: each.planner for each in plug_ins() if each.planner is not None}
 
 
 @cache
 def architectures() -> Mapping[tuple[str, str], Architecture]:
-    """Every installed architecture style by (planner, style); without those that cannot be loaded."""
-    found = _loaded(_STYLES)[0]
-    return {key: style for styles in found.values() for key, style in styles.items()}
+    """Every installed architecture style by (planner, style)."""
+    return {(style.planner, style.style): style for each in plug_ins() for style in each.styles}
 
 
 @cache
 def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
-    """Every installed style of a task placed by itself, by (planner, task, type of component, style).
+    """Every installed style of a task placed by itself, by (planner, task, type of component, style)."""
+    return {
+        (style.planner, style.task, style.component_type, style.style): style
+        for each in plug_ins()
+        for style in each.task_styles
+    }
 
-    Without those that cannot be loaded.
-    """
-    found = _loaded(_TASKS)[0]
-    return {key: style for styles in found.values() for key, style in styles.items()}
+
+def papers() -> dict[str, Reproduce]:
+    """What holds the model against a paper, by planner."""
+    found = {each.planner.name: each.reproduce for each in plug_ins() if each.planner is not None}
+    return {name: reproduce for name, reproduce in found.items() if reproduce is not None}
 
 
 def broken() -> tuple[BrokenPlugIn, ...]:
-    """The planners and styles that are registered, and cannot be loaded."""
-    return tuple(plug_in for group in GROUPS for plug_in in _loaded(group)[1])
+    """The plug-ins that are registered and cannot be loaded."""
+    return _loaded()[1]
 
 
-def registered() -> tuple[tuple[str, EntryPoint], ...]:
-    """(group, entry point) of every plug-in that is installed, ours included; in an order of its own."""
-    found = [(group, point) for group in GROUPS for point in entry_points(group=group)]
-    return tuple(sorted(found, key=lambda each: (each[0], each[1].name, each[1].value)))
+def registered() -> tuple[EntryPoint, ...]:
+    """The entry point of every plug-in that is installed, ours included; in an order of its own."""
+    return tuple(sorted(entry_points(group=GROUP), key=lambda point: (point.name, point.value)))
 
 
-def task_models() -> dict[str, Mapping[str, type[BaseModel]]]:
+def task_models() -> dict[str, Mapping[str, type[TaskParameters]]]:
     """The parameter model of each task of each planner: what ``spec.load_workload`` checks mappings against."""
     return {name: planner.tasks for name, planner in planners().items()}
 
@@ -101,7 +108,7 @@ def load_workload(source: str | Path) -> Workload:
 def _blame_plug_in(fault: Fault) -> Fault:
     """The fault; of a planner that is registered but cannot be loaded, with the reason."""
     for plug_in in broken():
-        if plug_in.group == _PLANNERS and fault.key == "planner" and repr(plug_in.name) in fault.what:
+        if fault.key == "planner" and repr(plug_in.name) in fault.what:
             return replace(fault, what=str(plug_in), hint=_REMEDY)
     return fault
 
@@ -113,7 +120,7 @@ def planner(name: str) -> Planner:
         InputError: no such planner is installed, or it cannot be loaded.
     """
     known = planners()
-    _refuse_broken(_PLANNERS, name, known)
+    _refuse_broken(name, known)
     if name not in known:
         raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, known))
     return known[name]
@@ -127,7 +134,7 @@ def styles_of(planner_name: str) -> dict[str, Architecture]:
     """
     found = {style: found for (of, style), found in architectures().items() if of == planner_name}
     if not found:
-        _refuse_broken(_STYLES, planner_name, ())
+        _refuse_broken(planner_name, ())
     return found
 
 
@@ -143,45 +150,40 @@ def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskSt
         if of == [planner_name, task]
     }
     if not found:
-        _refuse_broken(_TASKS, planner_name, ())
+        _refuse_broken(planner_name, ())
     return found
 
 
-def _refuse_broken(group: str, name: str, known: Container[str]) -> None:
+def _refuse_broken(name: str, known: Container[str]) -> None:
     for plug_in in broken():
-        if (plug_in.group, plug_in.name) == (group, name) and name not in known:
-            raise InputError(str(plug_in), group, _REMEDY)
+        if plug_in.name == name and name not in known:
+            raise InputError(str(plug_in), GROUP, _REMEDY)
 
 
 @cache
-def _loaded(group: str) -> tuple[dict[str, Any], tuple[BrokenPlugIn, ...]]:
-    """What the entry points of a group stand for, each once found sound; and those that are not."""
+def _loaded() -> tuple[dict[str, PlugIn], tuple[BrokenPlugIn, ...]]:
+    """The plug-ins that the entry points stand for, by the name of the entry point; and those that are broken."""
     found, failed = {}, []
-    for point in entry_points(group=group):
+    for point in entry_points(group=GROUP):
         try:
-            found[point.name] = GROUPS[group](point.load())
+            found[point.name] = _sound(point.load())
         # The code of others: it may raise anything, and one that ends the process must not end ours.
         except (Exception, SystemExit) as fault:
             why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
-            failed.append(BrokenPlugIn(group, point.name, point.value, why))
+            failed.append(BrokenPlugIn(point.name, point.value, why))
             _log.warning("%s; it is left out: %s", failed[-1], _REMEDY)
     return found, tuple(failed)
 
 
-def _sound_planner(plug_in: Any) -> Planner:
-    """The planner, once what is asked of every planner when a workload is read has been answered."""
-    dict(plug_in.tasks), plug_in.problem_model, plug_in.planning_task
-    planner: Planner = plug_in
-    return planner
+def _sound(plug_in: Any) -> PlugIn:
+    """The plug-in, once it has answered everything that it is asked when a workload is read.
 
-
-def _sound_task_styles(plug_in: Any) -> dict[tuple[str, str, str, str], TaskStyle]:
-    return {(style.planner, style.task, style.component_type, style.style): style for style in plug_in}
-
-
-def _sound_styles(plug_in: Any) -> dict[tuple[str, str], Architecture]:
-    return {(style.planner, style.style): style for style in plug_in}
-
-
-GROUPS = {_PLANNERS: _sound_planner, _STYLES: _sound_styles, _TASKS: _sound_task_styles}
-"""Every entry-point group that plug-ins are loaded from, each with what reads an entry; results depend on all."""
+    Raises:
+        TypeError: it is no ``PlugIn``.
+    """
+    if not isinstance(plug_in, PlugIn):
+        raise TypeError(f"a {type(plug_in).__name__} is registered, not a codesign.plugin.PlugIn")
+    planner = plug_in.planner
+    if planner is not None:
+        dict(planner.tasks), planner.problem_model, planner.planning_task
+    return plug_in

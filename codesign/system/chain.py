@@ -178,9 +178,7 @@ class _Chain:
         """Process generator: every task between the planning task and ``command``, with the messages between them."""
         machine, system = self.machine, self.machine.system
         planner, placement = system.planner, system.placement
-        sizes = getattr(planner, "flows_after", None)
-        if sizes is not None:
-            self._flows = self._done_here(sizes(self.problem, system.planning, plan))
+        self._flows = self._done_here(planner.flows_after(self.problem, system.planning, plan))
         done = [planner.planning_task]
         for task in self._flows.order:
             if task in {*done, LOAD, LOWER_BOUND, DETECT} or task not in planner.tasks:

@@ -176,8 +176,7 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
 def _planner(workload: Workload, problem: Problem) -> list[Fault]:
     """What keeps the planner, as it is mapped, from leading a robot."""
     planner = catalog.planner(workload.planner)
-    check = getattr(planner, "check_drive", None)
-    wrong = None if check is None else check(problem, workload.mapping[planner.planning_task].parameters)
+    wrong = planner.check_drive(problem, workload.mapping[planner.planning_task].parameters)
     if wrong is None:
         return []
     key, what, hint = wrong

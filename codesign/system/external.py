@@ -35,7 +35,7 @@ def memory_faults(platform: Platform, workload: Workload, architecture: Architec
         elif spec.beside != mapped.component:
             text = f"memory {name} hangs on {spec.beside}, task {task} is on {mapped.component}"
             faults.append(fault(workload, path, text, f"place the task on {spec.beside}"))
-        elif task != planning or not getattr(architecture, "supports_external", False):
+        elif task != planning or not architecture.supports_external:
             user = f"style {architecture.style}" if task == planning else f"task {task}"
             text = f"{user} keeps everything in block RAM and has no use for an external memory"
             faults.append(fault(workload, path, text, "leave external_memory out, or take another style"))

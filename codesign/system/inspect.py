@@ -156,9 +156,7 @@ def at_hand() -> dict[str, dict[str, str]]:
         "planners": planners,
         "styles": styles,
     }
-    broken = {
-        f"{plug_in.name} ({plug_in.group})": f"{plug_in.value}: {plug_in.why}" for plug_in in catalog.broken()
-    }
+    broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
     return {**found, "broken plug-ins": broken} if broken else found
 
 

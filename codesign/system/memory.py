@@ -1,6 +1,6 @@
 """How much memory a run takes, estimated before it begins, and how much it may take.
 
-An estimate is the sum of the program, of what the planner says that it holds (``KnowsMemory``), and of what the
+An estimate is the sum of the program, of what the planner says that it holds (``Planner.memory``), and of what the
 scenario and those who listen hold. It is that of the peak: between 0.7 and 2 times what was measured over planners and
 sizes (``tests/test_memory.py``). The bound is half of what the machine has free, unless one is given.
 """
@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from codesign.planners.interface import KnowsMemory, Problem
+from codesign.planners.interface import Problem
 from codesign.spec.scenario import Drive
 from codesign.system.bind import System
 
@@ -23,8 +23,6 @@ _SHARE_OF_FREE = 0.5
 _WHERE_UNKNOWN = 4 * 2**30
 _SMALL_RUN = 64 * 2**20
 _NO_LIMIT = 2**60
-# Assumed, of a planner that does not say: as the most that ours take whose values are one word.
-_BYTES_A_CELL = 64
 # Measured (traces of harmonic control, relaxation and wavefront on 2048 x 2048 cells: 6 to 20 bytes a cell).
 _TRACE_BYTES_A_CELL = 20
 # Assumed: what a robot believes and what is true, each with its distances, and the plan that it follows.
@@ -54,10 +52,8 @@ def estimate(system: System, *, listening: bool = False, keeping: bool = False) 
     """
     problem, planner = system.problem, system.planner
     cells = int(problem.free.size) if isinstance(problem, Problem) else 0
-    planned, fields = _BYTES_A_CELL * cells, 1
-    if isinstance(planner, KnowsMemory):
-        planned = planner.memory(problem, system.planning, frozenset(system.parameters))
-        fields = planner.fields_recorded(system.planning)
+    planned = planner.memory(problem, system.planning, frozenset(system.parameters))
+    fields = planner.fields_recorded(system.planning)
     recorded = (_TRACE_BYTES_A_CELL if listening else 0) + (_FIELD_BYTES_A_CELL * fields if keeping else 0)
     return Estimate(
         program=PROGRAM_BYTES,
@@ -83,8 +79,7 @@ def refusal(
     levers = (
         ["a smaller or coarser map"] if isinstance(system.problem, Problem) else ["fewer robots or updates"]
     )
-    if isinstance(system.planner, KnowsMemory):
-        levers += system.planner.memory_levers(system.problem, system.planning)
+    levers += system.planner.memory_levers(system.problem, system.planning)
     if found.listeners > 0:
         levers.append("no trace and no page")
     return what, f"take {', '.join(levers)}; or allow more (--memory 8GiB)"

@@ -6,10 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
-
 from codesign.memo import Memo
 from codesign.spec.components import DisplayComponent, FpgaComponent, ProcessorComponent
+from codesign.spec.model import TaskParameters
 from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.system.bind import System
 from codesign.system.build import Machine
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 def head_fields(system: System) -> dict[str, Any]:
     """What was run: names, places and parameters."""
     parameters = {name: _told(system, model) for name, model in system.parameters.items()}
-    count = getattr(system.planning, "block_count", None)
     return {
         "platform": system.platform.name,
         "workload": system.workload.name,
@@ -38,14 +36,13 @@ def head_fields(system: System) -> dict[str, Any]:
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,
         "notes": system.notes,
-        "blocks": None if count is None else count(system.problem.rows, system.problem.columns),
+        "blocks": system.planning.block_count(system.problem.rows, system.problem.columns),
     }
 
 
-def _told(system: System, parameters: BaseModel) -> dict[str, Any]:
+def _told(system: System, parameters: TaskParameters) -> dict[str, Any]:
     """The parameters of a task but those that this design does not use."""
-    unused = getattr(parameters, "unused", None)
-    exclude = set() if unused is None else set(unused(external_memory=system.external is not None))
+    exclude = set(parameters.unused(external_memory=system.external is not None))
     return parameters.model_dump(mode="json", exclude=exclude)
 
 

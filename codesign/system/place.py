@@ -300,8 +300,7 @@ def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str])
 
 def _kernels(style: Architecture | TaskStyle, parameters: Any) -> tuple[str, ...]:
     """Every kernel that the steps of a style are counted in."""
-    tell = getattr(style, "kernels", None)
-    return (style.kernel,) if tell is None else tuple(tell(parameters))
+    return style.kernels(parameters)
 
 
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:

@@ -86,7 +86,8 @@ class _Run:
         system = machine.system
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
-        if not hasattr(system.architecture, "updates"):
+        work: Updates | None = system.architecture.updates(system.problem, system.planning)
+        if work is None:
             raise InputError(
                 f"style {system.architecture.style} does not say what each robot takes for an update",
                 "scenario",
@@ -94,7 +95,7 @@ class _Run:
             )
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
-        self.work: Updates = system.architecture.updates(system.problem, system.planning)
+        self.work = work
         problem: Any = system.problem
         assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
         self.trace = FleetTrace(machine, self.work, problem)

@@ -43,7 +43,7 @@ def plan_once(machine: Machine, memo: Memo | None) -> Answer:
 
 def tell_field(machine: Machine, plan: Any) -> None:
     """Tell listeners of the field that a plan left, where its planner leaves one and tells it by no other record."""
-    field_of = getattr(machine.system.planner, "field_of", None)
-    if field_of is not None:
-        name, unit, values = field_of(plan)
+    field = machine.system.planner.field_of(plan)
+    if field is not None:
+        name, unit, values = field
         machine.tell(FieldRecord(machine.now, machine.system.component, name, unit, values))

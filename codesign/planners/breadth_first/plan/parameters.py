@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from codesign.spec import SpecModel
+from codesign.spec.model import TaskParameters
 
 MAX_QUEUE_WORDS = 2**24
 
@@ -44,7 +44,7 @@ class Display(StrEnum):
     COPY = "copy"
 
 
-class SearchParameters(SpecModel):
+class SearchParameters(TaskParameters):
     """How the state machine is laid out."""
 
     micro_architecture: Annotated[
@@ -80,9 +80,9 @@ class SearchParameters(SpecModel):
         return ("external_cycles",) if external_memory or on_chip else ()
 
 
-class LoadParameters(SpecModel):
+class LoadParameters(TaskParameters):
     """The task that brings the map to the planner has nothing to choose."""
 
 
-class TrackParameters(SpecModel):
+class TrackParameters(TaskParameters):
     """The task that marks the path has nothing to choose."""

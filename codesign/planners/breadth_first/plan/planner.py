@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from codesign.errors import InputError
 from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import Search, search_nearest
-from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
+from codesign.spec.model import TaskParameters
 
 NO_START = "no start is given"
 
@@ -42,18 +42,17 @@ def plan_search(problem: Problem) -> Search:
     return search_nearest(problem.free, problem.starts[0], problem.goals)
 
 
-class BreadthFirst:
+class BreadthFirst(Planner):
     """Breadth-first search: tasks ``load``, ``search`` and ``track``, which marks the path (state Path)."""
 
     name = "breadth_first"
     planning_task = "search"
     answers_no_way = True
-    problem_model = None
     policies: tuple[Policy, ...] = ("restart",)
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 

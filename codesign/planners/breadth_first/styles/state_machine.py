@@ -28,7 +28,7 @@ from codesign.planners.breadth_first.styles.steps import (
 )
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Memory, Step, StyleBase, is_done
+from codesign.planners.styles import Architecture, Demand, Memory, Step, is_done
 from codesign.spec.part import Part
 
 SLICES_A_BLOCK_RAM = 16
@@ -37,7 +37,7 @@ slice is of designs whose power is mostly logic and wires, this one is mostly me
 SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
 
 
-class StateMachine(StyleBase):
+class StateMachine(Architecture):
     """The paper's circuit. Its laws are in ``timing`` and ``resources``; beside an external memory, in ``external``.
 
     ``external`` is the memory that the mapping names. Without it, ``search.external_cycles`` stands for one.

@@ -16,13 +16,13 @@ from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Item, Step
+from codesign.planners.styles import Demand, Item, Step, TaskStyle
 from codesign.spec.part import Part
 
 Way = tuple[NDArray[np.float64], bool]
 
 
-class PathMachine:
+class PathMachine(TaskStyle):
     """State Path alone: c_path cycles a cell, as in the whole machine, with the directions in block RAM."""
 
     planner = "breadth_first"

@@ -48,7 +48,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "f36b5b8df029d28f"
+CALLED_DIGEST = "3f1ee88b2a26bd6f"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, field_validator, model_validator
 
 from codesign.spec import RefusalError, SpecModel
+from codesign.spec.model import TaskParameters
 
 MAX_PRECISION = 1023
 
@@ -61,7 +62,7 @@ Side = Annotated[int, Field(ge=1, le=4096)]
 Precision = Annotated[int, Field(ge=1, le=MAX_PRECISION)]
 
 
-class RelaxParameters(SpecModel):
+class RelaxParameters(TaskParameters):
     """How the field is relaxed: the partition, the iterations of a visit, the precisions.
 
     Exactly one of ``block`` (rows and columns of a block) and ``blocks`` (how many blocks, down and across) is given.
@@ -139,15 +140,15 @@ class RelaxParameters(SpecModel):
         return -(-rows // height) * -(-columns // width)
 
 
-class DecideParameters(SpecModel):
+class DecideParameters(TaskParameters):
     """The decision task has nothing to choose."""
 
 
-class LoadParameters(SpecModel):
+class LoadParameters(TaskParameters):
     """The task that brings the map to the planner has nothing to choose."""
 
 
-class LowerBoundParameters(SpecModel):
+class LowerBoundParameters(TaskParameters):
     """The task that makes a start nowhere above the field has nothing to choose.
 
     The start is at the last precision. The plan that goes on from it has a restart's bits under ``stop: schedule_end``;
@@ -155,5 +156,5 @@ class LowerBoundParameters(SpecModel):
     """
 
 
-class DetectParameters(SpecModel):
+class DetectParameters(TaskParameters):
     """The task that tells whether a sweep changed a bit has nothing to choose."""

@@ -9,7 +9,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
@@ -22,9 +21,10 @@ from codesign.planners.harmonic.plan.parameters import (
     Stop,
 )
 from codesign.planners.harmonic.plan.relax import Relaxation, relax
-from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of
+from codesign.spec.model import TaskParameters
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.trajectory import Ascent
@@ -47,7 +47,7 @@ BOUND_BYTES = 1800
 _ascents: WeakKeyDictionary[Relaxation, tuple[str, Ascent]] = WeakKeyDictionary()
 
 
-class Harmonic:
+class Harmonic(Planner):
     """Block-synchronous harmonic control.
 
     Tasks: ``load``, ``lower_bound`` (where it is mapped), ``relax`` with ``detect``, ``decide``.
@@ -58,11 +58,10 @@ class Harmonic:
         "A potential without local maxima, relaxed block by block at rising precision; Girau et al. 2008"
     )
     planning_task = "relax"
-    problem_model = None
     policies: tuple[Policy, ...] = ("restart", "lower_bound", "continue")
 
     @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks of a mapping, with their parameter models."""
         return {
             "load": LoadParameters,

@@ -15,11 +15,11 @@ from codesign.planners.harmonic.plan.relax import Relaxation
 from codesign.planners.harmonic.styles import levers, resources, timing
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_notes, relax_steps, task_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Memory, Step, StyleBase, is_done
+from codesign.planners.styles import Architecture, Demand, Memory, Step, is_done
 from codesign.spec.part import Part
 
 
-class BitSerial(StyleBase):
+class BitSerial(Architecture):
     """The paper's circuit. Its laws are in ``resources`` and ``timing``, the remedies in ``levers``."""
 
     planner = "harmonic"

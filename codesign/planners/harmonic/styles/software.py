@@ -56,14 +56,9 @@ class Software(HostStyle):
     kernel = "harmonic_node_update"
 
     def __init__(self, style: str, *, limbs: bool = False) -> None:
-        self.style = style
+        cost = "a unit for each 64 bits of a value" if limbs else "one unit at any precision"
+        self.style, self.description = style, f"node after node, an update costing {cost}"
         self._limbs = limbs
-
-    @property
-    def description(self) -> str:
-        """Node after node, and how the cost of one grows with the precision."""
-        cost = "a unit for each 64 bits of a value" if self._limbs else "one unit at any precision"
-        return f"node after node, an update costing {cost}"
 
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""

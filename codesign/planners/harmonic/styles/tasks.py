@@ -25,13 +25,13 @@ from codesign.planners.harmonic.styles.bit_serial import slice_power
 from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Item, Step
+from codesign.planners.styles import Demand, Item, Step, TaskStyle
 from codesign.spec.part import Part
 
 Way = tuple[NDArray[np.float64], bool]
 
 
-class DecisionModule:
+class DecisionModule(TaskStyle):
     """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
 
     ``steps`` returns the way from the position, of which the direction is the beginning.

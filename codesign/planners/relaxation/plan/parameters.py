@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from codesign.errors import InputError, choose_hint
-from codesign.spec import RefusalError, SpecModel
+from codesign.spec import RefusalError
+from codesign.spec.model import TaskParameters
 
 PUBLISHED_TOLERANCE = 1e-15
 """Section V: "a very small error tolerance"."""
@@ -132,7 +133,7 @@ def check_method(method: Any) -> Method:
         ) from None
 
 
-class RelaxParameters(SpecModel):
+class RelaxParameters(TaskParameters):
     """How the potential is computed and followed."""
 
     method: Annotated[
@@ -179,9 +180,9 @@ class RelaxParameters(SpecModel):
         return self
 
 
-class SearchParameters(SpecModel):
+class SearchParameters(TaskParameters):
     """The gradient descent search has nothing of its own to choose."""
 
 
-class LoadParameters(SpecModel):
+class LoadParameters(TaskParameters):
     """The task that brings the map to the planner has nothing to choose."""

@@ -10,9 +10,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.relaxation.plan.parameters import (
     LoadParameters,
     Method,
@@ -23,6 +22,7 @@ from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position
+from codesign.spec.model import TaskParameters
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""
@@ -49,17 +49,16 @@ class Plan:
 _searches: WeakKeyDictionary[Plan, tuple[str, Search]] = WeakKeyDictionary()
 
 
-class Relaxation:
+class Relaxation(Planner):
     """Laplace's equation by relaxation in doubles: tasks ``load``, ``relax`` and ``search``."""
 
     name = "relaxation"
     planning_task = "relax"
-    problem_model = None
     policies: tuple[Policy, ...] = ("restart", "continue")
     description = "Laplace's equation relaxed in doubles on a host (Saudi and Sulaiman 2016)"
 
     @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
 

@@ -17,6 +17,7 @@ from codesign.planners.velocity_obstacle.plan.problem import (
     generate,
 )
 from codesign.spec import RefusalError, SpecModel
+from codesign.spec.model import TaskParameters
 from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 
 LEAST_WIDTH, MOST_WIDTH = 8, 24
@@ -113,7 +114,7 @@ class Gains(SpecModel):
 UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
 
 
-class AvoidParameters(SpecModel):
+class AvoidParameters(TaskParameters):
     """How a robot chooses its velocity, and with how many units the circuit does it."""
 
     width: Annotated[int, Field(ge=LEAST_WIDTH, le=MOST_WIDTH)] = Field(

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
-from codesign.planners.interface import Policy, RobotsQuality
+from codesign.planners.interface import Planner, Policy, RobotsQuality
 from codesign.planners.task_graph import Flow
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
@@ -18,6 +17,7 @@ from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE
+from codesign.spec.model import TaskParameters
 
 STATE_BYTES = 120
 """Bytes of a robot at one update: 44 in words, 32 in cells, and what judges the run."""
@@ -26,7 +26,7 @@ COORDINATE_BITS = 16
 """A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
 
 
-class VelocityObstacle:
+class VelocityObstacle(Planner):
     """Collision avoidance of n robots with acceleration limits: one task, ``avoid``, on a ``RobotsProblem``."""
 
     name = "velocity_obstacle"
@@ -36,7 +36,7 @@ class VelocityObstacle:
     description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
 
     @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks of a mapping, with their parameter models."""
         return {"avoid": AvoidParameters}
 

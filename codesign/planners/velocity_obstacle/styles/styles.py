@@ -10,7 +10,7 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.memo import Memo
-from codesign.planners.styles import Demand, Memory, Step, StyleBase
+from codesign.planners.styles import Architecture, Demand, Memory, Step
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
@@ -32,7 +32,7 @@ class CircuitDemand(Demand):
     robots: int = 2
 
 
-class Circuit(StyleBase):
+class Circuit(Architecture):
     """One of the three styles: units, scheduled by ``schedule``; laws in ``resources``, ``power``, ``timing``.
 
     The memory of an exploration keeps whole runs: units and styles change cycles, never a choice.

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
 from codesign.spec import RefusalError
-from codesign.spec.model import SpecModel
+from codesign.spec.model import SpecModel, TaskParameters
 
 
 class Stop(StrEnum):
@@ -52,7 +52,7 @@ class Penalty(SpecModel):
     delay: Annotated[int, Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")]
 
 
-class PropagateParameters(SpecModel):
+class PropagateParameters(TaskParameters):
     """How the wave runs, what is tracked, and how wide the registers are."""
 
     stop: Annotated[
@@ -114,9 +114,9 @@ class PropagateParameters(SpecModel):
         return -(-rows // height) * -(-columns // width)
 
 
-class TrackParameters(SpecModel):
+class TrackParameters(TaskParameters):
     """The tracking of the way has nothing of its own to choose."""
 
 
-class LoadParameters(SpecModel):
+class LoadParameters(TaskParameters):
     """The task that brings the map to the planner has nothing to choose."""

@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
 
 from codesign.errors import MapError
-from codesign.planners.interface import Policy, Problem, Quality
+from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
@@ -23,6 +22,7 @@ from codesign.planners.wavefront.plan.parameters import (
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.ways import cell_of, from_position
+from codesign.spec.model import TaskParameters
 
 CELL_BITS = 2
 """F and Z of a cell."""
@@ -31,17 +31,16 @@ NEXT_BITS = POSE_BITS = 64
 """A cell of the way: row and column, 32 bits each."""
 
 
-class Wavefront:
+class Wavefront(Planner):
     """Shortest and safe paths by a wave: tasks ``load``, ``propagate`` and ``track``."""
 
     name = "wavefront"
     planning_task = "propagate"
-    problem_model = None
     policies: tuple[Policy, ...] = ("restart",)
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
-    def tasks(self) -> Mapping[str, type[BaseModel]]:
+    def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 

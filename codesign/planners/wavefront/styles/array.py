@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 from typing import Any
@@ -10,7 +10,7 @@ from typing import Any
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Bound, Demand, Item, Memory, Step, StyleBase, is_done
+from codesign.planners.styles import Architecture, Bound, Demand, Item, Memory, Step, is_done
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -23,7 +23,7 @@ QUIET_ACTIVITY = 0.1
 """Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
 
 
-class ArrayStyle(StyleBase, ABC):
+class ArrayStyle(Architecture):
     """A node of the array for every node of the map or of a tile."""
 
     planner = "wavefront"

@@ -12,7 +12,7 @@ from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Demand, Item, Step
+from codesign.planners.styles import Demand, Item, Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
@@ -31,7 +31,7 @@ CONTROL_LUT4, CONTROL_FLIP_FLOPS = 30, 12
 """A counter over the neighbours, and the states. Assumed."""
 
 
-class Tracker:
+class Tracker(TaskStyle):
     """9 cycles a step, 17 of a safe way, as in the arrays, with the potentials in block RAM beside it. All assumed.
 
     In a drive it is asked for at every turn where the course is local, be it a part of the array or apart.

@@ -65,7 +65,7 @@ class Pilot:
         self._graph = graph
         self._pose = next((flow for flow in graph.flows if flow.name == POSE), None)
         self._steps: tuple[ActivePlan, list[Step]] | None = None
-        horizon = planner.horizon(machine.system.planning) if hasattr(planner, "horizon") else None
+        horizon = planner.horizon(machine.system.planning)
         self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
         self._unsent = 0
@@ -154,8 +154,8 @@ class Pilot:
         if self._steps is None or self._steps[0] is not active:
             system = self.machine.system
             style = system.placement.styles[task]
-            answer, ask = active.answer, getattr(style, "again", style.steps)
-            steps = [*ask(answer.problem, system.planning, answer.plan, look.position)]
+            answer = active.answer
+            steps = [*style.again(answer.problem, system.planning, answer.plan, look.position)]
             self._steps = active, steps
         yield from self._steps[1]
 

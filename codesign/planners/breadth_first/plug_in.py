@@ -1,0 +1,24 @@
+"""Everything that this room registers."""
+
+from __future__ import annotations
+
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
+from codesign.planners.breadth_first.styles.probes import PROBES
+from codesign.planners.plug_in import PlugIn
+from codesign.planners.reproduction import Progress, Reproduction
+
+
+def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+    from codesign.planners.breadth_first.paper.reproduce import breadth_first
+
+    return breadth_first(quick, progress)
+
+
+PLUG_IN = PlugIn(
+    planner=PLANNER,
+    styles=ARCHITECTURES,
+    task_styles=TASK_STYLES,
+    probes=PROBES,
+    reproduce=_reproduce,
+)

@@ -1,0 +1,52 @@
+"""How the kernels of harmonic control are timed on this machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from codesign.planners.plug_in import Probe
+
+
+def _harmonic() -> Probe:
+    """Iterations over a maze as one block, at one precision, from zero until nothing changes."""
+    from codesign import maps
+    from codesign.planners.harmonic.plan import Relaxation, relax
+
+    free = maps.maze(72, 132, corridor=6, seed=1).free
+
+    def run() -> Relaxation:
+        return relax(
+            free, [(3, 3)], block=free.shape, iterations=1 << 20, schedule=(31,), record_visits=False
+        )
+
+    return Probe(run().total_iterations * free.size, run)
+
+
+def _harmonic_decision() -> Probe:
+    """Directions at all free cells of a map of rooms, at 62 bits."""
+    from codesign import maps
+    from codesign.planners.harmonic.plan import relax
+    from codesign.planners.harmonic.plan.decision import directions
+
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    field = relax(
+        free, [(64, 64)], block=free.shape, iterations=64, schedule=(62,), record_visits=False
+    ).field
+    return Probe(int(free.sum()), lambda: directions(field, free))
+
+
+def _sparse_solve() -> Probe:
+    """A start nowhere above the field at 63 bits: factors, refinement, certificate."""
+    from codesign import maps
+    from codesign.planners.harmonic.plan.warm_start import warm_start
+
+    free = maps.rooms(128, 128, room=(40, 40), door=8, wall=2, seed=4).free
+    return Probe(int(free.sum()), lambda: warm_start(free, [(64, 64)], 63))
+
+
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "harmonic_node_update": _harmonic,
+    "harmonic_decision": _harmonic_decision,
+    "sparse_solve_cell": _sparse_solve,
+}
+"""How each kernel is timed, by the name that platforms give its cost."""

@@ -1,0 +1,21 @@
+"""Everything that this room registers."""
+
+from __future__ import annotations
+
+from codesign.planners.plug_in import PlugIn
+from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.velocity_obstacle.plan.planner import PLANNER
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES
+
+
+def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+    from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
+
+    return velocity_obstacle(quick, progress)
+
+
+PLUG_IN = PlugIn(
+    planner=PLANNER,
+    styles=ARCHITECTURES,
+    reproduce=_reproduce,
+)

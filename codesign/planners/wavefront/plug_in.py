@@ -1,0 +1,24 @@
+"""Everything that this room registers."""
+
+from __future__ import annotations
+
+from codesign.planners.plug_in import PlugIn
+from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
+from codesign.planners.wavefront.styles.probes import PROBES
+
+
+def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+    from codesign.planners.wavefront.paper.reproduce import wavefront
+
+    return wavefront(quick, progress)
+
+
+PLUG_IN = PlugIn(
+    planner=PLANNER,
+    styles=ARCHITECTURES,
+    task_styles=TASK_STYLES,
+    probes=PROBES,
+    reproduce=_reproduce,
+)
