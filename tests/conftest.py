@@ -7,6 +7,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from hypothesis import settings
+
+# Time decides no test: what an example takes depends on the machine and on what else it does.
+settings.register_profile("codesign", deadline=None)
+settings.load_profile("codesign")
 
 PLATFORM = """\
 kind: platform

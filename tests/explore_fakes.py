@@ -120,13 +120,21 @@ class Fake:
                 os.kill(os.getpid(), signal.SIGSEGV)
             case "interrupt":
                 raise KeyboardInterrupt
-            case "nap":
-                time.sleep(0.02)
+            case "meet":
+                self._meet()
             case "sleep":
                 time.sleep(60)
         slices = axes.get("slices", 10 + point.index % 7)
         seconds = axes.get("seconds", 1.0 / (1 + point.index))
         return result(seconds=seconds, slices=slices, share=axes.get("share", 1.0), fits=slices <= 100)
+
+    def _meet(self) -> None:
+        """Wait until another process has computed a point too; a minute at most."""
+        assert self.log is not None, "processes meet in the log"
+        for _ in range(600):
+            if len({line.split()[-1] for line in self.log.read_text(encoding="utf-8").splitlines()}) > 1:
+                return
+            time.sleep(0.1)
 
 
 def computed(log: Path) -> list[int]:

@@ -25,11 +25,20 @@ def groups_of(axes: dict[str, list[Any]], limit: int = 3) -> list[tuple[DesignPo
     return group(list(Space(axes, "").points()), cheap=axes, limit=limit)
 
 
+HERE = Path(__file__).parent
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(HERE), str(HERE.parent)])}
+"""That of a script that imports from the tests, and the package that they are of."""
+
+
 def run(
-    executor: Executor, axes: dict[str, list[Any]], log: Path | None = None, limit: int = 3
+    executor: Executor,
+    axes: dict[str, list[Any]],
+    log: Path | None = None,
+    limit: int = 3,
+    at: dict[int, str] | None = None,
 ) -> dict[str, Entry]:
     entries: dict[str, Entry] = {}
-    for batch in executor.run(groups_of(axes, limit), Fake(log)):
+    for batch in executor.run(groups_of(axes, limit), Fake(log, at)):
         for entry in batch:
             assert entry.key not in entries
             entries[entry.key] = entry
@@ -102,7 +111,7 @@ class TestProcessExecutor(Contract):
 
 def test_several_processes_share_the_work(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    run(ProcessExecutor(2), {"do": ["nap"], "slices": list(range(150))}, log, limit=2)
+    run(ProcessExecutor(2), {"do": ["meet"], "slices": list(range(20))}, log, limit=2)
     workers = {line.split()[1] for line in log.read_text().splitlines()}
     assert len(workers) == 2
     assert str(os.getpid()) not in workers
@@ -123,8 +132,9 @@ def test_a_worker_that_dies_is_an_error_that_names_its_points() -> None:
 
 def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    axes = {"do": ["nap"], "slices": [*range(101, 121), *range(80)]}
-    run(ProcessExecutor(2), axes, log, limit=2)
+    # The first 20 do not fit and are not run; the 21st is run alone; from the 25th on each waits for company.
+    axes = {"slices": [*range(101, 121), *range(20)]}
+    run(ProcessExecutor(2), axes, log, limit=2, at=dict.fromkeys(range(24, 40), "meet"))
     lines = [line.split() for line in log.read_text().splitlines()]
     assert len({pid for _, pid in lines[:21]}) == 1
     assert len({pid for _, pid in lines}) == 2
@@ -166,7 +176,7 @@ def start(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env=ENVIRONMENT,
     )
     until = time.monotonic() + 60
     while len(computed(log)) < 3 and time.monotonic() < until:
@@ -237,7 +247,7 @@ def test_ctrl_c_while_work_is_handed_over_leaves_no_worker_and_nothing_to_wait_f
         [sys.executable, str(script), str(submission)],
         capture_output=True,
         text=True,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env=ENVIRONMENT,
         timeout=60,
         check=False,
     )

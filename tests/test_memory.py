@@ -74,8 +74,10 @@ def workload_file(folder: Path, planner: str, map_: str, side: int, mapping: str
 
 def check_peak(*arguments: object) -> None:
     expected, peak = measured(*arguments)
-    if expected / peak <= LEAST:
-        # The first process of a fresh checkout compiles kernels, which takes more memory than the run.
+    for _ in range(4):
+        if expected / peak > LEAST:
+            break
+        # A process of a fresh checkout compiles kernels, which takes more memory than the run, until all are kept.
         expected, peak = measured(*arguments)
     assert LEAST < expected / peak < MOST, f"{expected / 2**20:.0f} MiB expected, {peak / 2**20:.0f} taken"
 
