@@ -11,8 +11,8 @@ from typing import Any
 from codesign.errors import InputError
 from codesign.exploration.space import DesignPoint
 from codesign.planners.interface import Quality
-from codesign.system.mission_result import Mission, MissionEnergy
-from codesign.system.result import Reason, ResourceUse, Result, Times
+from codesign.results.mission import Mission, MissionEnergy
+from codesign.results.result import Reason, ResourceUse, Result, Times
 
 
 def result(

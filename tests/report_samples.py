@@ -9,8 +9,7 @@ from typing import Any
 from codesign.exploration.study import Outcome, Study
 from codesign.figures import Status
 from codesign.planners.interface import Quality
-from codesign.spec.exploration import Constraint, ResultFigure
-from codesign.system.mission_result import (
+from codesign.results.mission import (
     Account,
     Bottleneck,
     LatencyShare,
@@ -18,7 +17,7 @@ from codesign.system.mission_result import (
     Mission,
     MissionEnergy,
 )
-from codesign.system.result import (
+from codesign.results.result import (
     Clock,
     Energy,
     Power,
@@ -30,6 +29,7 @@ from codesign.system.result import (
     StageUse,
     Times,
 )
+from codesign.spec.exploration import Constraint, ResultFigure
 
 OBJECTIVES = (
     ResultFigure.TIME,

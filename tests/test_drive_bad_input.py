@@ -15,8 +15,8 @@ from mission_specs import IDEAL, POINT, SECOND, Ground, rectangle
 import codesign
 from codesign.errors import SpecError
 from codesign.records import MissionRecord, PoseRecord, SummaryRecord
+from codesign.results.mission import Mission
 from codesign.system import Result
-from codesign.system.mission_result import Mission
 
 OPEN = "\n".join(["." * 16] * 16) + "\n"
 WALLED = "\n".join(

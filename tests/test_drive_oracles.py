@@ -14,8 +14,8 @@ from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
 
 from codesign.components.way import NEAR, Way
 from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
+from codesign.results.mission import Mission
 from codesign.system import bind, simulate
-from codesign.system.mission_result import Mission
 from codesign.system.scenarios.drive import drive
 from codesign.system.scenarios.drive.active import around_corners
 from codesign.trace import MemoryListener

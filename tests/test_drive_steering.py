@@ -16,9 +16,9 @@ from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.records import FieldRecord, MessageRecord, MissionRecord, Record, TaskRecord
+from codesign.results.ledger import Ledger
 from codesign.system import bind, simulate
 from codesign.system.chain import Answer
-from codesign.system.ledger import Ledger
 from codesign.system.outcome import drive_fields
 from codesign.system.scenarios.drive import drive
 from codesign.system.scenarios.drive.active import ActivePlan

@@ -18,7 +18,7 @@ from codesign.errors import RunError
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.space import DesignPoint, Space, group
 from codesign.exploration.store import Entry, State
-from codesign.system.result import Result
+from codesign.results.result import Result
 
 
 def groups_of(axes: dict[str, list[Any]], limit: int = 3) -> list[tuple[DesignPoint, ...]]:

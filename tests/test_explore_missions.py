@@ -14,8 +14,8 @@ from codesign.exploration.study import Outcome, Study, figure_of, judged
 from codesign.report import front_table, reasons_table, render_text, study_table
 from codesign.report.chart import chart_data
 from codesign.report.study_tables import study_counts
+from codesign.results.result import Result
 from codesign.spec import Constraint, Exploration, ResultFigure
-from codesign.system.result import Result
 
 F = ResultFigure
 TIME_FIGURES = (F.MISSION_TIME, F.MISSION_ENERGY, F.DISTANCE_RATIO)

@@ -6,8 +6,8 @@ import pytest
 from explore_fakes import result
 
 from codesign.exploration.study import Outcome, Study, judged
+from codesign.results.result import Reason
 from codesign.spec import Constraint, ResultFigure
-from codesign.system.result import Reason
 
 OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES, ResultFigure.SHARE_REACHING_GOAL)
 SHARE_AND_TIME = (

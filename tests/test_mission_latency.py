@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from mission_specs import IDEAL, PLACEMENTS, Ground, rectangle
 
 from codesign.records import MissionRecord, Record, TaskRecord, UtilisationRecord, VisitsRecord
+from codesign.results.ledger import Spent
 from codesign.system import Result
-from codesign.system.ledger import Spent
 from codesign.system.scenarios.drive import drive
 
 ERRORS: dict[str, Any] = {

@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 
 import codesign
+from codesign.results.mission import Mission
 from codesign.spec import Platform, Workload
 from codesign.spec.design_point import override
 from codesign.system import Result, System, bind, levers, simulate
 from codesign.system.levers import HELPS, Lever, levers_of
-from codesign.system.mission_result import Mission
 
 Hwsw = Callable[..., Done]
 

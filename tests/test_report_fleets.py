@@ -20,8 +20,8 @@ from codesign.report import comparison_table, result_tables, run_pictures, study
 from codesign.report.fleet_tables import fleet_headline, fleet_tables, pace_text
 from codesign.report.page import result_html
 from codesign.report.table import Table
-from codesign.system.result import Result
-from codesign.system.scenarios.fleet_figures import FleetFigures, Frames, Spread
+from codesign.results.fleet import FleetFigures, Frames, Spread
+from codesign.results.result import Result
 
 SECOND = 10**12
 

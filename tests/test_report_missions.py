@@ -42,7 +42,7 @@ from codesign.report.mission_tables import (
 from codesign.report.mission_timeline import busy_shares
 from codesign.report.page import result_html
 from codesign.report.table import Table
-from codesign.system.mission_result import ContactPoint
+from codesign.results.mission import ContactPoint
 
 SECOND = 10**12
 FREE = np.ones((12, 30), dtype=bool)

@@ -28,8 +28,8 @@ from codesign.report.reproduction_tables import error_text
 from codesign.report.study_tables import fixed_axes, short_names, study_counts, summary, varying_axes
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
+from codesign.results.result import DisplayUse, Reason, Result
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import DisplayUse, Reason, Result
 
 FRONT = """\
 Front

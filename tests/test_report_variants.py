@@ -14,8 +14,8 @@ from codesign.report import render_text, study_table, winners_table
 from codesign.report.chart import chart_data
 from codesign.report.page import study_html
 from codesign.report.study_tables import axis_levels
+from codesign.results.result import Result
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Result
 
 F = ResultFigure
 SIZES = (10, 100, 1000)

@@ -12,9 +12,9 @@ import codesign
 from codesign.errors import SpecError
 from codesign.memo import Memo
 from codesign.records import MessageRecord, StageRecord, TaskRecord, VisitsRecord
+from codesign.results.result import DisplayUse
 from codesign.spec.locate import data_folder
 from codesign.system import bind, point_of, simulate
-from codesign.system.result import DisplayUse
 from codesign.trace import MemoryListener
 
 Specs = tuple[Path, Path]

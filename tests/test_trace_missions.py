@@ -18,7 +18,7 @@ from codesign.records import (
     Record,
 )
 from codesign.report import mission_timeline_picture, run_pictures
-from codesign.system.result import Result
+from codesign.results.result import Result
 from codesign.trace import Trace, moment, open_trace
 
 PLATFORM = """

@@ -13,9 +13,9 @@ from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
+    from codesign.results.result import Result
     from codesign.spec import Platform, Workload
     from codesign.spec.problem import ProblemSpec
-    from codesign.system.result import Result
 
 DEFAULT = (
     "virtex4-pci:labyrinth",

@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from codesign.results.result import Result
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Result
 
 
 class _Model(BaseModel):

@@ -39,7 +39,7 @@ from codesign.exploration.store import Entry, State
 from codesign.interrupts import held
 
 if TYPE_CHECKING:
-    from codesign.system.result import Result
+    from codesign.results.result import Result
 
 Evaluate = Callable[[DesignPoint], "Result"]
 """Computes one point. For ``ProcessExecutor`` it must pickle; each worker then works on a copy of its own."""

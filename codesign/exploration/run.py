@@ -23,11 +23,11 @@ from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.exploration.study import Outcome, Study, judged
 from codesign.memo import Memo
+from codesign.results.result import Result
 from codesign.spec import Platform, Workload, cross_check, override
 from codesign.spec.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
 from codesign.system.bind import grid_of
 from codesign.system.memory import share_of_memory
-from codesign.system.result import Result
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from codesign.system.result import ResourceItem, ResourceUse, Result, Source
+from codesign.results.result import ResourceItem, ResourceUse, Result, Source
 
 T = TypeVar("T")
 

@@ -12,8 +12,8 @@ from codesign.planners.interface import Quality
 from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
 from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, figure_cell, quantity_text
+from codesign.results.result import Result
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Result
 
 _WIDTH_OF_REASON = 28
 

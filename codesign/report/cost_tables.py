@@ -8,7 +8,7 @@ from codesign.figures import label
 from codesign.report.mission_tables import NOT_DECLARED, not_declared_notes
 from codesign.report.table import Cell, Table, left, right, word, words
 from codesign.report.wording import count_cell, interval_text, part_cell, plural, quantity_text
-from codesign.system.result import Result, Source
+from codesign.results.result import Result, Source
 
 _MOST_SOURCES = 100
 

@@ -26,8 +26,8 @@ from codesign.report.wording import (
 from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 if TYPE_CHECKING:
-    from codesign.system.result import Result, Times
-    from codesign.system.scenarios.fleet_figures import FleetFigures, Frames, Pacemaker, Spread
+    from codesign.results.fleet import FleetFigures, Frames, Pacemaker, Spread
+    from codesign.results.result import Result, Times
 
 _WENT_INTO: dict[Pacemaker, str] = {
     "fpga": "robots decide",

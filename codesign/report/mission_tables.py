@@ -16,13 +16,13 @@ from codesign.report.wording import (
     share_cell,
     share_text,
 )
-from codesign.system.ledger import SPENT
+from codesign.results.ledger import SPENT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from codesign.system.mission_result import Account, LatencyShare, LinkUse, Mission, MissionEnergy
-    from codesign.system.result import Result
+    from codesign.results.mission import Account, LatencyShare, LinkUse, Mission, MissionEnergy
+    from codesign.results.result import Result
 
 NOT_DECLARED = "not declared"
 """In place of the energy of links or memories none of which has a declared power."""

@@ -35,7 +35,7 @@ from codesign.report.study_tables import (
 from codesign.report.table import Table
 from codesign.report.variant_tables import winners_table
 from codesign.report.wording import ABSENT, ENDED, PACE
-from codesign.system.result import Result
+from codesign.results.result import Result
 
 if TYPE_CHECKING:
     from codesign.exploration import Study

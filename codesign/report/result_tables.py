@@ -21,8 +21,8 @@ from codesign.report.wording import (
     share_cell,
     time_cell,
 )
+from codesign.results.result import DisplayUse, Reason, Result
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import DisplayUse, Reason, Result
 
 SHORTEST = "path length: the shortest is 8-connected without corner cutting"
 """What a ratio of path lengths is held against."""

@@ -18,8 +18,8 @@ from codesign.report.wording import (
     figure_cell,
     quantity_text,
 )
+from codesign.results.result import Reason
 from codesign.spec.exploration import ResultFigure
-from codesign.system.result import Reason
 from codesign.units import format_count
 
 if TYPE_CHECKING:

@@ -19,7 +19,8 @@ from codesign.spec.part import Part, list_parts, load_part
 from codesign.spec.platform import Platform, list_platforms, load_platform
 from codesign.spec.schema import json_schema
 from codesign.spec.start import parse_value, starting_files
-from codesign.spec.workload import TaskMapping, Workload, list_workloads, load_workload
+from codesign.spec.workload import TaskMapping, Workload
+from codesign.spec.workload_file import list_workloads, load_workload
 
 __all__ = [
     "Constraint",

@@ -22,8 +22,7 @@ from codesign.errors import choose_hint
 from codesign.spec.base import Spec
 from codesign.spec.exploration import Exploration
 from codesign.spec.fields import Name
-from codesign.spec.locate import find_spec, shipped_names
-from codesign.spec.marks import Document, read_document
+from codesign.spec.marks import Document
 from codesign.spec.model import (
     RefusalError,
     SpecModel,
@@ -36,7 +35,6 @@ from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip, show
 from codesign.spec.scenario import PlanOnce, Scenario
 from codesign.spec.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
-from codesign.spec.validate import validate
 from codesign.spec.variants import BASE, MAX_VARIANTS, merged, parts_present, sound_scenario
 
 ProblemModels = Mapping[str, type[SpecModel]]
@@ -360,32 +358,3 @@ def stray_task(mapping: Iterable[str], scenario: Scenario, before: Scenario) -> 
         if task in SCENARIO_TASKS[before.type] and task not in known:
             return f"scenario {scenario.type} has no task {task!r}, which the mapping places"
     return None
-
-
-def load_workload(
-    source: str | Path, tasks: TaskModels | None = None, problems: ProblemModels | None = None
-) -> Workload:
-    """The workload with a shipped name (``labyrinth``), or in a file (with a separator or ``.yaml``).
-
-    Args:
-        source: name or path.
-        tasks: the models that parameters are checked against. Without, they are taken as they stand.
-        problems: the models of problems other than a map with goals and starts.
-
-    Raises:
-        InputError: no shipped workload of that name.
-        SpecError: all the faults of the file.
-    """
-    from codesign.spec.axes import axis_faults
-
-    path, shown = find_spec(source, "workloads")
-    document = read_document(path, shown)
-    workload = validate(
-        Workload, document, {"tasks": tasks, "problems": problems}, axis_faults
-    ).with_document(document)
-    return workload.with_models(tasks)
-
-
-def list_workloads() -> list[str]:
-    """Names of the shipped workloads."""
-    return shipped_names("workloads")

@@ -5,11 +5,11 @@ holds its demand against the part; ``build`` makes the SimPy components; ``run``
 answer. Simulated time is integer picoseconds. Watching is separate: a listener takes records and changes nothing.
 """
 
+from codesign.results.result import Result
 from codesign.system.bind import System, bind
 from codesign.system.comparison import applicable, problem_from_map, problem_of, with_problem
 from codesign.system.inspect import at_hand, check_files, point_of, schema_of
 from codesign.system.progress import MissionProgress, outlook
-from codesign.system.result import Result
 from codesign.system.run import simulate, simulate_system
 
 __all__ = [

@@ -11,6 +11,7 @@ from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.records import Listener, Record, TaskRecord
+from codesign.results.ledger import Ledger, Spent
 from codesign.spec.components import (
     DisplayComponent,
     FpgaComponent,
@@ -18,7 +19,6 @@ from codesign.spec.components import (
 )
 from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
-from codesign.system.ledger import Ledger, Spent
 from codesign.system.messages import Content, LostMessageError, Messages
 from codesign.system.progress import ProgressOfMission
 from codesign.system.refusals import building_order, refused

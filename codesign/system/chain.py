@@ -11,8 +11,8 @@ from codesign.errors import CodesignError
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.planners.task_graph import Flow, TaskGraph
+from codesign.results.ledger import Ledger
 from codesign.system.build import PLANNING, planner_code
-from codesign.system.ledger import Ledger
 from codesign.system.place import DETECT
 from codesign.system.sent_map import SentMap
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from codesign.figures import Figure
 from codesign.planners.styles import RESOURCES, Demand, Lever
+from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse, Source
 from codesign.spec.part import Part
-from codesign.system.result import Clock, Reason, ResourceItem, ResourceUse, Source
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import Any
 from codesign import spec
 from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
+from codesign.results.result import Result
 from codesign.spec import Part, Platform, Spec, Workload
 from codesign.spec.locate import is_path
 from codesign.spec.marks import read_document
@@ -19,7 +20,6 @@ from codesign.system import catalog
 from codesign.system.bind import bind, plannable
 from codesign.system.ready import ready
 from codesign.system.refusals import platform_faults
-from codesign.system.result import Result
 
 
 def check_files(

@@ -13,14 +13,14 @@ from typing import Any
 
 from codesign.errors import CodesignError
 from codesign.figures import Figure
+from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
+from codesign.results.result import Result
 from codesign.spec import Platform, Workload
 from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
 from codesign.spec.design_point import SCENARIO, override
 from codesign.spec.links import BusLink, SerialLink
 from codesign.spec.scenario import Drive, WhenBusy
 from codesign.system.bind import System
-from codesign.system.mission_result import LIVELOCK, Bottleneck, LeverRun, Mission
-from codesign.system.result import Result
 from codesign.units import Dimension, format_quantity
 
 FACTOR = 2

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from codesign.errors import CodesignError
 from codesign.planners.task_graph import Flow
-from codesign.system.ledger import Ledger, Spent
+from codesign.results.ledger import Ledger, Spent
 from codesign.system.routes import Hop, Routes
 
 if TYPE_CHECKING:

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
+from codesign.results.mission import LinkUse
+from codesign.results.result import DisplayUse, Power, Reason, Source, Times
 from codesign.spec.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.spec.model import TaskParameters
 from codesign.spec.scenario import Drive, ReplanPolicy
@@ -15,8 +17,6 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import fit, source
-from codesign.system.mission_result import LinkUse
-from codesign.system.result import DisplayUse, Power, Reason, Source, Times
 
 if TYPE_CHECKING:
     from codesign.components import Component, Display

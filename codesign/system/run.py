@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 from codesign.errors import InputError, choose_hint
 from codesign.memo import Memo
 from codesign.records import Listener, SummaryRecord
+from codesign.results.ledger import Ledger
+from codesign.results.result import Power, Result
 from codesign.spec import Platform, Workload
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
-from codesign.system.ledger import Ledger
 from codesign.system.levers import LeverProgress, with_levers
 from codesign.system.outcome import drive_fields, head_fields, plan_fields, use_fields
 from codesign.system.progress import ProgressOfMission
 from codesign.system.ready import ready
-from codesign.system.result import Power, Result
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid

@@ -35,10 +35,10 @@ from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
 from codesign.planners.velocity_obstacle.styles.updates import Updates
+from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.spec.scenario import Fleet
 from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY
-from codesign.system.scenarios.fleet_figures import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.system.scenarios.fleet_trace import FleetTrace
 from codesign.system.scenarios.frames import FrameSender
 from codesign.units import PICOSECONDS_PER_SECOND

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Any
 
+from codesign.results.fleet import Frames, spread
 from codesign.system.build import SIDE
 from codesign.system.place import RENDER_KERNEL
-from codesign.system.scenarios.fleet_figures import Frames, spread
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine

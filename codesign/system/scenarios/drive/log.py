@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from codesign.records import MissionRecord
+from codesign.results.ledger import Ledger
+from codesign.results.mission import LIVELOCK
 from codesign.system.chain import Answer
-from codesign.system.ledger import Ledger
-from codesign.system.mission_result import LIVELOCK
 from codesign.system.scenarios.drive.request import Closed, Fate, Request, livelock_text
 
 if TYPE_CHECKING:

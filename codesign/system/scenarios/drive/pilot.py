@@ -13,8 +13,8 @@ from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow
 from codesign.records import CommandRecord
+from codesign.results.ledger import Ledger
 from codesign.system.build import CONTROL, SIDE
-from codesign.system.ledger import Ledger
 from codesign.system.messages import Content, LostMessageError
 from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SEEN, SENSE
 from codesign.system.scenarios.drive.active import ActivePlan

@@ -13,10 +13,10 @@ from codesign.errors import InputError, RunError
 from codesign.memo import Memo
 from codesign.planners.interface import POSE, Problem
 from codesign.records import PlanRecord, TrajectoryRecord
+from codesign.results.ledger import Spent
 from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
-from codesign.system.ledger import Spent
 from codesign.system.messages import LostMessageError
 from codesign.system.scenarios.drive.active import ActivePlan
 from codesign.system.scenarios.drive.goals import Goals

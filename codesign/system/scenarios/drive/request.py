@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from codesign.system.ledger import Ledger, Spent
-from codesign.system.mission_result import LIVELOCK
+from codesign.results.ledger import Ledger, Spent
+from codesign.results.mission import LIVELOCK
 
 
 class Fate(StrEnum):

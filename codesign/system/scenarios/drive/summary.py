@@ -11,10 +11,8 @@ import numpy as np
 from codesign import maps
 from codesign.memo import Memo
 from codesign.mission.inflation import Inflation
-from codesign.spec.components import RobotComponent
-from codesign.system.energy import energy
-from codesign.system.ledger import SPENT, Ledger, Spent
-from codesign.system.mission_result import (
+from codesign.results.ledger import SPENT, Ledger, Spent
+from codesign.results.mission import (
     CONTACT_POINTS,
     Account,
     Bottleneck,
@@ -23,7 +21,9 @@ from codesign.system.mission_result import (
     Mission,
     MissionEnergy,
 )
-from codesign.system.result import Power
+from codesign.results.result import Power
+from codesign.spec.components import RobotComponent
+from codesign.system.energy import energy
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
 from codesign.system.scenarios.drive.scene import Scene

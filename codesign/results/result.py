@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from codesign.figures import Status, label
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.results.fleet import FleetFigures
+from codesign.results.mission import LinkUse, Mission
 from codesign.spec.exploration import ResultFigure
-from codesign.system.mission_result import LinkUse, Mission
-from codesign.system.scenarios.fleet_figures import FleetFigures
 
 
 class _Model(BaseModel):
