@@ -54,6 +54,11 @@ class PointDrive:
         """The same in another unit of length."""
         return replace(self, speed=self.speed * factor)
 
+    @property
+    def braking(self) -> float:
+        """The distance that it takes to stand still from ``speed``: none."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class OmnidirectionalDrive:
@@ -76,6 +81,11 @@ class OmnidirectionalDrive:
     def scaled(self, factor: float) -> OmnidirectionalDrive:
         """The same in another unit of length."""
         return replace(self, speed=self.speed * factor, acceleration=self.acceleration * factor)
+
+    @property
+    def braking(self) -> float:
+        """The distance v² / 2a that it takes to stand still from ``speed``."""
+        return self.speed**2 / (2 * self.acceleration)
 
 
 @dataclass(frozen=True)
@@ -101,6 +111,11 @@ class DifferentialDrive:
     def scaled(self, factor: float) -> DifferentialDrive:
         """The same in another unit of length."""
         return replace(self, speed=self.speed * factor, acceleration=self.acceleration * factor)
+
+    @property
+    def braking(self) -> float:
+        """The distance v² / 2a that it takes to stand still from ``speed``."""
+        return self.speed**2 / (2 * self.acceleration)
 
 
 Kinematics = PointDrive | OmnidirectionalDrive | DifferentialDrive

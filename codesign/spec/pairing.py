@@ -15,7 +15,7 @@ from codesign.spec.links import LINKS
 from codesign.spec.marks import Document, KeyPath
 from codesign.spec.model import SpecModel
 from codesign.spec.platform import Platform
-from codesign.spec.problem import FileMap
+from codesign.spec.problem import FileMap, ProblemSpec
 from codesign.spec.scalars import clip
 from codesign.spec.variants import BASE, VARIANT_AXIS
 from codesign.spec.workload import PLACE_KEYS, Workload
@@ -139,7 +139,7 @@ def _problem_axis_faults(workload: Workload, axis: str) -> list[Fault]:
             ]
         try:
             problem = type(workload.problem).model_validate(raw["problem"], context={"document": document})
-            if isinstance(getattr(problem, "map", None), FileMap):
+            if isinstance(problem, ProblemSpec) and isinstance(problem.map, FileMap):
                 # Points are kept by what the axes say, and a file may say something else the next time.
                 hint = "generate the maps of this axis, or explore one workload for each file"
                 faults.append(document.fault(place, "a map in a file cannot be moved by an axis", hint))

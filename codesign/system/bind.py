@@ -265,7 +265,9 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
             )
             hint = "move it to where a robot can come from, or open the map beside it"
             faults.append(fault(workload, ("problem", "goals", index), text, hint))
-    if faults or not isinstance(getattr(workload.problem, "starts", None), tuple):
+    if faults or not (
+        isinstance(workload.problem, ProblemSpec) and isinstance(workload.problem.starts, tuple)
+    ):
         return faults
     reach = planner.reachable(problem, parameters)
     for index, start in enumerate(problem.starts):

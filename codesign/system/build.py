@@ -16,6 +16,7 @@ from codesign.spec.components import (
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
+    ProcessorComponent,
 )
 from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
@@ -118,7 +119,7 @@ class Machine:
     @property
     def components(self) -> tuple[Component, ...]:
         """Components and links, in the order of the platform file, and the block RAMs of the planner."""
-        ram = getattr(self.planner, "block_ram", None)
+        ram = None if self.system.part is None else self.planner.block_ram
         ordered = [self.by_name[name] for name in self.system.platform.components if name in self.by_name]
         return (*ordered, *self.links.values(), *([ram] if ram is not None else []))
 
@@ -198,8 +199,8 @@ class Machine:
         What a platform gives no cost of takes no time.
         """
         name = self.system.placement.places[task]
-        component = self.by_name[name]
-        if not units or kernel not in getattr(component, "costs", ()):
+        component, spec = self.by_name[name], self.system.platform.components[name]
+        if not units or not isinstance(spec, ProcessorComponent) or kernel not in spec.costs:
             return
         begin, spent = self.now, component.duration(kernel, units)
         yield from component.execute(kernel, units, task, priority=priority)

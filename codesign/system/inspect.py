@@ -144,9 +144,9 @@ def at_hand() -> dict[str, dict[str, str]]:
     platforms = {name: spec.load_platform(name).description for name in spec.list_platforms()}
     workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
-    planners = {name: _described(planner) for name, planner in catalog.planners().items()}
+    planners = {name: planner.description for name, planner in catalog.planners().items()}
     styles = {
-        f"{planner}.{style}": f"on {found.component_type}: {_described(found)}"
+        f"{planner}.{style}": f"on {found.component_type}: {found.description}"
         for (planner, style), found in catalog.architectures().items()
     }
     found = {
@@ -183,9 +183,3 @@ def _load(source: str | Path) -> Spec | Part:
 def _budgets(part: Part) -> str:
     budgets = (f"{int(figure.value):,} {label(name)}" for name, figure in part.resources.items())
     return f"{part.family}: {', '.join(budgets)}"
-
-
-def _described(plug_in: object) -> str:
-    """Its description; of a plug-in that was written before there was one, the first line of its docstring."""
-    first_line = (type(plug_in).__doc__ or "").strip().split("\n")[0]
-    return str(getattr(plug_in, "description", first_line))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.memo import Memo
+from codesign.planners.interface import Quality
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Source, Times
 from codesign.spec.components import DisplayComponent, FpgaComponent, ProcessorComponent
@@ -132,10 +133,12 @@ def drive_fields(
         or scenario.replan.policy is not ReplanPolicy.CONTINUE
     ):
         return fields
-    wrong = getattr(_quality(machine, last, memo), "wrong_cells", None)
-    if wrong is None:
+    judged = _quality(machine, last, memo)
+    if not isinstance(judged, Quality) or judged.wrong_cells is None:
         return fields
-    return fields | {"details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": wrong}}
+    return fields | {
+        "details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": judged.wrong_cells}
+    }
 
 
 def _quality(machine: Machine, answer: Answer, memo: Memo | None) -> Any:

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from codesign.spec import Platform
+from codesign.spec.components import DisplayComponent, MemoryComponent
 
 
 class Hop(NamedTuple):
@@ -29,9 +30,8 @@ class Routes:
         self._graph = networkx.MultiGraph()
         self._graph.add_nodes_from(platform.components)
         for name, component in platform.components.items():
-            beside = getattr(component, "beside", None)
-            if beside is not None:
-                self._graph.add_edge(name, beside, link=None)
+            if isinstance(component, MemoryComponent | DisplayComponent):
+                self._graph.add_edge(name, component.beside, link=None)
         for name, link in platform.links.items():
             for index, end in enumerate(link.between):
                 for other in link.between[index + 1 :]:

@@ -229,7 +229,5 @@ class Pilot:
         """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""
         scene = self.scene
         kinematics = scene.robot.kinematics
-        speed = kinematics.speed
         seconds = (scene.scenario.control_period + scene.scenario.deadline) / PICOSECONDS_PER_SECOND
-        braking = speed**2 / (2 * kinematics.acceleration) if hasattr(kinematics, "acceleration") else 0.0
-        return float(speed * seconds + braking + SPARE_CELLS)
+        return kinematics.speed * seconds + kinematics.braking + SPARE_CELLS
