@@ -35,6 +35,12 @@ def bend_limits(
     Returns:
         float64 n, ``fastest`` where nothing limits.
     """
+    # Window j..k at speed v: passed within a period where arcs[k] - arcs[j] < v·period, and then v·sum(changes) may
+    # be at most acceleration·period. For each j the window first grows as far as ``fastest`` reaches, then k comes
+    # back:
+    #
+    #   j----+---+------k       v ≤ max((arcs[k] - arcs[j]) / period, acceleration·period / sum(changes[j..k]))
+    #   j----+---k              and the least of these bounds holds for every vertex of the windows inside
     count = arcs.size
     limits = np.full(count, fastest)
     for first in range(count):
@@ -70,10 +76,14 @@ def speeds_at(
         float64 n + 1 speeds, and the greatest speed at the first vertex from which all limits can be kept. Where
         ``begin`` is above it, the profile begins with it in place of ``begin``.
     """
+    # v² = v0² + 2·a·s along a segment of length s. Backwards: as fast as braking still permits at the end of the
+    # segment.
     speeds = limits.copy()
     for index in range(lengths.size - 1, -1, -1):
         reach = np.sqrt(speeds[index + 1] ** 2 + 2.0 * acceleration * lengths[index])
         speeds[index] = min(speeds[index], reach)
+    # Forwards: as fast as accelerating from the begin of the segment permits. Both together are the time-optimal
+    # profile.
     most = speeds[0]
     speeds[0] = min(begin, most)
     for index in range(lengths.size):
@@ -102,8 +112,16 @@ def phases_of(
         if turns[index] > 0.0:
             phases[used] = np.array([time, arcs[index], 0.0, 0.0])
             used, time = used + 1, time + turns[index]
+        # A trapezoid, or a triangle where the top speed is not reached. Up from v0 to the peak and down to v1 takes
+        # the lengths (peak² - v0²) / 2a and (peak² - v1²) / 2a; where they fill the segment, peak² = (v0² + v1²) / 2
+        # + a·length.
+        #
+        #          peak ______
+        #              /      \        rising | level | falling
+        #   here v0  _/        \_  there v1
         here, there, length = speeds[index], speeds[index + 1], lengths[index]
         peak = min(speed, np.sqrt((here**2 + there**2) / 2.0 + acceleration * length))
+        # The root may round to just below the speed of an end, and a length would be negative.
         peak = max(peak, here, there)
         rising = (peak**2 - here**2) / (2.0 * acceleration)
         falling = (peak**2 - there**2) / (2.0 * acceleration)

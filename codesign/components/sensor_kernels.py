@@ -24,6 +24,7 @@ def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: 
         reach: length of a ray, cells.
         directions: float64 k × 2, unit vectors (row, column).
     """
+    # Only the square that rays can reach is kept, so that the cost does not grow with the map.
     rows, columns = free.shape
     here, there = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     margin = int(np.ceil(reach)) + 1
@@ -71,10 +72,21 @@ def _cast_one(
             seen[row - top, column - left] = BLOCKED
             return
         seen[row - top, column - left] = FREE
+        # The ray is (y, x) + s (down, along). Cells are centred on whole coordinates, so borders lie at halves, and s
+        # of the next border in each axis decides which cell comes next (Amanatides and Woo 1987):
+        #
+        #       column + 0.5
+        #   +--------|--------+
+        #   |   .    |        |        to_row: s where y + s down = row ± 0.5
+        #   +---'----|--------+  row + 0.5
+        #   |      ' |        |        to_column: s where x + s along = column ± 0.5
         to_row = (row + 0.5 * row_step - y) / down if down != 0.0 else np.inf
         to_column = (column + 0.5 * column_step - x) / along if along != 0.0 else np.inf
         if min(to_row, to_column) > reach:
             return
+        #    free    | blocked
+        #   ---------+---------        seen are both of the blocked cells; the ray ends between them
+        #    blocked | behind
         if abs(to_row - to_column) <= CORNER:
             # Through a corner: nothing leaks between two blocked cells that touch there.
             if _blocked(free, row + row_step, column) and _blocked(free, row, column + column_step):

@@ -47,6 +47,12 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
             to_column = (
                 min(max((column + 0.5 * column_step - x) / along, 0.0), 1.0) if column != last_column else 2.0
             )
+            # Through a corner the segment touches both cells beside it, so they are reported with the cell that it
+            # enters:
+            #
+            #   from  | other        one: only the row changes
+            #   ------+------        other: only the column changes
+            #   one   | to
             corner = abs(to_row - to_column) * length <= CORNER
             one, other = (row + row_step, column), (row, column + column_step)
             if corner or to_row < to_column:
@@ -85,6 +91,7 @@ def first_closed(
     """
     rows, columns = grid.shape
     for index in range(first, last):
+        # The cell, then the two beside its corner; without a corner all three are the same cell.
         for part in range(0, 6, 2):
             row, column = cells[index, part], cells[index, part + 1]
             if row < 0 or row >= rows or column < 0 or column >= columns or grid[row, column] != is_open:

@@ -24,6 +24,8 @@ def steps_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -
         stride: length of a padded row.
     """
     distance = np.full(free.size, -1, dtype=np.int32)
+    # Each cell enters the queue once, as its distance is set when it does; a queue in order of distance is never
+    # sorted.
     queue = np.empty(free.size, dtype=np.int64)
     head = tail = 0
     for goal in goals:
@@ -71,6 +73,10 @@ def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) 
             distance[goal] = 0.0
             current = _push(current, in_current, goal)
             in_current += 1
+    # Buckets by distance, each one unit wide; steps are 1 or √2 long, so a cell goes one or two buckets further:
+    #
+    #   | current       | following         | farthest          |
+    #   floor           floor + 1           floor + 2           floor + 3
     floor = 0.0
     straight = (-stride, 1, stride, -1)
     while in_current + in_following + in_farthest > 0:
@@ -79,6 +85,7 @@ def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) 
             if distance[cell] < floor:  # a nearer way was found meanwhile, and this cell was expanded then
                 continue
             for side in range(8):
+                # Sides 0 to 3 are N, E, S, W; 4 to 7 the diagonals between each and the next: NE, SE, SW, NW.
                 one = straight[side % 4]
                 other = straight[(side + 1) % 4] if side >= 4 else 0  # 0: a straight step, along one alone
                 neighbour = cell + one + other

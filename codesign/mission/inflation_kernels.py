@@ -24,6 +24,12 @@ def stamp(
         footprint: int64 m × 2 offsets.
         by: 1 or -1.
     """
+    # The inflated map is the Minkowski sum of the obstacles and the footprint. How many obstacles cover a cell is
+    # counted, so that one can be taken away again without looking at the others:
+    #
+    #   obstacles    covers         blocked
+    #   . x . x .    1 1 2 1 1      x x x x x        footprint of three cells in a row; without the right one
+    #   . x . . .    1 1 1 0 0      x x x . .        one of the two covers goes, and the middle stays blocked
     rows, columns = covers.shape
     for index in range(cells.shape[0]):
         for part in range(footprint.shape[0]):

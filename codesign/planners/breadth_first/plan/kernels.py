@@ -27,15 +27,23 @@ def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
         queue (int32 indices of every pushed cell), pushed, popped, the greatest depth of the queue, directions (int8,
         -1 where nothing discovered the cell), the index of the goal or -1.
     """
+    # Listing 1 of the paper. Each cell is pushed once at most, so the queue never wraps:
+    #
+    #   queue   | popped ..  | waiting ..        | unused
+    #           0            popped              pushed           depth: the most that waited, pushed - popped
     queue = np.empty(cells.size, np.int32)
     directions = np.full(cells.size, -1, np.int8)
+    # North, south, west, east: opposite sides are pairs, so that ``side ^ 1`` is the direction back.
     offsets = (-stride, stride, -1, 1)
+    # "Visited" is marked when a cell is pushed, not when it is popped: else neighbours would push it again.
     cells[start] = WAITING_GOAL if cells[start] == GOAL else BLOCKED
     queue[0] = start
     popped, pushed, depth = 0, 1, 1
     while popped < pushed:
         cell = queue[popped]
         popped += 1
+        # As in the listing, the goal ends the search when it is popped, not when it is found; the cycles depend on
+        # that.
         if cells[cell] == WAITING_GOAL:
             return queue, pushed, popped, depth, directions, cell
         for side in range(4):
@@ -52,6 +60,8 @@ def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
 @njit(cache=True, nogil=True)
 def mark_path(directions: NDArray[np.int8], goal: int, stride: int) -> Any:
     """Int32 indices of the cells from the start to ``goal``, along the directions that ``trail`` left."""
+    # Listing 2: from the goal back along the directions, once to count the steps and once to fill the path from its
+    # end.
     offsets = (-stride, stride, -1, 1)
     steps = 0
     cell = goal

@@ -46,11 +46,13 @@ def address_bits(rows: int, columns: int) -> int:
     >>> address_bits(30, 30), address_bits(100, 100), address_bits(1000, 1000)
     (10, 14, 20)
     """
+    # Side by side an address needs no multiplication. The price: each side is rounded up to a power of two.
     return max(1, (rows - 1).bit_length()) + max(1, (columns - 1).bit_length())
 
 
 def block_rams(words: int, width: int, part: Part) -> int:
     """The fewest block RAMs of a part that hold ``words`` of ``width`` bits."""
+    # ⌈words / depth⌉ · ⌈bits / width⌉ for each shape that a block RAM can take.
     return min(-(-words // depth) * -(-width // wide) for depth, wide in part.block_ram_shapes)
 
 
@@ -108,6 +110,7 @@ def items(
             logic.append(("queue buffers", buffers, buffers, Status.ASSUMED, "two of 16 entries, in LUT"))
     found = []
     for name, lut4, flip_flops, status, source in logic:
+        # A slice has two LUT and two flip-flops.
         slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
         packed = f"{SLICE_PACKING} × half of the LUT or flip-flops"
         found += [

@@ -55,6 +55,7 @@ def init_cycles(cells: int) -> int:
 
 def path_cycles(path_cells: int, place: MemoryPlace, external_cycles: int) -> int:
     """Cycles of state Path, for the L + 1 cells of a path."""
+    # MarkPath (figure 5): a direction read, a cell marked, and the latency of each access that leaves the chip.
     each = PATH_CYCLES + external_cycles * ACCESSES_A_PATH_CELL[place]
     return each * path_cells + PATH_CHANGES
 
@@ -75,5 +76,6 @@ def total_cycles(
     >>> total_cycles(100 * 100, 4075, 300)
     67644
     """
+    # The goal is popped but not expanded: V - 1 expansions. A path of L steps marks L + 1 cells.
     expansions = EXPANSION_CYCLES[micro_architecture] * (popped - 1)
     return INIT_CYCLES * cells + expansions + PATH_CYCLES * (path_steps + 1) + CONSTANT

@@ -23,6 +23,7 @@ FIRST_POINTS = 256
 
 @njit(cache=True, nogil=True)
 def _greater(limbs: Any, row: int, column: int, other_row: int, other_column: int) -> Any:
+    # Most significant limb first, as the circuit compares: most significant bit first (section 3.2.1).
     for k in range(limbs.shape[2] - 1, -1, -1):
         one, other = limbs[row, column, k], limbs[other_row, other_column, k]
         if one != other:
@@ -56,6 +57,7 @@ def best_neighbours(limbs: NDArray[np.uint64], free: NDArray[np.bool_]) -> Any:
 def _difference(limbs: Any, row: int, column: int, side: int, out: Any) -> Any:
     """Write |h' - h| for the neighbour h' of h at ``side``; the sign of h' - h is returned."""
     rows, columns, count = limbs.shape
+    # Always the larger less the smaller: a subtraction that borrows from limb to limb and never ends below 0.
     r, c = row + ROW_STEP[side], column + COLUMN_STEP[side]
     inside = 0 <= r < rows and 0 <= c < columns
     rises = inside and _greater(limbs, r, c, row, column)
@@ -104,6 +106,13 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
     ``only_ascending``, differences to lower neighbours count as 0.
     """
     rows, columns, count = limbs.shape
+    # The rule of section 5.3: of the four triangles that the node h forms with two consecutive neighbours h', h''
+    #
+    #         N            maximise (h - h')² + (h - h'')², then go along (h' - h, h'' - h).
+    #       / | \
+    #     W - h - E        Each triangle has one of N, S and one of E, W, so the two terms are maximised apart.
+    #       \ | /
+    #         S
     directions = np.zeros((rows, columns, 2))
     vertical, horizontal = np.empty(count, np.uint64), np.empty(count, np.uint64)
     other = np.empty(count, np.uint64)
@@ -126,6 +135,8 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
                     sign, side = other_sign, second
                 # Ascent goes towards a higher neighbour and away from a lower one.
                 directions[row, column, axis] = sign * (ROW_STEP[side] + COLUMN_STEP[side])
+            # Only the ratio of the two counts for a unit vector, so the limbs that both have as 0 are left out.
+            # Without that, values of hundreds of bits would leave the range of doubles.
             top = _top_limb(vertical, horizontal)
             down, along = _mantissa(vertical, top), _mantissa(horizontal, top)
             length = np.sqrt(down * down + along * along)
@@ -140,6 +151,10 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
 @njit(cache=True, nogil=True)
 def _may_enter(limbs: Any, free: Any, row: int, column: int, r: int, c: int, guarded: bool) -> Any:
     """Whether a step from one cell to another touches no obstacle (and rises, where guarded)."""
+    # A diagonal step passes the corner between the two cells beside it:
+    #
+    #   from  .        both cells beside the step have to be free, or the trajectory
+    #    .    to       would cut the corner of an obstacle
     rows, columns = free.shape
     if not (0 <= r < rows and 0 <= c < columns) or abs(r - row) > 1 or abs(c - column) > 1:
         return False
@@ -177,6 +192,7 @@ def follow(
     points[0, 0], points[0, 1] = y, x
     used, fallbacks = 1, 0
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    # Euler's steps along the direction of the cell that the point lies in; cells are centred on whole coordinates.
     for _ in range(most_steps):
         if goal[row, column]:
             break
@@ -190,6 +206,8 @@ def follow(
         if moved and not _may_enter(limbs, free, row, column, r, c, guarded):
             if not guarded:
                 return points[:used], OBSTACLE, fallbacks
+            # The step would meet an obstacle, or not rise: go to the best neighbour's centre instead. Values rise
+            # strictly along such cells, so a guarded trajectory cannot run in circles.
             fallbacks += 1
             r, c = row + ROW_STEP[side], column + COLUMN_STEP[side]
             next_y, next_x = float(r), float(c)

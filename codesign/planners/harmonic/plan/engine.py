@@ -57,6 +57,7 @@ class Engine:
         bits, negative = limbs.residual_bits(self._limbs, self._movable)
         self._signed = bool(negative)
         # r has its two low planes always, and a sign in two's complement.
+        # At the start of a stage r = N + E + S + W - 4H of the values that it starts from, and d = 0.
         count = max(bits, 2) + self._signed
         self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
         self._state = make_state(self._layout, self._signed)
@@ -85,6 +86,8 @@ class Engine:
         visits = iterations = 0
         status = kernels.RUNNING
         fault = ""
+        # ``counts`` has room for ``VISITS_PER_BATCH`` visits, so a stage is a few calls of the kernel; between two of
+        # them the user may interrupt, and memory may grow.
         while status != kernels.CONVERGED:
             status, made = kernels.advance(
                 self._layout,
@@ -145,6 +148,8 @@ class Engine:
         self._forget("ring", "visit", "odometer", "snapshot")
         old, old_planes = self._state, self._layout.planes
         # A sign is needed only where something negative is left, which no settled block has.
+        # With h = H << D the new residual is r << D, as N, E, S, W and h all shift alike. A converged stage leaves
+        # 0 <= r < 4. One that the published test ended early leaves more, and one that cycles may leave r < 0.
         self._signed &= bool(old.active.any())
         count = int(old.active.max()) + 2
         self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
@@ -153,8 +158,11 @@ class Engine:
         source = self._by_plane(old.residual, old_planes)
         target = self._by_plane(new.residual, self._layout.planes)
         words = np.repeat(old.width, LANES).reshape(-1, self._layout.plane)
+        # plane   0 .. shift - 1   shift   shift + 1  ..
+        #         0    0           r_0     r_1        ..         new memory is 0 already
         for plane in range(count):
             np.copyto(target[:, shift + plane], source[:, plane], where=plane < words + 2)
+        # r of 2 planes, its steps 0, is now t = r >> 2 with ``shift`` planes: the stage begins unsettled.
         new.width[:] = old.width + shift
         if self._signed:
             new.width[old.width == 0] += 1

@@ -48,7 +48,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "3f1ee88b2a26bd6f"
+CALLED_DIGEST = "486716fc76cae006"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -65,6 +65,9 @@ def trim_all(layout, state, signed):
 @njit(nogil=True)
 def _has_room(layout, state, block, iterations):
     """Whether a visit cannot need more planes than there is room for, here or in a neighbouring block."""
+    # d of a visit adds up at most I steps, each below 2^active: active + bit_length(I) planes hold it. The 8 more are
+    # room for the two planes of r below its steps and for carries under way in ``planes``. The neighbours' r grows by
+    # d of this visit.
     bits = 8
     while iterations > 0:
         bits += 1
@@ -101,6 +104,9 @@ def _same(layout, state):
 @njit(nogil=True)
 def _repeats(layout, state, control):
     """Whether r is what it was at an earlier sweep (Brent's method), so that the sweeps would never end."""
+    # Without a sign values only rise up to a bound; with one, finitely many states in a deterministic sweep either
+    # settle or come back. The snapshot is renewed at sweeps 1, 3, 7, 15, ..: once it lies on the cycle and the wait is
+    # as long as the cycle, the two meet.
     if _same(layout, state):
         return True
     control[SINCE] += 1
@@ -129,11 +135,21 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
     Returns the status (RUNNING: call again; CONVERGED; GROW: more planes are needed, then call again; CYCLE) and
     the number of visits written. A visit may be left half done, and is gone on with in the next call.
     """
+    # The loop over blocks of the paper's listing (section 4), for one precision:
+    #
+    #   converge := true
+    #   for b := 1 to B:   visit b (at most I iterations);   if not block_cvg: converge := false
+    #
+    # block_cvg is that the *last* iteration changed nothing. A block that changed and then settled counts as converged
+    # there, although its neighbours have not seen its values: ``published``. The sound test asks that no iteration of
+    # the sweep changed a bit.
     made = 0
     while made < len(counts) and budget > 0:
         block = control[POSITION]
+        # Position counts blocks along the rows of the map; transposed, these are the columns of the layout.
         if layout.transposed:
             block = block % layout.down * layout.across + block // layout.down
+        # A settled block still takes the one iteration in which the circuit sees that nothing changes.
         if get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
             counts[made] = 1
         else:
@@ -148,6 +164,7 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
                 return RUNNING, made
             # A settled block takes one more iteration, which changes nothing.
             counts[made] = done + (not finished)
+            # Only now do the neighbours see the block's values: they were fixed during the visit.
             add_visit(layout, state, block, signed)
             push_all(layout, state, block, signed)
             for group in range(layout.groups):

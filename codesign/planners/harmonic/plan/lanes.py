@@ -22,6 +22,10 @@ from numba.extending import intrinsic, models, overload, register_model
 
 from codesign.planners.harmonic.plan.layout import LANES, WORD_BITS
 
+# lane      0        1              7
+#       +--------+--------+ .. +--------+
+#       | row i  | row i+1|    | row i+7|     each lane a word: 64 columns of one row, 512 nodes in all
+#       +--------+--------+ .. +--------+
 _WORD = ir.IntType(WORD_BITS)
 _VECTOR = ir.VectorType(_WORD, LANES)
 
@@ -52,6 +56,7 @@ def load(typing_context, address, index):
     """Eight words from ``index`` on."""
 
     def generate(context, builder, signature, arguments):
+        # Aligned to a word only: north and south are loads that begin one word off a group.
         return builder.load(_pointer(builder, arguments, _VECTOR), align=8)
 
     return lanes_type(types.int64, types.int64), generate
@@ -104,6 +109,7 @@ def any_bit(typing_context, lanes):
     """Whether any bit is set."""
 
     def generate(context, builder, signature, arguments):
+        # Eight comparisons become one byte with a bit a lane, and that is compared with 0: a mask register, no loop.
         set_lanes = builder.icmp_unsigned("!=", arguments[0], ir.Constant(_VECTOR, [0] * LANES))
         packed = builder.bitcast(set_lanes, ir.IntType(LANES))
         return builder.icmp_unsigned("!=", packed, ir.Constant(ir.IntType(LANES), 0))
@@ -116,6 +122,7 @@ def spread(typing_context, word):
     """The same word in every lane."""
 
     def generate(context, builder, signature, arguments):
+        # Into lane 0, then from there to all: the form that LLVM knows as a broadcast.
         single = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), arguments[0], ir.IntType(32)(0))
         return builder.shuffle_vector(
             single,

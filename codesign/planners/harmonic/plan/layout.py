@@ -11,6 +11,20 @@ import numpy as np
 
 from codesign.errors import RunError
 
+# One plane of a block of 2 word columns (65 to 128 columns), every box 8 words or more. Zeros lie in all boxes but R:
+#
+#   |<--- margin --->|<--- stride --->|<--- stride --->|<--- margin --->|
+#   +----------------+-----+----------+-----+----------+----------------+-----
+#   |                | gap | R R R R  | gap | R R R R  |                | pad
+#   +----------------+-----+----------+-----+----------+----------------+-----
+#                          ^ first          ^ first + stride    ^ end
+#
+# R: one word a row. The gap of 8 words is the row above the first and below the last. The margins are the word
+# columns west of the first and east of the last. So every node has four neighbours in memory, and none is tested for
+# a border.
+#
+# This halo may be 0 because it stands for *steps*: while a block is visited no other one steps, and what their steps
+# were before has been added to r already (``visits.push_all``).
 WORD_BITS = 64
 LANES = 8
 # Iterations whose steps are summed at once; the ring holds as many, one more, and one that stays zero.
@@ -78,6 +92,7 @@ def make_layout(
     rows = -(-block[0] // LANES) * LANES
     columns = -(-block[1] // WORD_BITS)
     stride = rows + LANES
+    # With one word column no word of the west or east is read (``planes._around``).
     margin = stride if columns > 1 else 0
     first, end = margin + LANES, margin + columns * stride
     # An odd number of cache lines, so that planes do not fall on each other in the cache.
@@ -94,6 +109,7 @@ def better_transposed(block: tuple[int, int]) -> bool:
     >>> better_transposed((36, 66)), better_transposed((96, 48))
     (True, False)
     """
+    # The vectors of a block: groups of 8 rows times words of 64 columns, either way round.
     height, width = block
     return -(-width // LANES) * -(-height // WORD_BITS) < -(-height // LANES) * -(-width // WORD_BITS)
 

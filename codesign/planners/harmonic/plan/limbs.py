@@ -48,6 +48,9 @@ def _residual(limbs, row, column, residual):
     if _all_zero(limbs, row, column):
         residual[:] = 0
         return 0, False
+    # r = N + E + S + W - 4h, half a limb at a time: each of the sums is within ±2^35, so that an int64 holds it
+    # together with what is carried, and >> keeps the sign of a borrow. The last half, beyond the limbs, takes the
+    # sign.
     carry = np.int64(0)
     for half in range(len(residual)):
         carry += (
@@ -59,6 +62,7 @@ def _residual(limbs, row, column, residual):
         )
         residual[half] = carry & _HALF
         carry >>= HALF_BITS
+    # The bits down from the highest that differs from the sign.
     negative = carry < 0
     sign = _HALF if negative else np.int64(0)
     for half in range(len(residual) - 1, -1, -1):
@@ -89,6 +93,7 @@ def residual_bits(limbs, movable):
 @njit(cache=True, nogil=True)
 def _place(layout, row, column):
     """Block of a cell, the word that holds it within a plane, and the bit in that word."""
+    # Where ``layout`` has it: block in raster order, word column of 64 columns, row.
     block = row // layout.block_rows * layout.across + column // layout.block_columns
     inner_row, inner_column = row % layout.block_rows, column % layout.block_columns
     word = layout.first + inner_column // 64 * layout.stride + inner_row
@@ -108,6 +113,7 @@ def fill_mask(layout, movable, mask):
 @njit(cache=True, nogil=True)
 def fill_residual(layout, limbs, movable, planes, count):
     """Set ``count`` bits of r of every movable cell in ``planes`` (zero before), negative ones in two's complement."""
+    # The transpose: a number a node becomes one bit in each of ``count`` planes.
     residual = np.empty(2 * limbs.shape[2] + 1, np.int64)
     for row in range(limbs.shape[0]):
         for column in range(limbs.shape[1]):
@@ -130,6 +136,12 @@ def fill_residual(layout, limbs, movable, planes, count):
 @njit(cache=True, nogil=True)
 def _gather(planes, word, step, first, width, signed, digits):
     """Bits ``first`` to ``first`` + 63 of the 64 numbers of ``width`` planes that share a word."""
+    # The transpose back, 64 nodes at once: bit c of plane i goes to bit i of number c.
+    #
+    #   planes (a word each)         digits (a number each)
+    #   i = 2   . . . x . .          x . .  c = 3:  .. b_2 b_1 b_0
+    #   i = 1   . . . x . .    ->    x . .
+    #   i = 0   . . . x . .          x . .          above the top plane: zeros, or copies of the sign
     last = min(first + 64, width)
     sign = planes[word + (width - 1) * step] if signed and width > 0 else np.uint64(0)
     for column in range(64):
@@ -145,6 +157,8 @@ def _gather(planes, word, step, first, width, signed, digits):
 @njit(cache=True, nogil=True)
 def raise_field(layout, limbs, shift, planes, widths, signed, raised):
     """Put (limbs << shift) + d into ``raised``; d is given by its planes and the width of each group."""
+    # h = (H << shift) + d, a limb at a time with its carry, where
+    # (H << shift)[k] = H[k - words] << bits | H[k - words - 1] >> (64 - bits).
     words, bits = shift // 64, np.uint64(shift % 64)
     digits, carries = np.empty(64, np.uint64), np.empty(64, np.uint64)
     for row in range(raised.shape[0]):
@@ -168,6 +182,7 @@ def raise_field(layout, limbs, shift, planes, widths, signed, raised):
                         value |= limbs[row, column + index, source - 1] >> (np.uint64(64) - bits)
                     partial = value + digits[index]
                     total = partial + carries[index]
+                    # An unsigned sum that wrapped is less than either term. Of the two additions at most one wraps.
                     carries[index] = np.uint64(partial < value) | np.uint64(total < partial)
                     raised[row, column + index, limb] = total
             column += together
@@ -188,6 +203,7 @@ def _greater(limbs, row, column, other_row, other_column):
 @njit(cache=True, nogil=True)
 def count_local_maxima(limbs, candidates):
     """Candidates none of whose four neighbours is strictly greater."""
+    # Section 4.1 stops once "no such local extremum is detected". Local minima do not matter to an ascent.
     count = 0
     for row in range(limbs.shape[0]):
         for column in range(limbs.shape[1]):

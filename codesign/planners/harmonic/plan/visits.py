@@ -27,6 +27,8 @@ def iterate(layout, state, block, source, target, uniform, signed):
 
     ``uniform``: the planes of the steps of all groups, where r has a sign.
     """
+    # h(t + 1) = floor((N + E + S + W) / 4), section 5.2, in terms of r (``kernels``), for all nodes of the block at
+    # once. Two slots of the ring, because a group is read again as the neighbour of those that follow.
     ring, step, widths = state.ring, layout.plane, state.ring_width
     from_width, to_width = source * layout.groups, target * layout.groups
     source *= layout.planes * step
@@ -36,6 +38,11 @@ def iterate(layout, state, block, source, target, uniform, signed):
     for column in range(layout.first, layout.end, layout.stride):
         for word in range(column, column + layout.rows, LANES):
             here = from_width + word // LANES
+            # Steps come from the group itself and from the four around it; the widest of them decides.
+            #
+            #              g - 1
+            #   g - aside    g    g + aside        aside = stride / 8: the same rows in the next word column
+            #              g + 1
             width = (
                 uniform if signed else max(get(widths, here - 1), get(widths, here), get(widths, here + 1))
             )
@@ -48,10 +55,12 @@ def iterate(layout, state, block, source, target, uniform, signed):
                 needed = needed_planes(ring, target + word, step, width + 2, 2, signed) - 2
                 most = max(most, needed)
             else:
+                # Nothing steps here or beside: r' = r mod 4, the two low planes.
                 store(ring, target + word, load(ring, source + word))
                 store(ring, target + step + word, load(ring, source + step + word))
             there = to_width + word // LANES
             if not signed:
+                # The target slot still holds r of five iterations ago: clear what lies above the new planes.
                 for plane in range(width, get(widths, there)):
                     store(ring, target + (plane + 2) * step + word, zeros())
             put(widths, there, uniform if signed else needed)
@@ -62,6 +71,7 @@ def iterate(layout, state, block, source, target, uniform, signed):
 def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
     """Add the steps of four slots of the ring to what the visit added so far."""
     step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
+    # d of the visit += t of four iterations. The steps are not stored: they are r of each slot from plane 2 on.
     slot = layout.planes * step
     slots = s0 * slot, s1 * slot, s2 * slot, s3 * slot
     for word in range(layout.first, layout.end, LANES):
@@ -87,6 +97,7 @@ def add_visit(layout, state, block, signed):
     """Add what the visit added to d of its block."""
     none, everything = spread(np.uint64(0)), spread(~np.uint64(0))
     planes, step = state.odometer, layout.plane
+    # d of the stage += d of the visit, all nodes of the block at their own places.
     base = block * layout.planes * step
     for word in range(layout.first, layout.end, LANES):
         count = get(state.visit_width, word // LANES)
@@ -125,6 +136,7 @@ def trim(layout, state, block, signed):
         most = max(most, width)
     if signed:
         for word in range(layout.first, layout.end, LANES):
+            # All groups of a block get the width of the widest where r has a sign (``uniform`` in ``iterate``).
             put(state.width, block * layout.groups + word // LANES, most)
     put(state.active, block, most)
 
@@ -135,6 +147,8 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
 
     ``source`` and ``target`` are the first words in either; the gains are shifted ``right``, then ``left``.
     """
+    # r = N + E + S + W - 4h, so where N of a node gains d during the visit of its block, r of the node gains d too.
+    # Inside the visited block the iterations have done that; here it is done for the nodes just beyond the border.
     step, visit, residual = layout.plane, state.visit, state.residual
     base, mask = block * layout.planes * step, block * step
     for word in range(0, vectors * LANES, LANES):
@@ -149,6 +163,7 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
         group = block * layout.groups + (target + word) // LANES
         have = get(state.width, group) + 2
         if signed:
+            # The sum of two signed numbers takes one bit more than the longer; all groups of the block widen with it.
             have = max(have + 1, count)
             _widen(layout, state, block, have + 1)
         at = base + target + word
@@ -164,22 +179,37 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
 @njit(nogil=True)
 def push_all(layout, state, block, signed):
     """Tell the four neighbouring blocks what the border nodes gained."""
+    #                  block - across
+    #                  . . bottom . .
+    #                +----------------+
+    #  block - 1   . | row 0          | .   block + 1
+    #  last column . |                | .   column 0
+    #                | row `bottom`   |
+    #                +----------------+
+    #                  . . row 0  . .
+    #                  block + across
     row, column = block // layout.across, block % layout.across
     none, one = spread(np.uint64(0)), spread(np.uint64(1))
     shift = spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
     first, last = layout.first, layout.end - layout.stride + LANES
     bottom = layout.block_rows - 1
     lane = bottom % LANES
+    # West: column 0 (bit 0) to the last column (bit ``shift`` of the last word column) of the block before. All
+    # blocks but the last of a row are whole, so that column exists.
     if column > 0:
         vectors = layout.rows // LANES
         _push(layout, state, block - 1, first, last, vectors, none, shift, one << shift, signed)
+    # East: the last column to column 0.
     if column < layout.across - 1:
         vectors = layout.rows // LANES
         _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
     for top in range(first, last + 1, layout.stride):
+        # North: row 0 to row ``bottom``, which is in lane ``lane`` of its group. The source begins ``lane`` words
+        # before row 0, so that row 0 comes into the same lane; the words before it are not selected.
         if row > 0:
             above, lowest = block - layout.across, top - lane
             _push(layout, state, above, lowest, lowest + bottom, 1, none, none, one_lane(lane), signed)
+        # South: row ``bottom`` to row 0, which is in lane 0 of its group. The source begins at ``bottom``.
         if row < layout.down - 1:
             below = block + layout.across
             _push(layout, state, below, top + bottom, top, 1, none, none, one_lane(0), signed)
@@ -188,6 +218,7 @@ def push_all(layout, state, block, signed):
 @njit(nogil=True)
 def _enter(layout, state, block, signed):
     """Copy r of a block into the first slot of the ring."""
+    # The planes above the width are undefined in ``residual`` but are read in the ring, so they are cleared there.
     step, base = layout.plane, block * layout.planes * layout.plane
     for word in range(layout.first, layout.end, LANES):
         group = word // LANES
@@ -221,6 +252,12 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
 
     ``done``: iterations that the visit made before. Returns those made by now, and the budget left.
     """
+    # The inner loop of the paper's listing (section 4): ``while ((i < I) and (not (block_cvg)))``, where block_cvg is
+    # that all steps are 0 (width 0). The ring turns over five slots, four iterations at a time:
+    #
+    #   slot      0      1      2      3      4      5
+    #           r_0 -> r_1 -> r_2 -> r_3 -> r_4    zeros      then from slot 4 to 0, 1, 2, 3
+    #            t      t      t      t                       these four steps are added to d, r_4 is the next r_0
     width = get(state.active, block)
     _enter(layout, state, block, signed)
     current = 0
@@ -233,6 +270,7 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
             current = following
             made += 1
             done += 1
+        # A turn cut short adds zeros in place of the steps that it did not make.
         nothing = SLOTS + 1
         s1 = (before + 1) % (SLOTS + 1) if made > 1 else nothing
         s2 = (before + 2) % (SLOTS + 1) if made > 2 else nothing

@@ -73,6 +73,7 @@ def _slices_a_border_node() -> float:
 
     About 1.9. With clusters at the 235 slices of Table 2 in place of 13N + 10 it is 1.3.
     """
+    # Section 5.4, solved for x: 0.994 · 33,792 = (13N + 10) + 844 + (3 · 255 + 682) + 10 + 204x with N = 36 · 66.
     rows, columns = published.WHOLE_DESIGN_ROWS, published.WHOLE_DESIGN_COLUMNS
     listed = (
         array_slices(rows * columns)
@@ -99,6 +100,7 @@ def or_tree_lut4(nodes: int) -> int:
     >>> or_tree_lut4(4608)
     1536
     """
+    # A LUT of 4 inputs makes one signal of four, three less; N signals have to become one: (N - 1) / 3 LUT.
     return -(-(nodes - 1) // 3)
 
 
@@ -166,6 +168,8 @@ def word_depth(part: Part) -> int:
 
 def words(blocks: int, precision: int) -> int:
     """Words that every cluster and border RAM holds: p bits and a flag for each block (section 5.2)."""
+    # address  0 .. p            p + 1 .. 2p + 1     ..
+    #          flag and p bits   flag and p bits     ..     of blocks 0, 1, ..; each word a bit of the 18 nodes
     return blocks * (precision + 1)
 
 

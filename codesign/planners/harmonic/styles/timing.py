@@ -45,6 +45,10 @@ FORMS: dict[str, Callable[[float], float]] = {
 
 def iteration_cycles(precision: int) -> int:
     """Clock cycles of one iteration at ``precision`` bits: p + 2 (section 5.4)."""
+    # cycle     0    1    2    3   ..   p - 1   p         p + 1
+    # reads     b_0  b_1  b_2  b_3 ..   b_p-1                       bit i of the four neighbours, lowest first
+    # sum       s_0  s_1  s_2  s_3 ..   s_p-1   s_p       s_p+1     two bits longer than its terms
+    # writes              h_0  h_1 ..   h_p-3   h_p-2     h_p-1     h_i = s_i+2: the division by 4 is the delay
     return precision + 2
 
 
@@ -54,6 +58,7 @@ def or_tree_stages(nodes: int) -> int:
     >>> or_tree_stages(1), or_tree_stages(18), or_tree_stages(4608)
     (0, 1, 2)
     """
+    # An OR of 4 inputs a level: 4^levels bits come together.
     levels = 0
     while 4**levels < nodes:
         levels += 1
@@ -67,6 +72,7 @@ def switch_cycles(nodes: int, blocks: int) -> int:
 
 def stage_end_cycles(nodes: int) -> int:
     """Cycles between two stages: whether a local maximum is left, and the change of precision."""
+    # One cycle for the decision of ``Control``, after the tree of ``Cvg`` (section 5.2) has answered.
     return 1 + or_tree_stages(nodes)
 
 
@@ -130,6 +136,7 @@ POINTS = (published.NODE, published.CLUSTER, published.BLOCK)
 def fit_clock(form: str) -> ClockFit:
     """The least-squares line of one form."""
     grow = FORMS[form]
+    # Least squares: slope = Σ (x - x̄)(y - ȳ) / Σ (x - x̄)², offset = ȳ - slope · x̄, with y the period in ns.
     x = [grow(point.nodes) for point in POINTS]
     y = [1e9 / point.clock for point in POINTS]
     mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
@@ -150,6 +157,7 @@ def clock_fit() -> ClockFit:
 def clock_miss() -> float:
     """Relative error of the law on the clock that it was not fitted to: 150 MHz for 36×66 nodes."""
     nodes = published.WHOLE_DESIGN_ROWS * published.WHOLE_DESIGN_COLUMNS
+    # Section 5.4: "an estimated clock frequency of 150 MHz". It was not measured, so it serves as the point held out.
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
@@ -158,6 +166,8 @@ def clock_limit(rows: int, columns: int, part: Part) -> Figure:
 
     The law of the size is one line for all parts and grades: with three points they cannot be told apart.
     """
+    # Three points leave one degree of freedom, too little for a statistical interval: the miss outside the fit,
+    # twice.
     fit, margin = clock_fit(), 2 * abs(clock_miss())
     law = fit.clock(rows * columns)
     ram = part.block_ram_clock

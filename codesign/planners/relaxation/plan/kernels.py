@@ -28,6 +28,8 @@ Mask = NDArray[np.bool_]
 @njit(cache=True, error_model="numpy", nogil=True)
 def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
     """Whether the run is over. ``watch``: the least change so far, and the sweeps since it was seen."""
+    # Algorithm 1 runs "until ‖u(k+1) - u(k)‖ < ε". The paper has no other end, but in doubles the last bits may go
+    # round for ever: hence STAGNATED, once the change is small (``floor``) and has stopped falling.
     if change < tolerance:
         return CONVERGED
     if change < watch[0]:
@@ -52,6 +54,8 @@ def _in_place(
     """One diagonal of a sweep in place; the largest change as bits."""
     top = np.int64(0)
     for k in range(here.size):
+        # u' = ω/4 (N + W + E + S) + (1 - ω) u, the solution of (D - ωL) u' = ((1 - ω) D + ωT) u for one node
+        # (equation 13). Always in these pairs: a sum of doubles in another order has other bits.
         old = here[k]
         new = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
         new = new if movable[k] else old
@@ -77,6 +81,7 @@ def _apart(
     top = np.int64(0)
     for k in range(target.size):
         old = here[k]
+        # Level 1 and Jacobi (ω = 1): the same formula, with old and new values in different arrays.
         new = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
         new = new if movable[k] else old
         target[k] = new
@@ -105,6 +110,7 @@ def _mean(
         other = quarter * ((north[k] + west[k]) + (east[k] + south[k])) + keep * old
         other = other if movable[k] else old
         second[k] = other
+        # Level 3: u(k+1) = (u1 + u2) / 2.
         new = 0.5 * (first[k] + other)
         here[k] = new
         change = np.float64(abs(new - old)).view(np.int64)
@@ -137,6 +143,10 @@ def in_place_sweeps(
     Returns:
         Sweeps done, the change of the last, and how it stands (RUNNING, CONVERGED, STAGNATED).
     """
+    #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
+    #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
+    #        S                 diagonal d + 1: E at base[d + 1] + i, S at base[d + 1] + i + 1
+    # When d is computed, N and W are new, E and S old, as in raster order; red nodes are the even diagonals.
     rows, columns = shape
     quarter, keep = omega / 4.0, 1.0 - omega
     change, state, done = 0.0, RUNNING, 0
@@ -178,6 +188,7 @@ def jacobi_sweeps(
     """All nodes at once from the old values; as ``in_place_sweeps``. ``spare`` equals ``values`` on fixed nodes."""
     rows, columns = shape
     change, state, done = 0.0, RUNNING, 0
+    # All of u(k) is still needed while u(k+1) is written, so two arrays take turns.
     source, target = values, spare
     while done < sweeps and state == RUNNING:
         top = np.int64(0)
@@ -201,6 +212,7 @@ def jacobi_sweeps(
         done += 1
         change = np.int64(top).view(np.float64)
         state = _verdict(change, ending[0], ending[1], ending[2], watch)
+    # After an odd number of sweeps the last values are in the other array.
     if done % 2:
         values[:] = spare
     return done, change, state
@@ -230,9 +242,11 @@ def mean_sweeps(
     """
     rows, columns = shape
     omega, r = acceleration
+    # u1 takes an array; of u2 two diagonals do, indexed by the row i: E of a node at i, S at i + 1 of ``following``.
     following, second = np.full(rows, wall), np.full(rows, wall)
     change, state, done = 0.0, RUNNING, 0
     while done < sweeps and state == RUNNING:
+        # Level 1, forwards: N and W of u1, E and S of u(k).
         for d in range(2, rows + columns - 3):
             low = max(1, d - columns + 2)
             n = min(rows - 2, d - 1) - low + 1
@@ -250,6 +264,7 @@ def mean_sweeps(
             )
         top = np.int64(0)
         following[:] = wall
+        # Level 2, backwards: N and W of u(k), which level 3 has not reached yet, E and S of u2.
         for d in range(rows + columns - 4, 1, -1):
             low = max(1, d - columns + 2)
             n = min(rows - 2, d - 1) - low + 1
@@ -267,6 +282,7 @@ def mean_sweeps(
                 1.0 - r,
             )
             top = max(top, bits)
+            # The ring at both ends of the diagonal, which the next one reads.
             second[low - 1] = wall
             second[low + n] = wall
             second, following = following, second
@@ -297,6 +313,9 @@ def half_sweeps(
     """
     rows = values.shape[0]
     omega, r = acceleration
+    # NW  .  NE      The Laplacian on the grid turned by 45°, of nodes of one colour. A row keeps every second node, so
+    #  .  x  .       that column 2k + offset is at k, and in the rows above and below, of the other offset, its western
+    # SW  .  SE      neighbour is at k + offset - 1, its eastern at k + offset.
     following, second = np.full(values.shape[1], wall), np.full(values.shape[1], wall)
     change, state, done = 0.0, RUNNING, 0
     while done < sweeps and state == RUNNING:
@@ -363,6 +382,7 @@ def count_flat(
         n = min(rows - 2, d - 1) - low + 1
         o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
         for k in range(n):
+            # The descent of section V goes to the lowest neighbour, so one has to be strictly lower.
             here = sign * values[o + k]
             lower = (
                 (passable[p + k] and sign * values[p + k] < here)

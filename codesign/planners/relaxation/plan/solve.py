@@ -109,6 +109,7 @@ def solve(
     from codesign.maps.reach import check_cells, reachable
 
     cells = check_cells(free, goals)
+    # The inputs of Algorithm 1: ω and r (equations 12 and 13), boundary values (equation 2), ε.
     chosen = check_method(method)
     settled = settle(chosen, omega, r)
     edge = _boundary(boundary)
@@ -122,12 +123,14 @@ def solve(
 
         potential, unknowns = solve_direct(free, cells, *edge.values)
         return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns)
+    # Obstacles separate some cells from every goal. Their descent is neither looked for nor waited for.
     run = Run(free, reachable(free, pairs), cells, edge, settled, least, most)
     if start is not None:
         run.start_from(_start(start, free))
     half = chosen is Method.HALF_SWEEP_AM
     padded, tally, updates = run.half_sweeps() if half else run.full_sweeps(chosen)
     return Solution(
+        # Without the ring of obstacles that stands around the map.
         potential=np.ascontiguousarray(padded[1:-1, 1:-1]),
         method=chosen,
         boundary=edge,

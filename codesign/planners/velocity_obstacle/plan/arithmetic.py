@@ -33,6 +33,12 @@ def fraction_bits(greatest: float, width: int) -> int:
     >>> fraction_bits(300.0, 16), fraction_bits(6.0, 16), fraction_bits(0.1, 16)
     (6, 12, 18)
     """
+    # sign   whole bits                        fractional bits
+    # +---+--------------------------------+ . +---------------+
+    # | s | floor(log2(greatest)) + 1 bits |   |     rest      |     ``width`` bits in all
+    # +---+--------------------------------+ . +---------------+
+    #
+    # Where rounding lifts the greatest value to 2^(width - 1), one bit less is kept.
     bits = width - 1 - (math.floor(math.log2(greatest)) + 1)
     return bits - 1 if round(math.ldexp(greatest, bits)) >= 2 ** (width - 1) else bits
 
@@ -84,6 +90,8 @@ class Shifts:
 def shifts_of(formats: Formats) -> Shifts:
     """Fractional bits of each product less those of its result."""
     return Shifts(
+        # A product has the fractional bits of both factors: v t → r, a t → v, a t²/2 → r (equations 2a, 2b), the
+        # acceleration (v_c - v) / t → a, and a gain of the PID times an error, K e → a.
         velocity_step=formats.velocity + formats.step - formats.position,
         acceleration_step=formats.acceleration + formats.step - formats.velocity,
         acceleration_half_square=formats.acceleration + formats.half_square - formats.position,
@@ -170,9 +178,11 @@ def double(problem: RobotsProblem, parameters: AvoidParameters) -> Arithmetic:
         half_square=step * step / 2.0,
         inverse_step=1.0 / step,
         change_squared=change**2,
+        # Each axis brakes by itself, so that |(b, b)| = a_max t at most.
         brake=change / math.sqrt(2.0),
         acceleration=problem.acceleration,
         speed=problem.speed,
+        # R = R1 + R2 of equation 4, with the margin.
         radius_squared=(2.0 * problem.radius + parameters.margin) ** 2,
         range_squared=None if parameters.range is None else parameters.range**2,
         tolerance_squared=parameters.tolerance**2,
@@ -244,6 +254,7 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
             f"arena, speed, acceleration and time step are too far apart in scale: a shift by {worst[0]} bits"
         )
     slowest = problem.speed / parameters.speeds
+    # v t in units of a position: below 1 the slowest velocity may round to no motion at all.
     travel = math.ldexp(slowest * parameters.step, formats.position)
     if travel < 1.0:
         return (
@@ -272,9 +283,11 @@ def _width_hint(problem: RobotsProblem, parameters: AvoidParameters) -> str:
 
 def _ring(speed: float, directions: int) -> tuple[tuple[float, float], ...]:
     angles = [2.0 * math.pi * k / directions for k in range(directions)]
+    # Direction k at the angle 2πk / directions, counted from the x axis.
     return tuple((speed * math.cos(angle), speed * math.sin(angle)) for angle in angles)
 
 
 def _bounds(directions: int) -> tuple[tuple[float, float], ...]:
+    # Halfway between two directions, up to 45°: the other octants are mirrored (``kernels._to_goal``).
     angles = [(k + 0.5) * 2.0 * math.pi / directions for k in range(directions // 8)]
     return tuple((math.cos(angle), math.sin(angle)) for angle in angles)

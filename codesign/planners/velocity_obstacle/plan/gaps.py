@@ -74,6 +74,11 @@ def _nearest(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
         first = large / (6.0 * cc) if cc > 0.0 else 2.0
         second = slope / large if large != 0.0 else 2.0
         turns[1], turns[2] = max(0.0, min(first, second, 1.0)), max(0.0, min(1.0, max(first, second)))
+    #   |a + b s + c s²|²
+    #     \      __                 four turns: 0, the two roots of g' (clipped into [0, 1]), 1
+    #      \    /  \      /         between two of them g rises or falls throughout, so at most one
+    #       \__/    \____/          minimum lies there, where g goes from below 0 to above
+    #    0    |      |      1
     best = math.inf
     for number in range(4):
         low = turns[number]
@@ -82,6 +87,7 @@ def _nearest(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
             break
         # A minimum lies where g rises through 0: bracketed by its signs, and halved until nothing is between.
         high = turns[number + 1]
+        # g in Horner's form, at both ends and at the middles.
         if ab + low * (slope + low * (3.0 * bc + 2.0 * cc * low)) < 0.0 and (
             ab + high * (slope + high * (3.0 * bc + 2.0 * cc * high)) > 0.0
         ):

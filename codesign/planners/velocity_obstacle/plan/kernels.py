@@ -48,6 +48,7 @@ _LOW = np.uint64(0xFFFFFFFF)
 
 @njit(cache=True, nogil=True)
 def _rescale(product: Any, shift: Any) -> Any:
+    # floor(product / 2^shift + 1/2): to nearest, halves up. The one bit added is 0 where there is nothing to shift.
     return (product + (np.int64(1) << shift >> np.int64(1))) >> shift
 
 
@@ -59,6 +60,7 @@ def _fits(value: Any, limit: Any) -> Any:
 @njit(cache=True, nogil=True)
 def _wide_product(a: Any, b: Any) -> Any:
     """The high and the low word of a · b, all uint64."""
+    # (aH·2^32 + aL)(bH·2^32 + bL) = aH·bH·2^64 + (aH·bL + aL·bH)·2^32 + aL·bL. Every sum below stays within 64 bits.
     a_low, a_high, b_low, b_high = a & _LOW, a >> _HALF, b & _LOW, b >> _HALF
     low = a_low * b_low
     middle = a_high * b_low + (low >> _HALF)
@@ -74,6 +76,7 @@ def on_course(
     """Whether a relative position and velocity are on a collision course (equation 4)."""
     if x * x + y * y > range_squared or (approaching and x * vx + y * vy >= 0):
         return False
+    # A collision is the contrary of equation 4, |r|²|V|² - (r·V)² ≥ R²|V|²: with Lagrange, (r × V)² < R²|V|².
     cross = np.uint64(abs(x * vy - y * vx))
     high, low = _wide_product(cross, cross)
     most_high, most_low = _wide_product(np.uint64(radius_squared), np.uint64(vx * vx + vy * vy))
@@ -82,6 +85,8 @@ def on_course(
 
 @njit(cache=True, nogil=True)
 def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
+    # "To-goal" (section III) without an arctangent: in the first octant across / along is held against the tangents
+    # halfway between two directions, (cos, sin) in ``bounds``. Then it is mirrored back at 45°, 90° and 0°.
     along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
     direction = 0
     for k in range(len(bounds)):
@@ -116,19 +121,24 @@ def _choose(
     px, py = position[robot]
     vx, vy = velocity[robot]
     heading = _to_goal(target[robot, 0] - px, target[robot, 1] - py, bounds, directions)
+    # Equation 2b in two parts: r + v t is the same for all candidates, a t²/2 is each one's own.
     straight_x = _rescale(vx * constants[STEP], shifts[VELOCITY_STEP])
     straight_y = _rescale(vy * constants[STEP], shifts[VELOCITY_STEP])
+    # From the fastest speed down; at each, away from the goal's direction by 0, +1, -1, +2, -2, .. ("small values
+    # towards both clockwise and anti-clockwise", section III). The first candidate that passes is taken.
     for speed in range(speeds):
         for turn in range(constants[TURNS]):
             rotation = (turn + 1) // 2 if turn % 2 else -(turn // 2)
             direction = (heading + rotation) % directions
             checks += 1
+            # Acceleration check: a = (v_c - v) / t is achievable if |v_c - v|² ≤ (a_max t)².
             cx, cy = array[speed, direction, 0] - vx, array[speed, direction, 1] - vy
             if cx * cx + cy * cy > constants[CHANGE_SQUARED]:
                 continue
             trials += 1
             ax = _rescale(cx * constants[INVERSE_STEP], shifts[CHANGE_INVERSE_STEP])
             ay = _rescale(cy * constants[INVERSE_STEP], shifts[CHANGE_INVERSE_STEP])
+            # Update: v' = v + a t (2a) and r' = r + v t + a t²/2 (2b).
             new_x = vx + _rescale(ax * constants[STEP], shifts[ACCELERATION_STEP])
             new_y = vy + _rescale(ay * constants[STEP], shifts[ACCELERATION_STEP])
             there_x = (
@@ -137,6 +147,7 @@ def _choose(
             there_y = (
                 py + straight_y + _rescale(ay * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
             )
+            # Reciprocal: v' is half way from v to the velocity that avoids, 2v' - v; the other robot does the rest.
             own_x = 2 * new_x - vx if half else new_x
             own_y = 2 * new_y - vy if half else new_y
             # A trial that leaves its word is refused, as by the overflow bit of the unit.
@@ -164,6 +175,7 @@ def _drive(
     axis: Any, robot: Any, wanted: Any, velocity: Any, sums: Any, errors: Any, constants: Any, shift: Any
 ) -> Any:
     """The acceleration of one axis that the PID gives; updates the sum of errors and the last error."""
+    # e = v_wanted - v and a = Kp e + Ki Σe + Kd (e - e_last). Σe is clipped too, lest it grow while a is clipped.
     error = wanted - velocity[robot, axis]
     total = max(-constants[SPEED], min(constants[SPEED], sums[robot, axis] + error))
     drive = (
@@ -186,6 +198,7 @@ def _move(
     for axis in range(2):
         a = _drive(axis, robot, wanted[robot, axis], velocity, sums, errors, constants, shifts[GAIN])
         v = velocity[robot, axis]
+        # Equation 2b, then 2a: the position with the velocity at the begin of the step.
         r = position[robot, axis] + (
             _rescale(v * constants[STEP], shifts[VELOCITY_STEP])
             + _rescale(a * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])

@@ -80,6 +80,10 @@ class Loop:
 
     def decide(self) -> None:
         """Every robot chooses from the state now."""
+        # step   0        1        2        3        4
+        #        |--------|--------|--------|--------|
+        #        |<--- hold(2) --->|<-act-->|<-act-->|     ``_begin``: 0, then 3. The states at the end of each hold
+        #        decide                     decide         and of each act are kept.
         self._begin, self._held = self.steps, []
         self.candidates, self.checks, self.trials = (np.zeros_like(self.checks) for _ in range(3))
         outside = kernels.decide(
@@ -127,6 +131,7 @@ class Loop:
             return
         self.steps += 1
         self.updates += 1
+        # The states of a hold are kept only now: a run that ends before the act ends with the update before it.
         self._states += [*self._held, self._state()]
         self._held = []
         self._begins.append(np.array([self._begin]))
@@ -150,6 +155,7 @@ class Loop:
             *self._rules,
             left,
         )
+        # Without a hold every update takes one step, from its begin to the next.
         begins = self.steps + np.arange(done)
         self._begins.append(begins)
         self._states.append((positions[:done], velocities[:done], begins + 1))

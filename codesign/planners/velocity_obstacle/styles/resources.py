@@ -108,6 +108,7 @@ def unit_flip_flops(module: str, unit: Unit, width: int) -> int:
 
 def rest_lut4(style: Style) -> float:
     """LUT4 of all but the units: Table I less the units of 2 robots."""
+    # rest = Table I - (updates · LUT of an update + detections · LUT of a detection), for 2 robots at 16 bits.
     units = default_units(style, 2)
     listed = published.TABLE_I[style][1] / 100.0 * published.LUT4_OF_PART
     return listed - sum(
@@ -118,12 +119,18 @@ def rest_lut4(style: Style) -> float:
 
 def slice_ratio(style: Style) -> float:
     """Slices over LUT/2 of Table I."""
+    # A slice has two LUTs: slices = ratio · LUT / 2, both of them given in percent of the part.
     slices, luts, _ = published.TABLE_I[style]
     return 2.0 * slices * published.SLICES_OF_PART / (luts * published.LUT4_OF_PART)
 
 
 def slices_of(style: Style, lut4: int, budget: int) -> int:
     """Slices of a design on a part with ``budget`` of them."""
+    # slices
+    #   97 % |     _______/       ratio · LUT / 2 up to 97 % of the part; then flat, as unrelated logic is packed
+    #        |    /               together; then LUT / 2, with every slice full
+    #        |   /
+    #        +--------------- LUT
     related = math.ceil(slice_ratio(style) * lut4 / 2.0)
     full = math.floor(FULL * budget)
     return related if related <= full else max(full, math.ceil(lut4 / 2))
@@ -135,6 +142,7 @@ def product_multipliers(a: int, b: int) -> int:
     >>> [product_multipliers(2 * width + 1, 2 * width + 1) for width in (8, 16, 17, 18)]
     [1, 4, 8, 9]
     """
+    # Schoolbook multiplication in digits of 17 bits: ⌈a / 17⌉ · ⌈b / 17⌉ products of digits.
     law = -(-a // MULTIPLIER_BITS) * -(-b // MULTIPLIER_BITS)
     return MEASURED_WIDE.get((a, b), law)
 
@@ -147,6 +155,7 @@ def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
     """
     width, half = parameters.width, parameters.responsibility is Responsibility.HALF
     velocity = width + half
+    # A sum of two products takes a bit more than one of them: |r|² = x² + y², r·V = x vx + y vy, r × V = x vy - y vx.
     return {
         **dict.fromkeys(("rx", "ry"), width),
         **dict.fromkeys(("vx", "vy"), velocity),
@@ -170,6 +179,7 @@ def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
 
 def array_rams(parameters: AvoidParameters, part: Part) -> tuple[int, int]:
     """Block RAMs of the array of velocities, x and y side by side, and the depth that one of them has."""
+    # The widest shape of block RAM that is deep enough for a velocity a word.
     words = parameters.speeds * parameters.directions
     shapes = [shape for shape in part.block_ram_shapes if shape[0] >= words] or [max(part.block_ram_shapes)]
     depth, width = max(shapes, key=lambda shape: shape[1])

@@ -52,6 +52,7 @@ def schedule(tasks: Sequence[Task], units: Mapping[str, int]) -> tuple[Slot, ...
     for index, task in enumerate(tasks):
         for earlier in task.after:
             followers[earlier].append(index)
+    # urgency(i) = cycles(i) + the largest urgency of what waits for i, from the end of the list back.
     urgency = [0] * len(tasks)
     for index in range(len(tasks) - 1, -1, -1):
         behind = max((urgency[follower] for follower in followers[index]), default=0)
@@ -63,6 +64,7 @@ def schedule(tasks: Sequence[Task], units: Mapping[str, int]) -> tuple[Slot, ...
             heapq.heappush(ready[task.unit], (-urgency[index], index))
     running: list[tuple[int, int, int]] = []
     slots: dict[int, Slot] = {}
+    # The clock goes from one end of a task to the next: nothing can begin in between.
     now = 0
     while len(slots) < len(tasks) or running:
         for kind, queue in ready.items():
@@ -94,13 +96,16 @@ DATAPATH = "datapath"
 MULTIPLIER, SUM = "multiplier", "sum"
 
 PRODUCTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    # Equations 2a and 2b in x and y: three products an axis.
     UPDATE: tuple((name, ()) for axis in "xy" for name in (f"v{axis} t", f"a{axis} t", f"a{axis} t²/2")),
+    # |r|²|V|² - (r·V)² ≥ R²|V|² (equation 4): six products of components, three of what they add up to.
     Detector.PUBLISHED: (
         *((name, ()) for name in ("rx rx", "ry ry", "vx vx", "vy vy", "rx vx", "ry vy")),
         ("r_sq vab_sq", ("rx rx", "ry ry", "vx vx", "vy vy")),
         ("dotp dotp", ("rx vx", "ry vy")),
         ("R_sq vab_sq", ("vx vx", "vy vy")),
     ),
+    # (r × V)² ≥ R²|V|²: four products of components, two of what they add up to.
     Detector.CROSS_PRODUCT: (
         *((name, ()) for name in ("vx vx", "vy vy", "rx vy", "ry vx")),
         ("cross cross", ("rx vy", "ry vx")),
@@ -167,6 +172,13 @@ def trial_schedule(robots: int, units: Units, update_cycles: int, detect_cycles:
     >>> makespan(trial_schedule(8, Units(8, 7), 7, 10))
     17
     """
+    # U: pos_vel_update, 7 cycles; D: coll_detect, 10 cycles; n robots.
+    #
+    # figure 2, sequential   U1 U2 D2 U3 D3 ..          one datapath          7n + 10(n - 1) = 17n - 10
+    # figure 3, pipelined    U1 U2 U3 ..                one unit of a kind
+    #                              D2 D3 ..                                   14 + 10(n - 1) = 10n + 4
+    # figure 4, hybrid       U1 .. Un at once
+    #                              D2 .. Dn at once     n and n - 1 units     7 + 10 = 17
     update, detect = (DATAPATH, DATAPATH) if units.shared else (UPDATE, DETECT)
     tasks = [Task(f"{UPDATE} 1", update, update_cycles)]
     for robot in range(2, robots + 1):

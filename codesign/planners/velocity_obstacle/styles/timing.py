@@ -94,8 +94,11 @@ def module_latencies(parameters: AvoidParameters) -> tuple[int, int]:
 
 def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
     """The costs of an update in a style."""
+    # Directions // 8 bounds part an octant into as many directions and one more: its logarithm in halvings.
     halvings = math.ceil(math.log2(parameters.directions // 8 + 1))
     return UpdateCosts(
+        # A product a cycle and a cycle to sum up or compare. Target check: x², y². Acceleration check: cx², cy², and
+        # for a trial cx / t, cy / t. PID: three gains on two axes. All assumed; only ``trial`` is Table II.
         target_check=3,
         select_once=2 * halvings + 1,
         select_candidate=1,
@@ -123,6 +126,7 @@ class UpdateCycles:
 def run_cycles(style: Style, plan: Avoidance, parameters: AvoidParameters) -> UpdateCycles:
     """The cycles of every update of a run: each robot has its own FPGA, and the next update begins for all at once."""
     costs = update_costs(style, plan.positions.shape[1], parameters)
+    # Section V has "all robots work at the same time", so the update takes as long as its slowest robot.
     slowest = np.argmax(costs.of_robot(plan.checks, plan.trials), axis=1)
     chosen = np.arange(plan.updates), slowest
     return UpdateCycles(costs, plan.checks[chosen].astype(np.int64), plan.trials[chosen].astype(np.int64))

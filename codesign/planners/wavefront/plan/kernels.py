@@ -31,6 +31,10 @@ def _release(
     time: int,
 ) -> Any:
     """Lock the cells whose own line ends now; returns how many are locked, and how many left their lines."""
+    # The cells in delay lines of their own, in a list for each time at which a line ends; as many lists as the
+    # longest line has flip-flops, and one more:
+    #
+    #   first[time % size] -> cell -> following[cell] -> .. -> -1
     slot = time % first.size
     cell = first[slot]
     first[slot] = -1
@@ -49,6 +53,8 @@ def _release(
 @njit(cache=True, nogil=True)
 def _blocked(potentials: NDArray[np.int32], cell: int, beside: NDArray[np.int32]) -> bool:
     """Whether an obstacle stands beside a diagonal step from ``cell``."""
+    #   from  b        b: the cells beside a diagonal step, CLOSED at an obstacle. In three dimensions there are more.
+    #    b    cell
     for offset in beside:  # noqa: SIM110 - numba compiles no generator
         if offset != 0 and potentials[cell + offset] == CLOSED:
             return True
@@ -71,6 +77,8 @@ def _enter(
     """Step from ``origins`` by ``offset``; returns how many cells are locked, and how many entered own lines."""
     entered = 0
     for origin in origins:
+        # The OR gate at the head of a node's delay line (figure 2): whichever neighbour comes first, the others
+        # change nothing.
         cell = origin + offset
         if potentials[cell] != OPEN or (beside.size > 0 and _blocked(potentials, origin, beside)):
             continue
@@ -114,6 +122,16 @@ def spread(
     cell's own line beyond the map's, empty for none. The wave ends with the time at which the last of ``stops`` is
     locked, after ``limit``, or when it has died.
     """
+    # A cell locked at time t gives p = t, the value of the global counter. With delays of 2 (straight) and 3
+    # (diagonal) a node's output comes to the register of its neighbour 2 or 3 cycles later:
+    #
+    #   p_j = min over neighbours i of p_i + w_ij        (equation 3, by time in place of addition)
+    #
+    # ``order`` is the record of the wave; the cells of the last ``longest`` + 1 times are slices of it:
+    #
+    #   order   .. | t - 3 | t - 2 | t - 1 | t .. used      slice of time s: begins[s % size] to ends[s % size]
+    #              '-> diagonal    |
+    #                      '-> straight
     order = np.empty(potentials.size, np.int32)
     used = seed = waiting = quiet = 0
     longest = delays[-1]
@@ -134,6 +152,7 @@ def spread(
             used, left = _release(potentials, order, used, first, following, time)
             waiting -= left
         for side in range(offsets.size):
+            # Only what was locked exactly one delay ago sends its wave now.
             since = (time - delays[side]) % begins.size
             origins = order[begins[since] : ends[since]]
             used, entered = _enter(
@@ -143,6 +162,8 @@ def spread(
         begins[time % begins.size], ends[time % begins.size] = begin, used
         if used > begin and stops.size > 0 and _all_reached(potentials, stops):
             break
+        # After ``longest`` cycles in which nothing was locked every delay line of the map is empty. The wave is dead
+        # unless a longer line still holds a cell, and the silence before the next seed is skipped.
         quiet = 0 if used > begin else quiet + 1
         time += 1
         if quiet >= longest and waiting == 0:
@@ -167,6 +188,9 @@ def rounds(
 
     Of the shortest ways to a cell the one with the fewest steps counts. ``order``: cells by rising potential.
     """
+    # Equation 3 for all nodes in parallel: a potential is final after as many rounds as its shortest way has steps.
+    #
+    #   steps_i = 1 + min over neighbours j with p_j + w_ji = p_i of steps_j
     steps = np.zeros(potentials.size, np.int32)
     most = 0
     for cell in order:
@@ -216,10 +240,13 @@ def follow(
                 continue
             if _blocked(potentials, cell, beside[side]):
                 continue
+            # p_i = p_j + w_ji (equation 2), and the delay of the cell's own line where it has one.
             if not safe:
                 if potential + delays[side] + entry == potentials[cell]:
                     best = origin
                     break
+            # Equations 4 and 5 in one pass: the largest p^d first, then the smallest p^t; p^t < p_i^t was tested
+            # above.
             elif (
                 best < 0
                 or distances[origin] > distances[best]

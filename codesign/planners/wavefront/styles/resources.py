@@ -162,6 +162,7 @@ def array_items(node: Node, layout: Layout) -> tuple[Item, ...]:
 
 def or_tree_items(nodes: int, what: str) -> tuple[Item, ...]:
     """An OR over a bit of every node: (N - 1) / 3 LUT."""
+    # Three signals less for each LUT of four inputs, from N to 1.
     lut4 = -(-(nodes - 1) // 3)
     return (
         Item(what, "lut4", lut4, Status.ASSUMED, "(N - 1) / 3 LUT a tree"),
@@ -172,6 +173,13 @@ def or_tree_items(nodes: int, what: str) -> tuple[Item, ...]:
 def tile_items(layout: Layout, tiles: int, words: int, part: Part) -> tuple[Item, ...]:
     """What a tiled array has beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
     rows, columns = layout.shape
+    # The cells around a tile, corners included, since the wave enters diagonally as well:
+    #
+    #   + - - - +        a halo cell holds the potential that its own tile gave it, and
+    #   |       |        emits when the counter comes to it
+    #   + - - - +
+    #
+    # A LUT compares two bits of each word, and an AND of four such results takes one more.
     halo, bits = 2 * (rows + columns) + 4, layout.bits
     compare = -(-bits // 2) + -(-bits // 8)
     scheduler = 4 * bits + 64

@@ -47,6 +47,7 @@ def whole_map_cycles(bits: int) -> int:
     >>> whole_map_cycles(11)
     2047
     """
+    # The counter runs from 0 to 2^R - 1, and its last value is infinity for registers that are still open.
     return (1 << bits) - 1
 
 
@@ -61,6 +62,7 @@ def exchange_cycles(rows: int, tiles: int) -> int:
     Every column of the tile has a memory of its own. In: F row by row, the cells above and below (2), those left and
     right row by row; out: potentials row by row; and a scan of the tiles for the earliest change. Assumed.
     """
+    # F: rows. Above and below: 2. Left and right: rows. Potentials back: rows. The scan: tiles.
     return 3 * rows + 2 + tiles
 
 
@@ -71,6 +73,7 @@ def visit_cycles(span: NDArray[np.int64], longest_delay: int) -> NDArray[np.int6
 
 def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
     """The fastest clock of an array on a part, Hz; ``adder_bits``: the width of an adder/comparator node, or 0."""
+    # Period of the borrowed grid, and of what the adder/comparator node (equation 3) has chained in one cycle.
     period = 1e9 / harmonic_timing.clock_fit().clock(nodes)
     chain = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits) if adder_bits else 0.0
     law = 1e9 / (period + chain)
