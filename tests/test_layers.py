@@ -36,7 +36,7 @@ LEVELS: list[list[str]] = [
     ["planners", "components"],
     ["mission"],
     ["system"],
-    ["exploration", "calibrate"],
+    ["exploration", "calibrate", "testing"],
     ["reproduce"],
     ["report"],
     [""],
