@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -92,12 +93,20 @@ class Case:
     @cached_property
     def problem(self) -> Any:
         """The problem that nearly every rule is held against."""
-        return _rooms() if self.problems is None else self._made(self.problems[0])
+        return self.fresh_problem()
 
     @cached_property
     def other_problem(self) -> Any:
         """One that differs from it."""
         return _one_cell_changed(_rooms()) if self.problems is None else self._made(self.problems[1])
+
+    def fresh_problem(self) -> Any:
+        """A copy of ``problem`` as it was before any planner had it."""
+        return pickle.loads(self._pickled)
+
+    @cached_property
+    def _pickled(self) -> bytes:
+        return pickle.dumps(_rooms() if self.problems is None else self._made(self.problems[0]))
 
     def _made(self, problem: Any) -> Any:
         model: Any = self.planner.problem_model
