@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
-from codesign.planners.interface import LOWER_BOUND, Planner
+from codesign.planners.interface import LOWER_BOUND, Planner, Policy
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Memory, TaskStyle
 from codesign.spec.model import SpecModel, TaskParameters
 from codesign.testing.case import Case, Rule, names, of, require, rule
 
-POLICIES = {"restart", "lower_bound", "continue"}
+POLICIES = set(get_args(Policy))
 COMPONENT_TYPES = {"fpga", "processor"}
 FIGURES = {"stages", "precision", "details"}
 
