@@ -7,7 +7,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Generator, Iterator
-from importlib import invalidate_caches
+from importlib import import_module, invalidate_caches
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.styles import Step
 from codesign.spec import load_part, load_platform
 from codesign.system import catalog
+from codesign.testing import RULES, PlugInContract, cases_of
 
 Run = Callable[..., Result]
 
@@ -56,7 +57,7 @@ def example(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     forget()
     yield tmp_path
     forget()
-    for name in [name for name in sys.modules if name.split(".")[0] == "flood"]:
+    for name in [name for name in sys.modules if name.split(".")[0] in ("flood", "test_flood")]:
         del sys.modules[name]
 
 
@@ -110,6 +111,37 @@ def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(
     few = run(hwsw, example, "--set", "flood.bits=5")
     assert few["quality"]["share_reaching_goal"] < 1.0
     assert few["quality"]["wrong_cells"] == int((exact >= 31).sum())
+
+
+def test_the_test_on_the_page_passes_and_reports_a_wrong_planner(
+    example: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    check = import_module("test_flood").test_flood_keeps_the_contract
+    check()
+    monkeypatch.setattr("flood.planner.CELL_BITS", 0)
+    with pytest.raises(AssertionError) as wrong:
+        check()
+    text = str(wrong.value)
+    for index in (0, 1):
+        assert f"- flows_lead_from_the_map_to_the_answer (flood-{index}): " in text
+        assert f"- flows_after_a_plan_differ_in_size_only (flood-{index}): " in text
+    assert "flow 'map' from 'load' to 'flood' has 0 bits: give an integer above 0" in text
+
+
+def test_the_class_on_the_page_checks_the_same(example: Path) -> None:
+    (block,) = re.findall(r"^```python\n(class TestFlood.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
+    names: dict[str, Any] = {
+        "PlugInContract": PlugInContract,
+        "PLUG_IN": import_module("flood.styles").PLUG_IN,
+    }
+    exec(block, names)
+    suite = names["TestFlood"]
+    cases = cases_of(suite.plug_in, suite.parameters, suite.problems)
+    assert [case.parameters.bits for case in cases] == [12, 5]
+    for case in cases:
+        for rule in RULES:
+            if rule.applies(case):
+                suite().test_contract(rule, case)
 
 
 def test_the_example_is_explored(hwsw: Run, example: Path) -> None:

@@ -37,7 +37,7 @@ LEVELS: list[list[str]] = [
     ["results"],
     ["mission"],
     ["system"],
-    ["exploration", "calibrate"],
+    ["exploration", "calibrate", "testing"],
     ["reproduce"],
     ["report"],
     [""],

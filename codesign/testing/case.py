@@ -1,0 +1,253 @@
+"""What the rules of the contract have in common: the case they are held against, and how they report a breach."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from codesign.memo import Memo
+from codesign.planners.interface import COMMAND, Planner, Problem
+from codesign.planners.plug_in import PlugIn
+from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
+from codesign.spec import load_part
+from codesign.spec.part import Part
+
+PART = "XC2VP30-6"
+"""The shipped part that demands, clock limits and power are asked for."""
+
+
+def require(holds: object, sentence: str) -> None:
+    """Report a breach of the contract.
+
+    Raises:
+        AssertionError: ``holds`` is false; with ``sentence``.
+    """
+    if not holds:
+        raise AssertionError(sentence)
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of ``work`` or of a task: its ``steps`` in order, and what it returned (``made``)."""
+
+    steps: tuple[Step, ...]
+    made: Any
+
+    @property
+    def phases(self) -> dict[str, int]:
+        """Cycles by phase."""
+        found: dict[str, int] = {}
+        for step in self.steps:
+            if len(step.cycles):
+                found[step.phase] = found.get(step.phase, 0) + int(step.cycles.sum())
+        return found
+
+    @property
+    def cycles(self) -> int:
+        """All cycles."""
+        return sum(self.phases.values())
+
+
+def drained(steps: Generator[Step, None, Any]) -> Run:
+    """Run to the end."""
+    found = []
+    while True:
+        try:
+            found.append(next(steps))
+        except StopIteration as done:
+            return Run(tuple(found), done.value)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One plug-in with one set of parameters of its planning task.
+
+    ``given``: the parameters as a workload writes them. ``problems``: two problems that differ, each what the planner
+    takes or a mapping for its ``problem_model``; None for maps that the suite makes.
+    """
+
+    plug_in: PlugIn
+    planner: Planner
+    index: int
+    given: Mapping[str, Any]
+    problems: Sequence[Any] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.planner.name}-{self.index}"
+
+    @cached_property
+    def parameters(self) -> Any:
+        """The validated parameters of the planning task."""
+        return self.planner.tasks[self.planner.planning_task].model_validate(dict(self.given))
+
+    @property
+    def on_maps(self) -> bool:
+        """Whether the planner's problem is a map with goals and starts."""
+        return self.planner.problem_model is None
+
+    @cached_property
+    def problem(self) -> Any:
+        """The problem that nearly every rule is held against."""
+        return self.fresh_problem()
+
+    @cached_property
+    def other_problem(self) -> Any:
+        """One that differs from it."""
+        return _one_cell_changed(_rooms()) if self.problems is None else self._made(self.problems[1])
+
+    def fresh_problem(self) -> Any:
+        """A copy of ``problem`` as it was before any planner had it."""
+        return pickle.loads(self._pickled)
+
+    @cached_property
+    def _pickled(self) -> bytes:
+        return pickle.dumps(_rooms() if self.problems is None else self._made(self.problems[0]))
+
+    def _made(self, problem: Any) -> Any:
+        model: Any = self.planner.problem_model
+        if model is not None and isinstance(problem, Mapping):
+            return model.model_validate(problem).problem()
+        return problem
+
+    @cached_property
+    def plan(self) -> Any:
+        """The planner's plan of ``problem``."""
+        return self.planner.plan(self.problem, self.parameters)
+
+    @property
+    def part(self) -> Part:
+        """A part to lay styles of an FPGA out on."""
+        return load_part(PART)
+
+    @property
+    def answering(self) -> frozenset[str]:
+        """The tasks that send the answer."""
+        flows = self.planner.flows(self.problem, self.parameters)
+        return frozenset(flow.sender for flow in flows if flow.receiver == COMMAND)
+
+    @property
+    def answer(self) -> str:
+        """The one task that sends the answer."""
+        (task,) = self.answering
+        return task
+
+    @property
+    def answer_elsewhere(self) -> frozenset[str]:
+        """The tasks of a planning component where another one answers; all, where the planning task itself answers."""
+        return frozenset(self.planner.tasks) - {self.answer} | {self.planner.planning_task}
+
+    @property
+    def styles(self) -> tuple[Architecture, ...]:
+        """The plug-in's architecture styles."""
+        return self.plug_in.styles
+
+    @property
+    def task_styles(self) -> tuple[TaskStyle, ...]:
+        """The plug-in's styles of tasks that are placed by themselves."""
+        return self.plug_in.task_styles
+
+    @property
+    def every_style(self) -> tuple[Architecture | TaskStyle, ...]:
+        """Styles of both kinds."""
+        return (*self.styles, *self.task_styles)
+
+    def part_of(self, style: Architecture | TaskStyle) -> Part | None:
+        """The part for a style; None on a processor."""
+        return self.part if style.component_type == "fpga" else None
+
+    def demand(self, style: Architecture, inside: frozenset[str] | None = None) -> Demand:
+        """What the style asks of its part."""
+        return style.demand(self.problem, self.parameters, self.part_of(style), inside=inside)
+
+    def work(
+        self,
+        style: Architecture,
+        *,
+        memo: Memo | None = None,
+        detail: bool = True,
+        start: Any = None,
+        inside: frozenset[str] | None = None,
+    ) -> Run:
+        """The style's work on ``problem``, drained."""
+        return drained(
+            style.work(self.problem, self.parameters, memo=memo, detail=detail, start=start, inside=inside)
+        )
+
+    def task(self, style: TaskStyle, *, again: bool = False) -> Run:
+        """One execution of a task at the first start, drained; ``again``: one decision more of the same plan."""
+        ask = style.again if again else style.steps
+        return drained(ask(self.problem, self.parameters, self.plan, self.position))
+
+    @property
+    def position(self) -> tuple[float, float]:
+        """The first start, as a position."""
+        row, column = map(float, self.problem.starts[0])
+        return row, column
+
+    def same(self, plan: Any) -> bool:
+        """Whether ``plan`` is the planner's plan of ``problem``."""
+        return self.planner.identity(plan) == self.planner.identity(self.plan)
+
+
+@dataclass(frozen=True)
+class Rule:
+    """One rule of the contract. ``holds`` raises AssertionError with a sentence where a case breaks it.
+
+    ``applies``: whether there is something to check.
+    """
+
+    name: str
+    holds: Callable[[Case], None]
+    applies: Callable[[Case], bool]
+
+    def __call__(self, case: Case) -> None:
+        """Check the rule. Raises AssertionError where the case breaks it."""
+        self.holds(case)
+
+
+def rule(applies: Callable[[Case], bool] = lambda _: True) -> Callable[[Callable[[Case], None]], Rule]:
+    """Make a rule of a function; the function's name is the rule's."""
+
+    def made(holds: Callable[[Case], None]) -> Rule:
+        return Rule(holds.__name__, holds, applies)
+
+    return made
+
+
+def on_maps(case: Case) -> bool:
+    """The planner's problem is a map with goals and starts."""
+    return case.on_maps
+
+
+def names(found: Iterable[Any]) -> str:
+    """The names in a sentence, in an order of their own."""
+    return ", ".join(sorted(map(str, found))) or "none"
+
+
+def of(style: Architecture | TaskStyle) -> str:
+    """A style in a sentence."""
+    task = f"{style.task}, " if isinstance(style, TaskStyle) else ""
+    return f"style {style.style!r} ({task}{style.component_type})"
+
+
+def _rooms() -> Problem:
+    """Six rooms on 24 × 32 cells, one goal and some dozen starts that lead to it."""
+    from codesign import maps
+
+    grid = maps.generate("rooms", rows=24, columns=32, room=(11, 15), door=3, seed=5)
+    cells = np.argwhere(maps.reachable(grid.free, [(2, 2)]))
+    starts = tuple((int(row), int(column)) for row, column in cells[3::40])
+    return Problem(free=grid.free, goals=((2, 2),), starts=starts)
+
+
+def _one_cell_changed(problem: Problem) -> Problem:
+    """The problem with one cell near the goal changed."""
+    free = problem.free.copy()
+    free[2, 4] = not free[2, 4]
+    starts = tuple(start for start in problem.starts if free[start])
+    return Problem(free=free, goals=problem.goals, starts=starts)

@@ -1,0 +1,312 @@
+"""Rules of architecture styles and task styles: their steps end in the plan, and their laws are sound."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from codesign.errors import InputError
+from codesign.figures import Figure, Status
+from codesign.memo import Memo
+from codesign.planners.external_memory import ExternalMemoryLaw
+from codesign.planners.interface import LOWER_BOUND
+from codesign.planners.styles import RESOURCES, Architecture, Bound, Demand, Item, TaskStyle
+from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule
+
+CLOCK = 50_000_000
+"""Hz at which power is asked for."""
+
+EXTERNAL = ExternalMemoryLaw("sram", 100_000_000, 32, 2**26, 2)
+"""A memory beside the FPGA, for styles that can use one."""
+
+
+def _steps_are_sound(run: Run, style: Architecture | TaskStyle) -> None:
+    for step in run.steps:
+        require(step.phase, f"a step of {of(style)} has no phase")
+        whole = step.cycles.dtype == np.int64 and step.cycles.ndim == 1
+        require(whole, f"cycles of {of(style)} in phase {step.phase!r} are no line of int64")
+        require(
+            not len(step.cycles) or step.cycles.min() >= 1,
+            f"a step of {of(style)} in phase {step.phase!r} takes less than one cycle",
+        )
+
+
+def _demand_is_sound(demand: Demand, style: Architecture | TaskStyle) -> None:
+    require(isinstance(demand, Demand), f"demand of {of(style)} gives {type(demand).__name__}")
+    for item in demand.items:
+        require(
+            item.resource in RESOURCES,
+            f"item {item.name!r} of {of(style)} asks for {item.resource!r}: accepted are {', '.join(RESOURCES)}",
+        )
+        require(
+            int(item.amount) == item.amount and item.amount >= 0,
+            f"item {item.name!r} of {of(style)} asks for {item.amount!r} {item.resource}",
+        )
+    lines: tuple[Item | Bound, ...] = (*demand.items, *demand.bounds)
+    for line in lines:
+        require(line.name and line.source, f"a line of the demand of {of(style)} has no name or no source")
+        sound = isinstance(line.status, Status)
+        require(sound, f"{line.name!r} in the demand of {of(style)} has status {line.status!r}")
+    strange = set(demand.levers) - set(RESOURCES)
+    require(
+        not strange, f"levers of {of(style)} are for {names(strange)}: accepted are {', '.join(RESOURCES)}"
+    )
+    require(
+        style.component_type != "processor" or not demand.items,
+        f"{of(style)} runs on a processor and asks for resources of a part",
+    )
+
+
+def _figure_is_sound(figure: Any, unit: str, what: str) -> None:
+    require(isinstance(figure, Figure), f"{what} gives {type(figure).__name__}, not a Figure")
+    require(figure.unit == unit, f"{what} is in {figure.unit!r}, not in {unit!r}")
+    low, high = figure.interval
+    require(
+        0 <= low <= figure.value <= high, f"{what} is {figure.value}, beyond its interval {low} to {high}"
+    )
+    require(isinstance(figure.status, Status), f"{what} has status {figure.status!r}")
+    require(figure.source, f"{what} has no source")
+
+
+def _refuses(ask: Any, what: str) -> None:
+    try:
+        ask()
+    except InputError:
+        return
+    raise AssertionError(f"{what} gives a law on a processor, where the platform declares the figure")
+
+
+@rule()
+def work_drained_ends_in_the_plan(case: Case) -> None:
+    """``work`` ends in the plan of ``Planner.plan`` with the parameters that the style settles on."""
+    planner = case.planner
+    for style in case.styles:
+        settled = style.settled(case.parameters)
+        require(style.settled(settled) == settled, f"what {of(style)} settles on is settled otherwise again")
+        require(style.notes(case.problem, settled) == (), f"{of(style)} has notes on what it settled itself")
+        plan = planner.plan(case.problem, settled)
+        run = case.work(style)
+        _steps_are_sound(run, style)
+        require(
+            planner.identity(run.made) == planner.identity(plan),
+            f"work of {of(style)}, drained, ends in another plan than Planner.plan",
+        )
+        require(
+            planner.figures(run.made) == planner.figures(plan),
+            f"work of {of(style)}, drained, ends in other figures than Planner.plan",
+        )
+
+
+@rule()
+def coarse_steps_cost_the_same(case: Case) -> None:
+    """Without ``detail``, and from the memo, cycles by phase and the plan are the same."""
+    planner, memo = case.planner, Memo()
+    for style in case.styles:
+        fine = case.work(style)
+        for what in ("without detail", "a second time from the memo"):
+            coarse = case.work(style, memo=memo, detail=False)
+            require(
+                coarse.phases == fine.phases,
+                f"{of(style)} takes {coarse.phases} cycles {what}, {fine.phases} with detail",
+            )
+            same = planner.identity(coarse.made) == planner.identity(fine.made)
+            require(same, f"{of(style)} ends in another plan {what}")
+            require(
+                planner.figures(coarse.made) == planner.figures(fine.made),
+                f"{of(style)} ends in other figures {what}",
+            )
+
+
+@rule()
+def styles_on_a_processor_list_their_kernels(case: Case) -> None:
+    """Cycles on a processor are units of listed kernels; an FPGA has none."""
+    for style in case.styles:
+        run = case.work(style)
+        if style.component_type == "processor":
+            listed = set(style.kernels(case.parameters))
+            require("" not in listed, f"{of(style)} lists no kernel")
+            used = {step.kernel or style.kernel for step in run.steps}
+            require(used <= listed, f"{of(style)} counts in {names(used - listed)}, which kernels leaves out")
+        else:
+            used = {style.kernel, *(step.kernel for step in run.steps)} - {""}
+            require(not used, f"{of(style)} counts in {names(used)}: kernels are for processors")
+    for task in case.task_styles:
+        require(
+            (task.component_type == "processor") == bool(task.kernel),
+            f"{of(task)} has kernel {task.kernel!r}: a processor needs one, and nothing else has one",
+        )
+
+
+@rule()
+def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
+    """Without the answering task inside, at most its phase is left out, and the plan is the same."""
+    everything = frozenset(case.planner.tasks)
+    for style in case.styles:
+        whole = case.work(style)
+        require(
+            case.work(style, inside=everything).phases == whole.phases,
+            f"{of(style)} takes other cycles with every task inside than by default",
+        )
+        for detail in (True, False):
+            run = case.work(style, inside=case.answer_elsewhere, detail=detail)
+            gone = set(whole.phases) - set(run.phases)
+            require(
+                len(gone) <= (0 if case.answer == case.planner.planning_task else 1),
+                f"{of(style)} leaves out phases {names(gone)} where {case.answer!r} alone is done elsewhere",
+            )
+            kept = {phase: cycles for phase, cycles in whole.phases.items() if phase not in gone}
+            require(
+                run.phases == kept,
+                f"{of(style)} takes {run.phases} where {case.answer!r} is done elsewhere, not {kept}",
+            )
+            require(
+                case.same(run.made) == case.same(whole.made),
+                f"{of(style)} ends in another plan where the answer is elsewhere",
+            )
+
+
+@rule()
+def demand_names_resources_of_a_part(case: Case) -> None:
+    """Items, bounds and levers of every style are of known resources, with status and source."""
+    for style in case.styles:
+        _demand_is_sound(case.demand(style), style)
+    for task in case.task_styles:
+        _demand_is_sound(task.demand(case.problem, case.parameters, case.part_of(task)), task)
+
+
+@rule()
+def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
+    """A task that is not inside adds nothing to the demand, and changes no other line of it."""
+    for style in case.styles:
+        whole = case.demand(style)
+        everything = case.demand(style, frozenset(case.planner.tasks))
+        require(everything == whole, f"{of(style)} asks for other resources with every task inside")
+        left = case.demand(style, case.answer_elsewhere)
+        more = set(left.items) - set(whole.items)
+        require(
+            not more,
+            f"{of(style)} asks for {names(item.name for item in more)} only where {case.answer!r} is elsewhere",
+        )
+        require(
+            [bound.demand for bound in left.bounds] == [bound.demand for bound in whole.bounds],
+            f"bounds of {of(style)} change where {case.answer!r} is elsewhere",
+        )
+        require(
+            set(left.levers) <= set(whole.levers), f"levers of {of(style)} are added where less is asked for"
+        )
+        if style.component_type == "fpga":
+            static, dynamic = style.power(whole, CLOCK, case.part)
+            less_static, less_dynamic = style.power(left, CLOCK, case.part)
+            require(static == less_static, f"static power of {of(style)} changes with the demand")
+            saved = any(left.total(kind) < whole.total(kind) for kind in RESOURCES)
+            require(
+                less_dynamic.value <= dynamic.value if saved else less_dynamic == dynamic,
+                f"dynamic power of {of(style)} goes from {dynamic.value} to {less_dynamic.value} W with less to do",
+            )
+
+
+@rule(lambda case: bool(case.every_style))
+def clock_limit_and_power_have_units_and_sources(case: Case) -> None:
+    """On an FPGA both are figures within their intervals; on a processor the platform declares them."""
+    problem, parameters, part = case.problem, case.parameters, case.part
+    for style in case.every_style:
+        demand = style.demand(problem, parameters, case.part_of(style))
+        if style.component_type == "fpga":
+            limit = style.clock_limit(problem, parameters, part)
+            _figure_is_sound(limit, "Hz", f"clock_limit of {of(style)}")
+            require(limit.value > 0, f"clock_limit of {of(style)} is 0")
+            for power in style.power(demand, CLOCK, part):
+                _figure_is_sound(power, "W", f"power of {of(style)}")
+        else:
+            _refuses(lambda s=style: s.clock_limit(problem, parameters, part), f"clock_limit of {of(style)}")
+            _refuses(lambda s=style, d=demand: s.power(d, CLOCK, part), f"power of {of(style)}")
+
+
+@rule(lambda case: any(style.supports_external for style in case.styles))
+def an_external_memory_changes_no_plan(case: Case) -> None:
+    """Styles that support one take ``external`` in ``demand``, ``clock_limit`` and ``work``."""
+    for style in case.styles:
+        if not style.supports_external:
+            continue
+        beside: dict[str, Any] = {"external": EXTERNAL}
+        problem, parameters, part = case.problem, case.parameters, case.part
+        _demand_is_sound(style.demand(problem, parameters, part, **beside), style)
+        limit = style.clock_limit(problem, parameters, part, **beside)
+        _figure_is_sound(limit, "Hz", f"clock_limit of {of(style)} beside an external memory")
+        require(limit.value <= EXTERNAL.hz, f"{of(style)} runs faster than the memory beside it")
+        run = drained(style.work(problem, parameters, **beside))
+        _steps_are_sound(run, style)
+        require(case.same(run.made), f"{of(style)} ends in another plan beside an external memory")
+
+
+@rule(on_maps)
+def going_on_from_the_own_answer_is_no_slower_and_as_good(case: Case) -> None:
+    """``work`` from ``start_of`` the plan takes no more cycles and leads as many starts to a goal."""
+    start = case.planner.start_of(case.plan)
+    before: Any = case.planner.quality(case.problem, case.plan)
+    for style in case.styles:
+        cold, warm = case.work(style), case.work(style, start=start)
+        require(
+            warm.cycles <= cold.cycles,
+            f"{of(style)} takes {warm.cycles} cycles from its own answer, {cold.cycles} from nothing",
+        )
+        after: Any = case.planner.quality(case.problem, warm.made)
+        require(
+            after.starts_arrived >= before.starts_arrived,
+            f"{of(style)} leads {after.starts_arrived} starts to a goal from its own answer,"
+            f" {before.starts_arrived} from nothing",
+        )
+        coarse = case.work(style, start=start, detail=False)
+        require(
+            coarse.phases == warm.phases,
+            f"{of(style)}, from its own answer, takes other cycles without detail",
+        )
+
+
+@rule(lambda case: "lower_bound" in case.planner.policies and case.plug_in.planner is not None)
+def a_lower_bound_can_be_made_and_taken(case: Case) -> None:
+    """Task ``lower_bound`` has a style, and ``work`` takes what it makes as a start."""
+    makers = [task for task in case.task_styles if task.task == LOWER_BOUND]
+    require(makers, "policy 'lower_bound' needs a style of task 'lower_bound': there is none")
+    for maker in makers:
+        bound = drained(maker.steps(case.problem, case.parameters, None, (0.0, 0.0)))
+        _steps_are_sound(bound, maker)
+        for style in case.styles:
+            warm = case.work(style, start=bound.made)
+            _steps_are_sound(warm, style)
+            require(
+                warm.cycles <= case.work(style).cycles,
+                f"{of(style)} is slower from a lower bound than without",
+            )
+
+
+@rule(lambda case: bool(case.task_styles))
+def tasks_by_themselves_are_those_of_the_planner(case: Case) -> None:
+    """A task placed by itself takes cycles, and the answering one gives the planner's own path."""
+    for style in case.task_styles:
+        run = case.task(style)
+        for each in (run, case.task(style, again=True)):
+            _steps_are_sound(each, style)
+            require(each.cycles >= 1, f"{of(style)} takes no cycle")
+        if style.task == case.answer:
+            points, arrived = case.planner.way(case.problem, case.plan, case.position)
+            require(
+                np.array_equal(run.made[0], points) and run.made[1] == arrived,
+                f"{of(style)} gives another path than Planner.way",
+            )
+
+
+RULES: tuple[Rule, ...] = (
+    work_drained_ends_in_the_plan,
+    coarse_steps_cost_the_same,
+    styles_on_a_processor_list_their_kernels,
+    work_leaves_out_the_answer_where_it_is_placed_elsewhere,
+    demand_names_resources_of_a_part,
+    what_is_done_elsewhere_takes_nothing_of_the_part,
+    clock_limit_and_power_have_units_and_sources,
+    an_external_memory_changes_no_plan,
+    going_on_from_the_own_answer_is_no_slower_and_as_good,
+    a_lower_bound_can_be_made_and_taken,
+    tasks_by_themselves_are_those_of_the_planner,
+)

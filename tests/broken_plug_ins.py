@@ -1,0 +1,314 @@
+"""Plug-ins that each break one rule of the contract, made of breadth-first search."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import count
+from typing import Any
+
+import numpy as np
+
+from codesign.planners.breadth_first.plug_in import PLUG_IN
+from codesign.planners.styles import Step
+from codesign.plugin import Flow, Item, Lever, PlugIn, Problem, Status
+
+PLANNER: Any = PLUG_IN.planner
+COUNTER = count()
+ONE_CYCLE = np.ones(1, np.int64)
+
+
+def altered(thing: Any, members: dict[str, Any]) -> Any:
+    """A copy of a planner or style with other members."""
+    other = copy.copy(thing)
+    other.__class__ = type("Altered", (type(thing),), members)
+    return other
+
+
+def planner(**members: Any) -> PlugIn:
+    return replace(PLUG_IN, planner=altered(PLANNER, members))
+
+
+def styles(**members: Any) -> PlugIn:
+    """The plug-in with other members in its styles: ``original`` is the style that each is made of."""
+    changed = [altered(style, {**members, "original": style}) for style in PLUG_IN.styles]
+    return replace(PLUG_IN, styles=tuple(changed))
+
+
+def tasks(**members: Any) -> PlugIn:
+    changed = [altered(style, {**members, "original": style}) for style in PLUG_IN.task_styles]
+    return replace(PLUG_IN, task_styles=tuple(changed))
+
+
+def flows(change: Callable[[tuple[Flow, ...]], tuple[Flow, ...]]) -> PlugIn:
+    return planner(flows=lambda self, problem, parameters: change(PLANNER.flows(problem, parameters)))
+
+
+def demand(change: Callable[[Any, Any], Any]) -> PlugIn:
+    """``change`` is given the demand, and ``inside``."""
+
+    def asked(self: Any, *arguments: Any, inside: Any = None, **more: Any) -> Any:
+        return change(self.original.demand(*arguments, inside=inside, **more), inside)
+
+    return styles(demand=asked)
+
+
+def work_longer(when: Callable[[dict[str, Any]], bool], **more: Any) -> PlugIn:
+    """``work`` takes a cycle more where its arguments are such."""
+
+    def longer(self: Any, problem: Any, parameters: Any, **given: Any) -> Any:
+        if when(given):
+            yield Step("more", ONE_CYCLE)
+        return (yield from self.original.work(problem, parameters, **given))
+
+    return replace(styles(work=longer), **more)
+
+
+def work_elsewhere(when: Callable[[dict[str, Any]], bool]) -> PlugIn:
+    """``work`` ends in the plan of another problem where its arguments are such."""
+
+    def another(self: Any, problem: Any, parameters: Any, **given: Any) -> Any:
+        plan = yield from self.original.work(problem, parameters, **given)
+        if when(given):
+            return PLANNER.plan(replace(problem, starts=problem.starts[1:]), parameters)
+        return plan
+
+    return styles(work=another)
+
+
+def quality(**figures: Any) -> PlugIn:
+    return planner(quality=lambda self, problem, plan: replace(PLANNER.quality(problem, plan), **figures))
+
+
+def meddling(self: Any, problem: Problem, plan: Any) -> Any:
+    object.__setattr__(problem, "resolution", 9.0)
+    return PLANNER.quality(problem, plan)
+
+
+def moving_the_goal(self: Any, problem: Problem, plan: Any) -> Any:
+    found = PLANNER.quality(problem, plan)
+    object.__setattr__(plan, "goal", (0, 0))
+    return found
+
+
+def unpicklable(self: Any, problem: Problem, parameters: Any) -> Any:
+    plan = copy.copy(PLANNER.plan(problem, parameters))
+    object.__setattr__(plan, "local", lambda: 0)
+    return plan
+
+
+def straight(self: Any, problem: Problem, plan: Any, start: Any) -> Any:
+    return np.array([start, problem.goals[0]], np.float64), True
+
+
+def only_goals(self: Any, problem: Problem, parameters: Any) -> Any:
+    found = np.zeros_like(problem.free)
+    found[tuple(np.array(problem.goals).T)] = True
+    return found
+
+
+def task_elsewhere(self: Any, problem: Any, parameters: Any, plan: Any, position: Any) -> Any:
+    yield from self.original.steps(problem, parameters, plan, position)
+    return np.array([position, position], np.float64), True
+
+
+def clock_in_mhz(self: Any, *arguments: Any, **more: Any) -> Any:
+    return replace(self.original.clock_limit(*arguments, **more), unit="MHz")
+
+
+def raising(self: Any, *arguments: Any) -> Any:
+    raise KeyError("left")
+
+
+def plus(kind: str, amount: int, status: Any = Status.ASSUMED) -> tuple[Item, ...]:
+    return (Item("more", kind, amount, status, "counted by hand"),)
+
+
+STRAIGHT = planner(way=straight, trajectory=straight)
+
+RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
+    ("plug_in_holds_parts_of_one_planner", "of planner 'another'", styles(planner="another")),
+    ("plug_in_holds_parts_of_one_planner", "one name", replace(PLUG_IN, styles=PLUG_IN.styles * 2)),
+    ("plug_in_holds_parts_of_one_planner", "no style", PlugIn(planner=PLANNER)),
+    ("planner_names_its_planning_task", "none of the tasks", planner(planning_task="dream")),
+    ("planner_names_its_planning_task", "full stop", planner(description="It plans.")),
+    ("planner_members_have_their_types", "number of bytes", planner(memory=lambda *_: -1)),
+    ("planner_members_have_their_types", "list of texts", planner(memory_levers=lambda *_: "smaller")),
+    ("planner_members_have_their_types", "boolean", planner(answers_no_way=None)),
+    ("planner_members_have_their_types", "refuses", planner(check=lambda *_: ("starts", "too few"))),
+    ("planner_members_have_their_types", "hint", planner(check_drive=lambda *_: "no")),
+    ("planner_members_have_their_types", "number of fields", planner(fields_recorded=lambda *_: 0.5)),
+    ("planner_members_have_their_types", "horizon", planner(horizon=lambda *_: 0.0)),
+    ("planner_members_have_their_types", "KeyError is raised in", planner(memory=raising)),
+    ("style_members_have_their_types", "runs on none of", styles(component_type="toaster")),
+    ("style_members_have_their_types", "boolean", styles(supports_external=None)),
+    ("style_members_have_their_types", "gives dict", styles(memory=lambda *_: {})),
+    ("policies_have_what_they_take", "first policy", planner(policies=("continue", "restart"))),
+    ("policies_have_what_they_take", "none of", planner(policies=("restart", "pray"))),
+    ("policies_have_what_they_take", "come together", planner(policies=("restart", "lower_bound"))),
+    ("policies_have_what_they_take", "needs a start", planner(policies=("restart", "continue"))),
+    ("figures_and_field_fit_a_result", "colour", planner(figures=lambda *_: {"colour": 1})),
+    ("figures_and_field_fit_a_result", "float64", planner(field_of=lambda *_: ("x", "m", ONE_CYCLE))),
+    ("same_answer_twice", "identity", planner(identity=lambda *_: f"{next(COUNTER)}")),
+    ("same_answer_twice", "figures", planner(figures=lambda *_: {"details": {"n": next(COUNTER)}})),
+    ("another_problem_another_answer", "one identity", planner(identity=lambda *_: "same")),
+    ("asking_changes_nothing", "of the problem", planner(quality=meddling)),
+    ("asking_changes_nothing", "a plan changes", planner(quality=moving_the_goal)),
+    (
+        "flows_lead_from_the_map_to_the_answer",
+        "has 0 bits",
+        flows(lambda found: tuple(replace(flow, bits=0) for flow in found)),
+    ),
+    (
+        "flows_lead_from_the_map_to_the_answer",
+        "no task",
+        flows(lambda found: (*found, Flow("dream", "search", "x", 1))),
+    ),
+    (
+        "flows_lead_from_the_map_to_the_answer",
+        "circle",
+        flows(lambda found: (*found, Flow("track", "search", "x", 1))),
+    ),
+    ("flows_lead_from_the_map_to_the_answer", "nothing flows from", flows(lambda found: found[1:])),
+    ("flows_lead_from_the_map_to_the_answer", "exactly one", flows(lambda found: found[:2])),
+    (
+        "flows_lead_from_the_map_to_the_answer",
+        "never start",
+        flows(lambda found: (found[0], found[2])),
+    ),
+    (
+        "flows_after_a_plan_differ_in_size_only",
+        "other flows",
+        planner(flows_after=lambda self, problem, parameters, plan: PLANNER.flows(problem, parameters)[:1]),
+    ),
+    (
+        "flows_after_a_plan_differ_in_size_only",
+        "at most",
+        planner(
+            flows_after=lambda self, *given: tuple(
+                replace(flow, bits=10**6) for flow in PLANNER.flows(*given[:2])
+            )
+        ),
+    ),
+    (
+        "a_pose_goes_to_the_task_that_answers",
+        "answering task",
+        flows(lambda found: (*found, Flow("load", "search", "pose", 8))),
+    ),
+    (
+        "a_pose_goes_to_the_task_that_answers",
+        "no style on fpga",
+        replace(
+            flows(lambda found: (*found, Flow("load", "track", "pose", 8))),
+            task_styles=tuple(each for each in PLUG_IN.task_styles if each.component_type == "processor"),
+        ),
+    ),
+    ("quality_is_a_record", "gives dict", planner(quality=lambda *_: {})),
+    ("plans_and_parameters_cross_a_process_pool", "cannot be pickled", planner(plan=unpicklable)),
+    ("reachable_cells_lead_to_a_goal", "leaves the cell out", planner(reachable=only_goals)),
+    (
+        "reachable_cells_lead_to_a_goal",
+        "an obstacle",
+        planner(reachable=lambda self, problem, _: np.ones_like(problem.free)),
+    ),
+    ("quality_is_of_this_problem", "planned_cells", quality(planned_cells=10**6)),
+    ("quality_is_of_this_problem", "cannot be", quality(path_length_ratio_mean=0.5)),
+    ("quality_is_of_this_problem", "cannot be", quality(clearance_least=0.0)),
+    ("quality_is_of_this_problem", "starts of", quality(starts=99)),
+    ("trajectories_stay_in_free_space", "leaves free space", STRAIGHT),
+    ("trajectories_stay_in_free_space", "quality counts", quality(starts_arrived=1)),
+    ("paths_from_any_position_keep_to_free_cells", "leaves free space", STRAIGHT),
+    (
+        "paths_from_any_position_keep_to_free_cells",
+        "begins at",
+        planner(way=lambda self, problem, *_: (np.array(problem.goals, np.float64), True)),
+    ),
+    ("no_path_from_where_no_robot_can_be", "no robot can be", STRAIGHT),
+    ("work_drained_ends_in_the_plan", "another plan", work_elsewhere(lambda given: True)),
+    (
+        "work_drained_ends_in_the_plan",
+        "less than one cycle",
+        styles(work=lambda self, *given, **more: (yield Step("search", 0 * ONE_CYCLE))),
+    ),
+    ("coarse_steps_cost_the_same", "without detail", work_longer(lambda given: not given["detail"])),
+    ("coarse_steps_cost_the_same", "another plan", work_elsewhere(lambda given: not given["detail"])),
+    ("styles_on_a_processor_list_their_kernels", "leaves out", styles(kernels=lambda *_: ("other",))),
+    ("styles_on_a_processor_list_their_kernels", "are for processors", styles(kernel="cell")),
+    ("styles_on_a_processor_list_their_kernels", "processor needs one", tasks(kernel="")),
+    (
+        "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
+        "by default",
+        work_longer(lambda given: given["inside"] is not None),
+    ),
+    (
+        "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
+        "done elsewhere",
+        work_longer(lambda given: "track" not in (given["inside"] or ["track"])),
+    ),
+    (
+        "demand_names_resources_of_a_part",
+        "'rubber'",
+        demand(lambda found, _: replace(found, items=plus("rubber", 1))),
+    ),
+    (
+        "demand_names_resources_of_a_part",
+        "asks for -1",
+        demand(lambda found, _: replace(found, items=plus("slices", -1))),
+    ),
+    (
+        "demand_names_resources_of_a_part",
+        "status 'guessed'",
+        demand(lambda found, _: replace(found, items=plus("slices", 1, "guessed"))),
+    ),
+    (
+        "demand_names_resources_of_a_part",
+        "levers",
+        demand(lambda found, _: replace(found, levers={"rubber": (Lever("search", "less"),)})),
+    ),
+    (
+        "demand_names_resources_of_a_part",
+        "on a processor",
+        demand(lambda found, _: replace(found, items=plus("slices", 1))),
+    ),
+    (
+        "what_is_done_elsewhere_takes_nothing_of_the_part",
+        "elsewhere",
+        demand(
+            lambda found, inside: (
+                replace(found, items=plus("slices", 1)) if "track" not in (inside or ["track"]) else found
+            )
+        ),
+    ),
+    ("clock_limit_and_power_have_units_and_sources", "'MHz'", styles(clock_limit=clock_in_mhz)),
+    (
+        "clock_limit_and_power_have_units_and_sources",
+        "on a processor",
+        replace(PLUG_IN, styles=(altered(PLUG_IN.styles[1], {"power": lambda self, *_: (None, None)}),)),
+    ),
+    (
+        "an_external_memory_changes_no_plan",
+        "beside an external memory",
+        work_elsewhere(lambda given: "external" in given),
+    ),
+    (
+        "going_on_from_the_own_answer_is_no_slower_and_as_good",
+        "from its own answer",
+        work_longer(
+            lambda given: given.get("start") is not None,
+            planner=altered(PLANNER, {"start_of": lambda self, plan: plan}),
+        ),
+    ),
+    (
+        "a_lower_bound_can_be_made_and_taken",
+        "there is none",
+        planner(policies=("restart", "lower_bound")),
+    ),
+    ("tasks_by_themselves_are_those_of_the_planner", "another path", tasks(steps=task_elsewhere)),
+    (
+        "tasks_by_themselves_are_those_of_the_planner",
+        "less than one cycle",
+        tasks(again=lambda *_: (step for step in [Step("track", 0 * ONE_CYCLE)])),
+    ),
+]
+"""The rule, words of the sentence that reports it, and the plug-in that breaks it."""
