@@ -158,7 +158,8 @@ def test_a_livelock_is_said_with_what_ends_it(tmp_path: Path) -> None:
     (told,) = [
         record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"
     ]
-    for text in (told.text, mission.ended):
+    assert mission.bottleneck is not None
+    for text in (told.text, mission.ended, mission.bottleneck.text):
         assert "in a row" in text
         assert "when_busy" in text
     assert mission.latency[0].kind == "broken_off"
@@ -167,6 +168,24 @@ def test_a_livelock_is_said_with_what_ends_it(tmp_path: Path) -> None:
     assert (finished.mission.broken_off, finished.mission.broken_off_in_a_row) == (0, 0)
     assert finished.mission.plans > mission.plans
     assert "in a row" not in finished.mission.ended
+
+
+def test_a_livelock_that_passes_is_said_too(tmp_path: Path) -> None:
+    """Once what moves is gone, the mission goes on; its result says how long it had no plan."""
+    crosses = {
+        "appearing": [
+            rectangle(3, 2 + step % 4, at=f"{step * 100} ms", until=f"{step * 100 + 100} ms")
+            for step in range(20)
+        ]
+    }
+    replan = {"trigger": "change", "when_busy": "restart"}
+    result = Ground(tmp_path).run(**{**CROSSED, "limit": "8 s", "obstacles": crosses}, replan=replan)
+    mission = result.mission
+    assert mission is not None
+    assert mission.broken_off_in_a_row >= 10
+    assert "in a row" not in mission.ended
+    assert mission.bottleneck is not None
+    assert f"{mission.broken_off_in_a_row} plans in a row were broken off" in mission.bottleneck.text
 
 
 def test_one_plan_broken_off_is_no_livelock(tmp_path: Path) -> None:
