@@ -55,6 +55,13 @@ def test_shipped_missions(platform: str, workload: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("platform", "workload"), NAMED)
+def test_shipped_missions_to_their_end(platform: str, workload: str) -> None:
+    """What appears after some seconds, and plans that are made for it, are in no beginning of a mission."""
+    assert check_point(platform, workload, {}) > 500
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("workload", DRIVES)
 def test_every_shipped_drive_on_every_platform_that_ships(workload: str) -> None:
     """Over its own line and over one of 9,600 baud, where a command is on the line for long."""

@@ -31,6 +31,15 @@ LINKS: dict[str, dict[str, Any]] = {
 }
 COMES = {"appearing": [rectangle(2, 5, at="1 s"), rectangle(7, 2, 2, 2, at="2 s", until="3 s")]}
 
+CROSSED: dict[str, Any] = {
+    "placement": "harmonic",
+    "platform": {"components": {"fpga": {"clock": "50 kHz"}}},
+    "known": "none",
+    "limit": "2200 ms",
+    "obstacles": {"moving": [{"route": [[3, 2], [3, 6]], "speed": "1 m/s"}]},
+}
+"""Each turn something moves before the robot's eyes, and a plan takes longer than a turn."""
+
 missions = st.fixed_dictionaries(
     {
         "placement": st.sampled_from(sorted(PLACEMENTS)),
@@ -83,6 +92,20 @@ def test_the_ledger_adds_up_to_all_requests(tmp_path: Path, mission: dict[str, A
     assert latencies == sorted(log.latencies)
 
 
+@pytest.mark.parametrize(
+    ("when_busy", "kinds"),
+    [("finish", {Spent.BEHIND, Spent.UNFINISHED}), ("restart", {Spent.BROKEN_OFF})],
+)
+def test_requests_that_wait_for_slow_plans_are_in_the_ledger(
+    tmp_path: Path, when_busy: str, kinds: set[Spent]
+) -> None:
+    """Where a plan takes longer than a turn, nearly all of a request's time is spent on other plans."""
+    machine = Ground(tmp_path).machine(**CROSSED, replan={"trigger": "change", "when_busy": when_busy})
+    log = drive(machine).log
+    assert log.planning.total + log.asking.total == sum(one.ended - one.scan for one in log.requests)
+    assert {kind for (kind, _), time in log.planning.spent.items() if time > 0} >= kinds
+
+
 def busy_in_trace(records: list[Record], name: str) -> int:
     """Picoseconds that tasks and visits of a component cover; what overlaps counts once."""
     spans = [
@@ -124,19 +147,9 @@ def test_the_trace_holds_all_the_time_that_a_component_worked(
     assert [repr(record) for record in singly] == [repr(record) for record in records]
 
 
-LIVELOCK: dict[str, Any] = {
-    "placement": "harmonic",
-    "platform": {"components": {"fpga": {"clock": "50 kHz"}}},
-    "known": "none",
-    "limit": "2200 ms",
-}
-
-
 def test_a_livelock_is_said_with_what_ends_it(tmp_path: Path) -> None:
-    """Each turn something moves before the robot's eyes, and a plan takes longer than a turn."""
-    crosses = {"moving": [{"route": [[3, 2], [3, 6]], "speed": "1 m/s"}]}
     replan = {"trigger": "change", "when_busy": "restart"}
-    result, records = Ground(tmp_path).watched(**LIVELOCK, obstacles=crosses, replan=replan)
+    result, records = Ground(tmp_path).watched(**CROSSED, replan=replan)
     mission = result.mission
     assert mission is not None
     assert not mission.reached
@@ -145,15 +158,34 @@ def test_a_livelock_is_said_with_what_ends_it(tmp_path: Path) -> None:
     (told,) = [
         record for record in records if isinstance(record, MissionRecord) and record.event == "livelock"
     ]
-    for text in (told.text, mission.ended):
+    assert mission.bottleneck is not None
+    for text in (told.text, mission.ended, mission.bottleneck.text):
         assert "in a row" in text
         assert "when_busy" in text
     assert mission.latency[0].kind == "broken_off"
-    finished = Ground(tmp_path).run(**LIVELOCK, obstacles=crosses, replan={**replan, "when_busy": "finish"})
+    finished = Ground(tmp_path).run(**CROSSED, replan={**replan, "when_busy": "finish"})
     assert finished.mission is not None
     assert (finished.mission.broken_off, finished.mission.broken_off_in_a_row) == (0, 0)
     assert finished.mission.plans > mission.plans
     assert "in a row" not in finished.mission.ended
+
+
+def test_a_livelock_that_passes_is_said_too(tmp_path: Path) -> None:
+    """Once what moves is gone, the mission goes on; its result says how long it had no plan."""
+    crosses = {
+        "appearing": [
+            rectangle(3, 2 + step % 4, at=f"{step * 100} ms", until=f"{step * 100 + 100} ms")
+            for step in range(20)
+        ]
+    }
+    replan = {"trigger": "change", "when_busy": "restart"}
+    result = Ground(tmp_path).run(**{**CROSSED, "limit": "8 s", "obstacles": crosses}, replan=replan)
+    mission = result.mission
+    assert mission is not None
+    assert mission.broken_off_in_a_row >= 10
+    assert "in a row" not in mission.ended
+    assert mission.bottleneck is not None
+    assert f"{mission.broken_off_in_a_row} plans in a row were broken off" in mission.bottleneck.text
 
 
 def test_one_plan_broken_off_is_no_livelock(tmp_path: Path) -> None:

@@ -214,7 +214,9 @@ def test_in_real_time_the_time_step_is_told_apart_from_decisions_that_miss_it() 
     assert pace_text(in_real_time()).startswith("the time step of 100 ms, as asked for")
     late = in_real_time(missed_updates=4, decide=spans(1, 2, SECOND // 4))
     assert "4 updates of 100 took longer" in pace_text(late)
-    assert "With 2.5 times the clock none would" in pace_text(late)
+    assert "The longest took 2.5 time steps" in pace_text(late)
+    # A fleet in real time is a closed loop: at another clock it takes other decisions, which may be late as well.
+    assert not re.search(r"none would|with [\d.]+ times the clock", pace_text(late), re.IGNORECASE)
 
 
 def test_frames_skipped_in_real_time_are_told_with_the_baud_that_shows_all() -> None:

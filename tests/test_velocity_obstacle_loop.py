@@ -253,6 +253,20 @@ def test_gains_beyond_a_robots_limits_are_refused_with_place_range_and_remedy(
     assert error["loc"] == ("gains", place)
 
 
+@settings(max_examples=100, deadline=None)
+@given(st.integers(0, 100))
+def test_the_greatest_gain_that_is_named_is_accepted(hundredths: int) -> None:
+    """What a refusal says is accepted: also on the bound, as 0.09 is for 0.81."""
+    proportional = hundredths / 100
+    with pytest.raises(ValidationError) as raised:
+        Gains(proportional=proportional, derivative=0.3)
+    (error,) = raised.value.errors()
+    named = float(error["ctx"]["error"].args[1].split()[3])
+    assert Gains(proportional=proportional, derivative=named).derivative == named
+    with pytest.raises(ValidationError):
+        Gains(proportional=proportional, derivative=named + 1.1e-4)
+
+
 def test_all_gains_beyond_a_limit_are_told_at_once() -> None:
     with pytest.raises(ValidationError) as raised:
         Gains(proportional=1.5, integral=0.1, derivative=0.3)

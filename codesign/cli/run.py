@@ -107,13 +107,13 @@ def run(
 
 
 def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
-    """What shows the progress of a mission as per mille of the longest one possible, with the time left at most."""
+    """What shows the progress of a mission in thousandths of the longest one possible, with the time left at most."""
     from codesign.cli.progress import Advance
 
     begun = time.monotonic()
 
     def progress(told: MissionProgress) -> None:
-        words = f"‰ of the longest drive, {told.time / 1e12:,.0f} s simulated, {told.turns:,} turns"
+        words = f"of the longest drive, {told.time / 1e12:,.0f} s simulated, {told.turns:,} turns"
         spent = time.monotonic() - begun
         left = spent * (1 / told.share - 1) if told.share else None
         show(Advance(int(1000 * told.share), 1000, words, left))

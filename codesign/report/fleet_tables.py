@@ -133,8 +133,9 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
     if fleet.missed_updates and fleet.decide is not None:
         told = (
             f"the robots' decisions: {plural(fleet.missed_updates, 'update')} of {fleet.updates:,} took longer than the"
-            f" time step of {_seconds(step)}, and act late: the robots drive on meanwhile. With"
-            f" {_times(fleet.decide.worst_ps / fleet.time_step_ps)} times the clock none would"
+            f" time step of {_seconds(step)} and acted late: the robots drove on meanwhile. The longest took"
+            f" {_times(fleet.decide.worst_ps / fleet.time_step_ps)} time steps. At another clock the robots take"
+            " other courses: run it to see how many updates are late there"
         )
     else:
         told = (

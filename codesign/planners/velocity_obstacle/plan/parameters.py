@@ -102,13 +102,20 @@ class Gains(SpecModel):
     @classmethod
     def _no_negative_response(cls, value: float, info: ValidationInfo) -> float:
         proportional = info.data.get("proportional", _MOST_DAMPED)
-        most = math.sqrt(proportional) - proportional
-        if not 0.0 <= value <= most:
+        if value < 0.0 or not _stays_within(proportional, value):
+            most = round(math.sqrt(proportional) - proportional, 4)
+            if not _stays_within(proportional, most):
+                most = max(0.0, round(most - 1e-4, 4))
             raise RefusalError(
                 f"with a derivative gain of {value:g} a robot can exceed its greatest speed or its acceleration",
-                f"from 0 to {most:.4g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
+                f"from 0 to {most:g} (√proportional - proportional; 0.25 at most, with a proportional gain of 0.25)",
             )
         return value
+
+
+def _stays_within(proportional: float, derivative: float) -> bool:
+    """Whether D ≤ √P - P, but for the rounding of doubles: (0.81, 0.09) is on the bound."""
+    return (proportional + derivative) ** 2 <= proportional * (1.0 + 1e-12)
 
 
 UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]

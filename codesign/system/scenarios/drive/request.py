@@ -53,9 +53,14 @@ def livelock_text(request: Request | None) -> str:
     """That plans for a request are broken off again and again, and what ends that; "" where they are not."""
     if request is None or request.broken_off < LIVELOCK:
         return ""
+    return broken_off_text(request.broken_off)
+
+
+def broken_off_text(in_a_row: int) -> str:
+    """What a livelock is, and what ends it."""
     return (
-        f"{request.broken_off} plans in a row were broken off before their answer, as something new is seen sooner than"
-        " a plan is made (replan.when_busy: restart; with finish, each plan is brought to its end)"
+        f"{in_a_row} plans in a row were broken off before their answer, as something new is seen sooner than a plan is"
+        " made (replan.when_busy: restart; with finish, each plan is brought to its end)"
     )
 
 

@@ -14,6 +14,7 @@ from codesign.mission.inflation import Inflation
 from codesign.results.ledger import SPENT, Ledger, Spent
 from codesign.results.mission import (
     CONTACT_POINTS,
+    LIVELOCK,
     Account,
     Bottleneck,
     ContactPoint,
@@ -26,6 +27,7 @@ from codesign.spec.components import RobotComponent
 from codesign.system.energy import energy
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive
+from codesign.system.scenarios.drive.request import broken_off_text
 from codesign.system.scenarios.drive.scene import Scene
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -92,7 +94,7 @@ def mission_of(
         account=_account(machine, done),
         latency=latency,
         control=control,
-        bottleneck=_bottleneck(done, latency, control),
+        bottleneck=_with_livelock(_bottleneck(done, latency, control), log.in_a_row),
     )
 
 
@@ -201,6 +203,13 @@ def _bottleneck(
         return Bottleneck(name=robot.name, kind="drive", share=driving, text=f"{robot.name}: {shares}")
     text = f"{first.where}: {shares}"
     return Bottleneck(name=first.where, kind=first.kind, share=first.share, text=text)
+
+
+def _with_livelock(seen: Bottleneck | None, in_a_row: int) -> Bottleneck | None:
+    """With the livelock that the mission was in for a while, also where it came out of it."""
+    if seen is None or in_a_row < LIVELOCK:
+        return seen
+    return seen.model_copy(update={"text": f"{seen.text}; {broken_off_text(in_a_row)}"})
 
 
 def _late(log: Log, first: LatencyShare) -> Bottleneck:
