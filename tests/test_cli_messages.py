@@ -12,8 +12,6 @@ from pathlib import Path
 import pytest
 from click.testing import Result
 
-from codesign.system import at_hand, catalog
-
 Run = Callable[..., Result]
 
 
@@ -85,16 +83,3 @@ def test_list_says_what_planners_and_styles_do(hwsw: Run) -> None:
     lines = hwsw("list").stdout.splitlines()
     begin = lines.index("styles:") + 1
     assert len({line.index(" on ") for line in lines[begin : begin + len(found["styles"])]}) == 1
-
-
-def test_a_plug_in_without_description_is_told_by_its_docstring(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Old:
-        """What it was.
-
-        And more.
-        """
-
-        component_type = "fpga"
-
-    monkeypatch.setattr(catalog, "architectures", lambda: {("harmonic", "old"): Old()})
-    assert at_hand()["styles"] == {"harmonic.old": "on fpga: What it was."}
