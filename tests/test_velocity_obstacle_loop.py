@@ -239,6 +239,7 @@ def test_gains_that_are_refused_do_exceed_a_limit(gains: dict[str, float]) -> No
         ({"integral": 0.1}, "integral", "0, or leave it out"),
         ({"derivative": 0.01}, "derivative", "from 0 to 0 "),
         ({"proportional": 0.5, "derivative": 0.21}, "derivative", "from 0 to 0.2071"),
+        ({"proportional": 0.5, "derivative": 1e300}, "derivative", "from 0 to 0.2071"),
     ],
 )
 def test_gains_beyond_a_robots_limits_are_refused_with_place_range_and_remedy(

@@ -115,7 +115,9 @@ class Gains(SpecModel):
 
 def _stays_within(proportional: float, derivative: float) -> bool:
     """Whether D ≤ √P - P, but for the rounding of doubles: (0.81, 0.09) is on the bound."""
-    return (proportional + derivative) ** 2 <= proportional * (1.0 + 1e-12)
+    both = proportional + derivative
+    # A product becomes infinite where a power of it is an error.
+    return both * both <= proportional * (1.0 + 1e-12)
 
 
 UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
