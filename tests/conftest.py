@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,8 +10,9 @@ import pytest
 from click.testing import CliRunner, Result
 from hypothesis import settings
 
-# Time decides no test: what an example takes depends on the machine and on what else it does.
-settings.register_profile("codesign", deadline=None)
+# Time decides no test: what an example takes depends on the machine and on what else it does. Nor does luck: the same
+# examples are drawn at each run, but for `make test-all`, which looks for new ones.
+settings.register_profile("codesign", deadline=None, derandomize="HYPOTHESIS_NEW_EXAMPLES" not in os.environ)
 settings.load_profile("codesign")
 
 PLATFORM = """\
