@@ -16,6 +16,8 @@ from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 
 import codesign
+from codesign import interrupts
+from codesign.errors import EXIT_TERMINATED, Terminated
 from codesign.results.mission import Mission
 from codesign.spec import Platform, Workload
 from codesign.spec.design_point import override
@@ -175,6 +177,39 @@ def test_the_trace_holds_the_result_with_its_levers(tmp_path: Path) -> None:
         if type(record).__name__ == "SummaryRecord"
     ]
     assert told.result == result.model_dump(mode="json")  # type: ignore[attr-defined]
+
+
+def test_a_signal_during_the_levers_keeps_the_mission(
+    hwsw: Hwsw, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    board, plan = Ground(tmp_path).files()
+    run, done = levers._run, []
+
+    def strike(*arguments: Any) -> Any:
+        if done:
+            monkeypatch.setattr(interrupts._ending, "struck", Terminated)
+            raise Terminated
+        done.append(run(*arguments))
+        return done[0]
+
+    monkeypatch.setattr(levers, "_run", strike)
+    page, trace = tmp_path / "page.html", tmp_path / "run.mcap"
+    ended = hwsw("run", board, plan, "--json", "--html", page, "--trace", trace)
+    assert ended.exit_code == EXIT_TERMINATED
+    assert [lever["path"] for lever in json.loads(ended.stdout)["mission"]["levers"]] == [done[0].path]
+    assert "terminated; the mission is done, not all of its levers were run" in ended.stderr
+    assert page.exists()
+    assert trace.exists()
+    monkeypatch.setattr(interrupts._ending, "struck", None)
+
+
+def test_an_interrupt_from_python_is_raised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def strike(*_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(levers, "_run", strike)
+    with pytest.raises(KeyboardInterrupt):
+        codesign.simulate(*Ground(tmp_path).point(), levers=True)
 
 
 @pytest.mark.slow

@@ -61,6 +61,7 @@ def run(
     Exit code 3 where the design does not fit. A mission that ends without its goal is a result: 0, and it says why.
     """
     import codesign
+    from codesign import interrupts
     from codesign.cli.again import command_line
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import progress_shown
@@ -102,6 +103,10 @@ def run(
         for name, path, written in (("trace", trace_file, result.feasible), ("page", page, True)):
             if path is not None and written:
                 click.echo(f"{name}: {printable(str(path), None)}")
+    struck = interrupts.struck()
+    if struck is not None:
+        interrupts.keep("the mission is done, not all of its levers were run")
+        raise struck
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 

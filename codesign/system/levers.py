@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from codesign import interrupts
 from codesign.errors import CodesignError
 from codesign.figures import Figure
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
@@ -77,6 +78,8 @@ def with_levers(
 ) -> Result:
     """The result with its levers run; as it is, where it holds no mission.
 
+    Where a signal ends the command meanwhile (``interrupts``), the result with the levers that were run by then.
+
     Args:
         result: of ``system``.
         system: the design point.
@@ -91,7 +94,13 @@ def with_levers(
     for done, lever in enumerate(found):
         if progress is not None:
             progress(done, len(found), lever.path)
-        runs.append(_run(lever, system, run))
+        try:
+            runs.append(_run(lever, system, run))
+        except KeyboardInterrupt:
+            # A command that a signal ends keeps its mission, which is done; it raises again once that is told.
+            if interrupts.struck() is None:
+                raise
+            break
     if progress is not None:
         progress(len(found), len(found), "")
     runs.sort(key=lambda one: (one.refused is not None, not one.reached, one.time_s or 0.0, one.path))
