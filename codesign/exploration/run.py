@@ -26,7 +26,7 @@ from codesign.memo import Memo
 from codesign.results.result import Result
 from codesign.spec import Platform, Workload, cross_check, override
 from codesign.spec.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
-from codesign.system.bind import grid_of
+from codesign.system.bind import bind, grid_of
 from codesign.system.memory import share_of_memory
 
 if TYPE_CHECKING:
@@ -359,7 +359,7 @@ def _check_axes(platform: Platform, workload: Workload, section: Exploration) ->
 
 
 def _grid_for(moved: Workload, workload: Workload, grid: OccupancyGrid | None) -> OccupancyGrid | None:
-    """The map read before, unless an axis moved the problem."""
+    """The map that was read before, unless an axis moved the problem."""
     return grid if moved.problem is workload.problem else None
 
 
@@ -371,7 +371,6 @@ def _check_some_point(
     Raises:
         SpecError, InputError: those of the first point.
     """
-    from codesign.system.bind import bind
     from codesign.system.ready import ready
 
     first: CodesignError | None = None
