@@ -10,10 +10,10 @@ from typing import Any
 
 from benchmarks.fleet_twins import DesmodFleet, Pattern, PlainFleet, count_events
 from codesign.components import Granularity
+from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import avoid
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
-from codesign.spec import load_platform
 from codesign.system import bind, catalog
 from codesign.system.build import build
 from codesign.system.scenarios.fleet import fly

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from codesign.exploration import Progress, Study
+    from codesign.inputs import Platform, Workload
     from codesign.records import Listener
-    from codesign.spec import Platform, Workload
     from codesign.system import MissionProgress, Result
     from codesign.trace import Trace
 
@@ -36,7 +36,7 @@ def load_platform(source: str | Path) -> Platform:
     Raises:
         SpecError: all faults of the file at once.
     """
-    from codesign import spec
+    from codesign import inputs as spec
 
     return spec.load_platform(source)
 

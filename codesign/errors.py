@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -172,3 +173,39 @@ def outside_map(cell: Sequence[int], shape: Sequence[int], name: str = "cell") -
     axes = "(row, column) " if len(shape) == 2 else ""
     sides = " × ".join(str(side) for side in shape)
     return f"{name} {here} is outside of the map of {sides} cells", f"{axes}from {first} to {last}"
+
+
+class WrittenFloat(float):
+    """A number that keeps its ``text``, so that ``1e6`` is not told to have been 1000000.0."""
+
+    text: str
+
+    def __new__(cls, value: float, text: str = "") -> Self:
+        """The number ``value``, written as ``text``."""
+        made = super().__new__(cls, value)
+        made.text = text
+        return made
+
+
+def clip(text: str, most: int = 80) -> str:
+    """Text cut to what fits on a line."""
+    return text if len(text) <= most else f"{text[:most]}..."
+
+
+def show(value: object) -> str:
+    """A value of a tree as the user wrote it, as far as that can be told, cut to what fits on a line.
+
+    >>> [show(value) for value in (WrittenFloat(1e6, "1e6"), 7, True, "seven", None)]
+    ['1e6', '7', 'true', "'seven'", 'an empty value']
+    """
+    if value is None:
+        return "an empty value"
+    if isinstance(value, WrittenFloat):
+        return value.text
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, dict):
+        return "a mapping"
+    if isinstance(value, list | tuple):
+        return "a list"
+    return clip(repr(value), 60)

@@ -5,6 +5,8 @@ A package registers one ``PlugIn`` under the entry-point group ``codesign.planne
 
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
+from codesign.models import RefusalError, SpecModel, TaskParameters
+from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.host import HostStyle, HostTask, one_step
 from codesign.planners.interface import (
@@ -36,8 +38,6 @@ from codesign.planners.styles import (
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 from codesign.records import FieldRecord, Record, TaskRecord
-from codesign.spec.model import RefusalError, SpecModel, TaskParameters
-from codesign.spec.part import Part
 
 __all__ = [
     "COMMAND",

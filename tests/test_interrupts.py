@@ -18,7 +18,7 @@ from numba.core.dispatcher import Dispatcher
 
 import codesign
 from codesign.exploration import explore, load_study
-from codesign.spec import Exploration
+from codesign.inputs import Exploration
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 

@@ -13,9 +13,9 @@ from codesign.cli.memory import memory_option
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
+    from codesign.inputs import Platform, Workload
+    from codesign.inputs.problem import ProblemSpec
     from codesign.results.result import Result
-    from codesign.spec import Platform, Workload
-    from codesign.spec.problem import ProblemSpec
 
 DEFAULT = (
     "virtex4-pci:labyrinth",
@@ -61,8 +61,8 @@ def compare(
     """
     import codesign
     from codesign.cli.run import settings_of
+    from codesign.inputs import has_axis
     from codesign.report import comparison_table, render_text
-    from codesign.spec import has_axis
     from codesign.system import problem_from_map, problem_of
 
     if map_file is not None:

@@ -55,7 +55,7 @@ def explore(
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import Advance, progress_shown
     from codesign.cli.run import settings_of
-    from codesign.spec import pin
+    from codesign.inputs import pin
 
     values = settings_of(settings)
     platform_spec, workload_spec = codesign.load_platform(platform), codesign.load_workload(workload)

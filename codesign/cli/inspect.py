@@ -86,7 +86,7 @@ def list_(as_json: bool) -> None:
 def init(folder: Path) -> None:
     """Write my-platform.yaml and my-workload.yaml into FOLDER, to be run and changed."""
     from codesign.files import write_atomically
-    from codesign.spec import starting_files
+    from codesign.inputs import starting_files
 
     texts = starting_files()
     existing = [folder / name for name in texts if (folder / name).exists()]

@@ -156,7 +156,7 @@ def settings_of(texts: Iterable[str]) -> dict[str, object]:
 
 def setting(text: str) -> tuple[str, object]:
     """An axis and its raw value from ``AXIS=VALUE``."""
-    from codesign.spec import parse_value
+    from codesign.inputs import parse_value
 
     axis, separator, value = text.partition("=")
     if not separator or not axis:

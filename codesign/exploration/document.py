@@ -6,8 +6,8 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from codesign.inputs.exploration import ResultFigure
 from codesign.results.result import Result
-from codesign.spec.exploration import ResultFigure
 
 
 class _Model(BaseModel):

@@ -21,8 +21,8 @@ from codesign.exploration.space import canonical
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+    from codesign.inputs import Platform, Workload
     from codesign.maps import OccupancyGrid
-    from codesign.spec import Platform, Workload
 
 _IMPORTED = (*SOURCE_SUFFIXES, *EXTENSION_SUFFIXES)
 _NO_PART_IN_RESULTS = frozenset(
@@ -38,7 +38,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
     Raises:
         MapError: the map cannot be read or made.
     """
-    from codesign.spec import list_parts, load_part
+    from codesign.inputs import list_parts, load_part
     from codesign.system.bind import grid_of
 
     folders = (platform.document.folder / "parts",)
@@ -59,7 +59,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
 
 def variant_digests(workload: Workload) -> dict[str, str]:
     """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
-    from codesign.spec.variants import BASE, VARIANT_AXIS, choose_variant
+    from codesign.inputs.variants import BASE, VARIANT_AXIS, choose_variant
 
     names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
     return {

@@ -22,10 +22,10 @@ from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.exploration.study import Outcome, Study, judged
+from codesign.inputs import Platform, Workload, cross_check, override
+from codesign.inputs.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
 from codesign.memo import Memo
 from codesign.results.result import Result
-from codesign.spec import Platform, Workload, cross_check, override
-from codesign.spec.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
 from codesign.system.bind import bind, grid_of
 from codesign.system.memory import share_of_memory
 

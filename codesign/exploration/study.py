@@ -11,8 +11,8 @@ from typing import Any, Literal
 
 from codesign.exploration.document import Bounds, Counts, Objective, Point, StudyDocument
 from codesign.exploration.front import non_dominated
+from codesign.inputs.exploration import Constraint, ResultFigure
 from codesign.results.result import Reason, Result
-from codesign.spec.exploration import Constraint, ResultFigure
 
 _OF_THE_WHOLE_WAY = frozenset(
     {ResultFigure.MISSION_TIME, ResultFigure.MISSION_ENERGY, ResultFigure.DISTANCE_RATIO}

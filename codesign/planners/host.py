@@ -10,9 +10,9 @@ import numpy as np
 
 from codesign.errors import InputError
 from codesign.figures import Figure
+from codesign.part import Part
 from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
 from codesign.records import TaskRecord
-from codesign.spec.part import Part
 
 
 class Software:

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from codesign.models import SpecModel, TaskParameters
 from codesign.planners.task_graph import Flow
-from codesign.spec.model import SpecModel, TaskParameters
 
 Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""

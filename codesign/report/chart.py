@@ -10,9 +10,9 @@ from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.report.study_tables import level_teller, short_names, varying_axes, why_not
 from codesign.report.wording import figure_cell, labelled, prefix, wants_logarithm
-from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:
     from codesign.exploration import Study

@@ -8,12 +8,12 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.planners.interface import Quality
 from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
 from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, figure_cell, quantity_text
 from codesign.results.result import Result
-from codesign.spec.exploration import ResultFigure
 
 _WIDTH_OF_REASON = 28
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.report.study_tables import axis_levels, varying_axes
 from codesign.report.wording import axis_text, labelled, plural, prefix, wants_logarithm
-from codesign.spec.exploration import ResultFigure
 
 if TYPE_CHECKING:
     from codesign.exploration import Study

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.cost_tables import physical_table, resource_table, sources_table
 from codesign.report.fleet_tables import fleet_end, fleet_headline, fleet_tables, fleet_times_table
@@ -22,7 +23,6 @@ from codesign.report.wording import (
     time_cell,
 )
 from codesign.results.result import DisplayUse, Reason, Result
-from codesign.spec.exploration import ResultFigure
 
 SHORTEST = "path length: the shortest is 8-connected without corner cutting"
 """What a ratio of path lengths is held against."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.report.render import write_csv
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import (
@@ -19,7 +20,6 @@ from codesign.report.wording import (
     quantity_text,
 )
 from codesign.results.result import Reason
-from codesign.spec.exploration import ResultFigure
 from codesign.units import format_count
 
 if TYPE_CHECKING:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from codesign.figures import label
+from codesign.inputs.exploration import ResultFigure
 from codesign.report.table import Cell
-from codesign.spec.exploration import ResultFigure
 from codesign.units import (
     PICOSECONDS_PER_SECOND,
     format_count,

@@ -6,8 +6,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from codesign.inputs.exploration import ResultFigure
 from codesign.results.ledger import Spent
-from codesign.spec.exploration import ResultFigure
 
 CONTACT_POINTS = 100
 """Contacts that a result lists; it counts them all."""

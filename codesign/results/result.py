@@ -12,10 +12,10 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from codesign.figures import Status, label
+from codesign.inputs.exploration import ResultFigure
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
-from codesign.spec.exploration import ResultFigure
 
 
 class _Model(BaseModel):

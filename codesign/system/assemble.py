@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from codesign.planners.external_memory import ExternalMemoryLaw
-from codesign.records import Listener
-from codesign.spec.components import (
+from codesign.inputs.components import (
     Component,
     DifferentialKinematics,
     DisplayComponent,
@@ -19,7 +17,9 @@ from codesign.spec.components import (
     RobotComponent,
     Sensor,
 )
-from codesign.spec.links import BusLink, Link, SerialLink
+from codesign.inputs.links import BusLink, Link, SerialLink
+from codesign.planners.external_memory import ExternalMemoryLaw
+from codesign.records import Listener
 
 if TYPE_CHECKING:
     import simpy

@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
+from codesign.inputs import Platform, Workload, cross_check, fault
+from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.inputs.problem import FileMap, ProblemSpec
+from codesign.inputs.scenario import Drive
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
+from codesign.models import TaskParameters
+from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.styles import Architecture
-from codesign.spec import Part, Platform, Workload, cross_check, fault
-from codesign.spec.components import FpgaComponent, ProcessorComponent
-from codesign.spec.model import TaskParameters
-from codesign.spec.problem import FileMap, ProblemSpec
-from codesign.spec.scenario import Drive
 from codesign.system import catalog
 from codesign.system.drive_faults import drive_faults, robot_faults
 from codesign.system.external import external_of, memory_faults

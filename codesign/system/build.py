@@ -7,17 +7,17 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, RunError, SpecError
-from codesign.planners.interface import Planner
-from codesign.planners.styles import Exchange, Step
-from codesign.planners.task_graph import Flow
-from codesign.records import Listener, Record, TaskRecord
-from codesign.results.ledger import Ledger, Spent
-from codesign.spec.components import (
+from codesign.inputs.components import (
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
 )
+from codesign.planners.interface import Planner
+from codesign.planners.styles import Exchange, Step
+from codesign.planners.task_graph import Flow
+from codesign.records import Listener, Record, TaskRecord
+from codesign.results.ledger import Ledger, Spent
 from codesign.system.assemble import component_of, display_of, link_of
 from codesign.system.bind import System
 from codesign.system.messages import Content, LostMessageError, Messages

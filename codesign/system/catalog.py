@@ -14,13 +14,13 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from codesign import spec
+from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
+from codesign.inputs import SpecModel, Workload
+from codesign.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
 from codesign.planners.styles import Architecture, TaskStyle
-from codesign.spec import SpecModel, Workload
-from codesign.spec.model import TaskParameters
 
 _log = logging.getLogger(__name__)
 

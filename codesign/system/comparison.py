@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError
-from codesign.spec import Platform, Workload, has_axis, override
-from codesign.spec.marks import Document
-from codesign.spec.problem import ProblemSpec
-from codesign.spec.validate import validate
+from codesign.inputs import Platform, Workload, has_axis, override
+from codesign.inputs.faults import validate
+from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.yaml_tree import Document
 
 
 def problem_of(workload: Workload) -> ProblemSpec:

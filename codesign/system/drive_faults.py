@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import Fault, InputError, outside_map
+from codesign.inputs import Platform, Workload, fault
+from codesign.inputs.components import RobotComponent
+from codesign.inputs.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.maps import nearest_free
 from codesign.planners.interface import LOWER_BOUND, Problem
-from codesign.spec import Platform, Workload, fault
-from codesign.spec.components import RobotComponent
-from codesign.spec.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.system import catalog
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.place import resolution_of, robot_of

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from codesign.figures import Status
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.results.result import Energy, Power, Source
-from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.system.bind import System
 from codesign.system.fit import source
 from codesign.units import PICOSECONDS_PER_SECOND

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from codesign.errors import Fault, choose_hint
+from codesign.inputs import Platform, Workload, fault
+from codesign.inputs.components import MemoryComponent
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.styles import Architecture
-from codesign.spec import Platform, Workload, fault
-from codesign.spec.components import MemoryComponent
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
 

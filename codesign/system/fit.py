@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass
 
 from codesign.figures import Figure
+from codesign.part import Part
 from codesign.planners.styles import RESOURCES, Demand, Lever
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse, Source
-from codesign.spec.part import Part
 
 
 @dataclass(frozen=True)

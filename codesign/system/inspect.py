@@ -7,15 +7,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from codesign import spec
+from codesign import inputs as spec
 from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
+from codesign.inputs import Platform, Spec, Workload
+from codesign.inputs.files import is_path
+from codesign.inputs.part_file import load_part_file
+from codesign.inputs.variants import VARIANT_AXIS, choose_variant
+from codesign.inputs.yaml_tree import read_document
+from codesign.part import Part
 from codesign.results.result import Result
-from codesign.spec import Part, Platform, Spec, Workload
-from codesign.spec.locate import is_path
-from codesign.spec.marks import read_document
-from codesign.spec.part import load_part_file
-from codesign.spec.variants import VARIANT_AXIS, choose_variant
 from codesign.system import catalog
 from codesign.system.bind import bind, plannable
 from codesign.system.ready import ready

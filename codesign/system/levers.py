@@ -14,13 +14,13 @@ from typing import Any
 from codesign import interrupts
 from codesign.errors import CodesignError
 from codesign.figures import Figure
+from codesign.inputs import Platform, Workload
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
+from codesign.inputs.design_point import SCENARIO, override
+from codesign.inputs.links import BusLink, SerialLink
+from codesign.inputs.scenario import Drive, WhenBusy
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
 from codesign.results.result import Result
-from codesign.spec import Platform, Workload
-from codesign.spec.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
-from codesign.spec.design_point import SCENARIO, override
-from codesign.spec.links import BusLink, SerialLink
-from codesign.spec.scenario import Drive, WhenBusy
 from codesign.system.bind import System
 from codesign.units import Dimension, format_quantity
 

@@ -2,7 +2,7 @@
 
 An estimate is the sum of the program, of what the planner says that it holds (``Planner.memory``), and of what the
 scenario and those who listen hold. It is that of the peak: between 0.7 and 2 times what was measured over planners and
-sizes (``tests/test_memory.py``). The bound is half of what the machine has free, unless one is given.
+sizes (``tests/system/test_memory.py``). The bound is half of what the machine has free, unless one is given.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from codesign.inputs.scenario import Drive
 from codesign.planners.interface import Problem
-from codesign.spec.scenario import Drive
 from codesign.system.bind import System
 
 PROGRAM_BYTES = 200 * 2**20

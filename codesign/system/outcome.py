@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
+from codesign.inputs.scenario import Drive, ReplanPolicy
 from codesign.memo import Memo
+from codesign.models import TaskParameters
 from codesign.planners.interface import Quality
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Source, Times
-from codesign.spec.components import DisplayComponent, FpgaComponent, ProcessorComponent
-from codesign.spec.model import TaskParameters
-from codesign.spec.scenario import Drive, ReplanPolicy
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer

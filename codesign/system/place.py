@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from codesign.errors import Fault, InputError, choose_hint
+from codesign.inputs import Platform, Workload, fault
+from codesign.inputs.components import ProcessorComponent, RobotComponent
+from codesign.inputs.scenario import Drive
+from codesign.inputs.tasks import SCENARIO_TASKS
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Problem
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
-from codesign.spec import Platform, Workload, fault
-from codesign.spec.components import ProcessorComponent, RobotComponent
-from codesign.spec.scenario import Drive
-from codesign.spec.tasks import SCENARIO_TASKS
 from codesign.system import catalog
 from codesign.system.flows import sound_flows
 

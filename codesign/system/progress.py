@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from codesign.spec import Workload
-from codesign.spec.scenario import Drive
+from codesign.inputs import Workload
+from codesign.inputs.scenario import Drive
 from codesign.units import PICOSECONDS_PER_SECOND
 
 EVENTS_OF_A_TURN = 20

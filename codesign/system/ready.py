@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from codesign.errors import CodesignError, SpecError
+from codesign.inputs import fault
 from codesign.records import Listener
-from codesign.spec import fault
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
 from codesign.system.memory import refusal

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from pydantic import BaseModel
 
 from codesign.errors import CodesignError, Fault
-from codesign.spec import Platform, Workload, fault
-from codesign.spec.components import DisplayComponent
+from codesign.inputs import Platform, Workload, fault
+from codesign.inputs.components import DisplayComponent
 
 if TYPE_CHECKING:
     from codesign.components import Component

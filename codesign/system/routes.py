@@ -6,8 +6,8 @@ from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
-from codesign.spec import Platform
-from codesign.spec.components import DisplayComponent, MemoryComponent
+from codesign.inputs import Platform
+from codesign.inputs.components import DisplayComponent, MemoryComponent
 
 
 class Hop(NamedTuple):

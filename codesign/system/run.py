@@ -7,11 +7,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError, choose_hint
+from codesign.inputs import Platform, Workload
 from codesign.memo import Memo
 from codesign.records import Listener, SummaryRecord
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power, Result
-from codesign.spec import Platform, Workload
 from codesign.system.bind import System, bind
 from codesign.system.build import Machine
 from codesign.system.chain import Answer

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
+from codesign.inputs import load_part
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.interface import COMMAND, Planner, Problem
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
-from codesign.spec import load_part
-from codesign.spec.part import Part
 
 PART = "XC2VP30-6"
 """The shipped part that demands, clock limits and power are asked for."""

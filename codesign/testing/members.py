@@ -7,10 +7,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from codesign.models import SpecModel, TaskParameters
 from codesign.planners.interface import LOWER_BOUND, Planner, Policy
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Memory, TaskStyle
-from codesign.spec.model import SpecModel, TaskParameters
 from codesign.testing.case import Case, Rule, names, of, require, rule
 
 POLICIES = set(get_args(Policy))

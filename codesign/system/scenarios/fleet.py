@@ -30,13 +30,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError
+from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND, LOAD
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
 from codesign.planners.velocity_obstacle.styles.updates import Updates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
-from codesign.spec.scenario import Fleet
 from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY
 from codesign.system.scenarios.fleet_trace import FleetTrace

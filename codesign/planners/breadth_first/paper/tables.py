@@ -8,6 +8,8 @@ import numpy as np
 
 from codesign import maps
 from codesign.figures import Status
+from codesign.inputs.part_file import load_part
+from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import FIT_SIDES, SOFTWARE_FIT_SIDE, Fit, java_cell_seconds
 from codesign.planners.breadth_first.plan import search
@@ -15,7 +17,6 @@ from codesign.planners.breadth_first.plan.parameters import Display, SearchParam
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.software import JAVA_BYTES_A_CELL, JAVA_HEAP
 from codesign.planners.reproduction import Row, Use, row
-from codesign.spec.part import Part, load_part
 
 PART = "XC2VP30-6"
 SVGA_PIXELS = 1056 * 628

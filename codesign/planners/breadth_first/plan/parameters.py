@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from codesign.spec.model import TaskParameters
+from codesign.models import TaskParameters
 
 MAX_QUEUE_WORDS = 2**24
 

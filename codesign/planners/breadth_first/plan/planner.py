@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
+from codesign.models import TaskParameters
 from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import Search, search_nearest
 from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
-from codesign.spec.model import TaskParameters
 
 NO_START = "no start is given"
 

@@ -9,13 +9,13 @@ bits: obstacle, visited), the directions (2 bits) and the queue (an address each
 from __future__ import annotations
 
 from codesign.figures import Status
+from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import Display, MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Bound, Item, Lever
-from codesign.spec.part import Part
 
 CELL_BITS = 2
 DIRECTION_BITS = 2

@@ -20,6 +20,7 @@ import numpy as np
 
 from codesign.figures import Status
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.search import Search
@@ -27,7 +28,6 @@ from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step,
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Bound, Demand, Lever, Step
-from codesign.spec.part import Part
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.search import Search
@@ -29,7 +30,6 @@ from codesign.planners.breadth_first.styles.steps import (
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Architecture, Demand, Memory, Step, is_done
-from codesign.spec.part import Part
 
 SLICES_A_BLOCK_RAM = 16
 """Slices that a block RAM in use counts as in the dynamic power; 4 to 64 bound it. Assumed: the part's figure for a

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.search import Search
@@ -17,7 +18,6 @@ from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
-from codesign.spec.part import Part
 
 Way = tuple[NDArray[np.float64], bool]
 

@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
-from codesign.spec import RefusalError, SpecModel
-from codesign.spec.model import TaskParameters
+from codesign.inputs import RefusalError, SpecModel
+from codesign.models import TaskParameters
 
 MAX_PRECISION = 1023
 

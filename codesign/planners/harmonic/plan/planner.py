@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import (
@@ -24,7 +25,6 @@ from codesign.planners.harmonic.plan.relax import Relaxation, relax
 from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of
-from codesign.spec.model import TaskParameters
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.trajectory import Ascent

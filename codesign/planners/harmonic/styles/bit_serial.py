@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import Relaxation
@@ -16,7 +17,6 @@ from codesign.planners.harmonic.styles import levers, resources, timing
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_notes, relax_steps, task_step
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Architecture, Demand, Memory, Step, is_done
-from codesign.spec.part import Part
 
 
 class BitSerial(Architecture):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from codesign.figures import Status, label
+from codesign.part import Part
 from codesign.planners.harmonic.styles.resources import (
     RAM_WIDTH,
     decision_slices,
@@ -11,7 +12,6 @@ from codesign.planners.harmonic.styles.resources import (
     words,
 )
 from codesign.planners.styles import Bound, Lever
-from codesign.spec.part import Part
 
 Shape = tuple[int, int]
 

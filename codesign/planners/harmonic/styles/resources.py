@@ -14,10 +14,10 @@ from __future__ import annotations
 import math
 
 from codesign.figures import Status
+from codesign.part import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
 from codesign.planners.styles import Item
-from codesign.spec.part import Part
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4

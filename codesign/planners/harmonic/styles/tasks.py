@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -26,7 +27,6 @@ from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
-from codesign.spec.part import Part
 
 Way = tuple[NDArray[np.float64], bool]
 

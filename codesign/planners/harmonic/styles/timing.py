@@ -30,8 +30,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from codesign.figures import Figure, Status, weakest
+from codesign.part import Part
 from codesign.planners.harmonic import published
-from codesign.spec.part import Part
 
 LEVELS_A_PIPELINE_STAGE = 4
 

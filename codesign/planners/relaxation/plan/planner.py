@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.models import TaskParameters
 from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.relaxation.plan.parameters import (
     LoadParameters,
@@ -22,7 +23,6 @@ from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position
-from codesign.spec.model import TaskParameters
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from codesign.figures import Status
+from codesign.inputs import load_part
+from codesign.part import Part
 from codesign.planners.reproduction import Plot, Row, Series, Use, row
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detector, Unit
 from codesign.planners.velocity_obstacle.published import CLOCK, Style
 from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles
-from codesign.spec import load_part
-from codesign.spec.part import Part
 
 PARAMETERS = AvoidParameters()
 HYBRID_USES = {2: Use.FITTED, 4: Use.KNOWN, 8: Use.HELD_OUT}

@@ -9,6 +9,8 @@ from typing import Annotated, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError
+from codesign.inputs import RefusalError, SpecModel
+from codesign.models import TaskParameters
 from codesign.planners.velocity_obstacle.plan.problem import (
     FEWEST_ROBOTS,
     LARGEST_ARENA,
@@ -16,8 +18,6 @@ from codesign.planners.velocity_obstacle.plan.problem import (
     RobotsProblem,
     generate,
 )
-from codesign.spec import RefusalError, SpecModel
-from codesign.spec.model import TaskParameters
 from codesign.units import PICOSECONDS_PER_SECOND, Dimension, parse_quantity
 
 LEAST_WIDTH, MOST_WIDTH = 8, 24

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.models import TaskParameters
 from codesign.planners.interface import Planner, Policy, RobotsQuality
 from codesign.planners.task_graph import Flow
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
@@ -17,7 +18,6 @@ from codesign.planners.velocity_obstacle.plan.faults import fault_of
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, RobotsWorkload
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE
-from codesign.spec.model import TaskParameters
 
 STATE_BYTES = 120
 """Bytes of a robot at one update: 44 in words, 32 in cells, and what judges the run."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from codesign.figures import Status, label
+from codesign.part import Part
 from codesign.planners.styles import Bound, Lever
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources
 from codesign.planners.velocity_obstacle.styles.resources import items
 from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
-from codesign.spec.part import Part
 
 
 def totals(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, int]:

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, PART, TABLE_III, Style
-from codesign.spec.part import Part
 
 FITTED_ROBOTS = (2, 4)
 FORMS: dict[str, Callable[[float], float]] = {

@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 
 from codesign.figures import Status
+from codesign.part import Part
 from codesign.planners.styles import Item
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import (
@@ -43,7 +44,6 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
 )
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, Units, products
-from codesign.spec.part import Part
 
 UNIT_WIDTH = 16
 MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {

@@ -10,6 +10,7 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.styles import Architecture, Demand, Memory, Step
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
@@ -18,7 +19,6 @@ from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
 from codesign.records import TaskRecord
-from codesign.spec.part import Part
 
 if TYPE_CHECKING:
     from codesign.planners.velocity_obstacle.styles.updates import Updates

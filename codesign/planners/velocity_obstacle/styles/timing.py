@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
 from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, Style
 from codesign.planners.velocity_obstacle.styles.resources import units_of
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
-from codesign.spec.part import Part
 
 TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
     "target_check",

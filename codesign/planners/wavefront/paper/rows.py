@@ -322,7 +322,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
 
 def _part_rows() -> Iterator[Row]:
     """What of "large grids on a single chip" fits the four FPGA of the other papers."""
-    from codesign.spec.part import load_part
+    from codesign.inputs.part_file import load_part
 
     node = resources.delay_line_node(Layout((1, 1), BITS))
     for name in PARTS:

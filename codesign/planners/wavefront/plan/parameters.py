@@ -7,9 +7,9 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from codesign.inputs import RefusalError
+from codesign.models import SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
-from codesign.spec import RefusalError
-from codesign.spec.model import SpecModel, TaskParameters
 
 
 class Stop(StrEnum):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import MapError
+from codesign.models import TaskParameters
 from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
@@ -22,7 +23,6 @@ from codesign.planners.wavefront.plan.parameters import (
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.ways import cell_of, from_position
-from codesign.spec.model import TaskParameters
 
 CELL_BITS = 2
 """F and Z of a cell."""

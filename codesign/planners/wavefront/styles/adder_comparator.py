@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 from codesign.figures import Figure
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Item, Step
 from codesign.planners.wavefront.plan.grid import check_cells
@@ -21,7 +22,6 @@ from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.resources import Layout
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, task_step, updates
-from codesign.spec.part import Part
 
 _waves = Memo(max_bytes=2**20)
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Architecture, Bound, Demand, Item, Memory, Step, is_done
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
@@ -17,7 +18,6 @@ from codesign.planners.wavefront.plan.wave import longest_distance, register_bit
 from codesign.planners.wavefront.styles import levers, resources, timing
 from codesign.planners.wavefront.styles.resources import Layout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, task_step, tracked_steps
-from codesign.spec.part import Part
 
 QUIET_ACTIVITY = 0.1
 """Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Item, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
@@ -14,7 +15,6 @@ from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.resources import Layout
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, planned, task_step
-from codesign.spec.part import Part
 
 
 class DelayLine(ArrayStyle):

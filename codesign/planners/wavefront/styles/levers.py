@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from codesign.figures import Status, label
+from codesign.part import Part
 from codesign.planners.styles import Bound, Item, Lever
 from codesign.planners.wavefront.styles.resources import totals
-from codesign.spec.part import Part
 
 Shape = tuple[int, int]
 ItemsOf = Callable[[Shape], tuple[Item, ...]]

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codesign.figures import Status
+from codesign.part import Part
 from codesign.planners.styles import Item
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.published import PAPER, RTL
-from codesign.spec.part import Part
 
 Shape = tuple[int, int]
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.host import HostTask, one_step
@@ -19,7 +20,6 @@ from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
 from codesign.planners.ways import cell_of
-from codesign.spec.part import Part
 
 Way = tuple[NDArray[np.float64], bool]
 

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from codesign.memo import Memo
+from codesign.part import Part
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Item, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells
@@ -28,7 +29,6 @@ from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.resources import Layout
 from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, planned, task_step
-from codesign.spec.part import Part
 
 _kept = Memo(max_bytes=32 * 2**20)
 

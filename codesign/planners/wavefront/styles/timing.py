@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.part import Part
 from codesign.planners.harmonic.styles import timing as harmonic_timing
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.parameters import Paths
-from codesign.spec.part import Part
 
 LOAD_CELLS = 32
 """Cells written a cycle: the array is addressed "like a RAM memory" (Conclusion), one word of 32 nodes. Assumed."""

@@ -10,11 +10,11 @@ import simpy
 
 from codesign.components import PreemptedError
 from codesign.errors import InputError, RunError
+from codesign.inputs.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.memo import Memo
 from codesign.planners.interface import POSE, Problem
 from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.results.ledger import Spent
-from codesign.spec.scenario import ReplanPolicy, ReplanTrigger, WhenBusy
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError

@@ -14,13 +14,13 @@ from codesign.components.command import Command
 from codesign.components.robot import PRESSING, Robot
 from codesign.components.sensor import NOTHING, Scan, Sensor
 from codesign.components.way import Point, cell_of
+from codesign.inputs.components import RobotComponent
+from codesign.inputs.scenario import Drive
 from codesign.mission.belief import Belief, Update
 from codesign.mission.clearance import Clearance
 from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.mission.world import World
 from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
-from codesign.spec.components import RobotComponent
-from codesign.spec.scenario import Drive
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.drive_faults import covered, kept_clear, moving_of
 from codesign.system.messages import Wrong

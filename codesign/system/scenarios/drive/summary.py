@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from codesign import maps
+from codesign.inputs.components import RobotComponent
 from codesign.memo import Memo
 from codesign.mission.inflation import Inflation
 from codesign.results.ledger import SPENT, Ledger, Spent
@@ -23,7 +24,6 @@ from codesign.results.mission import (
     MissionEnergy,
 )
 from codesign.results.result import Power
-from codesign.spec.components import RobotComponent
 from codesign.system.energy import energy
 from codesign.system.scenarios.drive.log import Log
 from codesign.system.scenarios.drive.mission import Drive

@@ -1,0 +1,247 @@
+"""Components of a platform, as declared in YAML: FPGA, processor, external memory, display, robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+
+from codesign.errors import InputError, SpecError
+from codesign.figures import Figure, Status
+from codesign.inputs.fields import (
+    AccelerationFigure,
+    CountFigure,
+    DataFigure,
+    FrequencyFigure,
+    LengthFigure,
+    Name,
+    PositiveFigure,
+    PowerFigure,
+    SpeedFigure,
+    TimeFigure,
+    TurnRateFigure,
+)
+from codesign.inputs.part_file import load_part
+from codesign.models import RefusalError, SpecModel, choice, refused
+from codesign.part import Part
+from codesign.units import format_frequency
+
+MAX_RAYS = 4096
+
+
+class FpgaComponent(SpecModel):
+    """A programmable chip with one clock."""
+
+    type: Literal["fpga"] = Field(description="An FPGA.")
+    part: str = Field(description="Name and speed grade of the part, such as XC4VLX160-12.")
+    clock: FrequencyFigure = Field(description="Clock of the design, at most the part's block RAM limit.")
+    _chip: Part = PrivateAttr()
+
+    @property
+    def chip(self) -> Part:
+        """The part, loaded."""
+        return self._chip
+
+    @field_validator("part", mode="after")
+    @classmethod
+    def _known_part(cls, value: str, info: ValidationInfo) -> str:
+        try:
+            load_part(value, _part_folders(info))
+        except SpecError:
+            raise
+        except InputError as error:
+            raise refused(error) from None
+        return value
+
+    @model_validator(mode="after")
+    def _clock_within_part(self, info: ValidationInfo) -> Self:
+        self._chip = load_part(self.part, _part_folders(info))
+        limit = self._chip.block_ram_clock.interval[1]
+        if self.clock.value > limit:
+            what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
+            hint = "lower the clock, or choose a faster part"
+            raise RefusalError(f"{what} of part {self.part}", hint, ("clock",))
+        return self
+
+
+def _part_folders(info: ValidationInfo) -> tuple[Path, ...]:
+    """The folder ``parts`` beside the platform file."""
+    document = (info.context or {}).get("document")
+    return (document.folder / "parts",) if document else ()
+
+
+class ProcessorPower(SpecModel):
+    """Power of a processor while it computes and while it waits."""
+
+    busy: PowerFigure = Field(description="While it computes.")
+    idle: PowerFigure = Field(description="While it waits.")
+
+
+class ProcessorComponent(SpecModel):
+    """A processor that runs named kernels."""
+
+    type: Literal["processor"] = Field(description="A processor: the robot's host, a PC.")
+    clock: FrequencyFigure = Field(description="Clock of the processor.")
+    costs: dict[Name, TimeFigure] = Field(
+        default={}, description="Time for one unit of each named kernel, such as harmonic_node_update."
+    )
+    cores: Annotated[int, Field(ge=1, le=1024)] = Field(
+        default=1, description="How many tasks it runs at once."
+    )
+    power: ProcessorPower = Field(description="Power, busy and idle.")
+
+
+class BusyPower(SpecModel):
+    """Power of a memory or a link while it works and while it waits."""
+
+    busy: PowerFigure = Field(description="While it works.")
+    idle: PowerFigure = Field(description="While it waits.")
+
+
+class MemoryComponent(SpecModel):
+    """External memory: SRAM, or DRAM with rows that must be opened."""
+
+    type: Literal["memory"] = Field(description="Memory outside of the FPGA.")
+    technology: Literal["sram", "dram"] = Field(description="sram or dram.")
+    beside: Name = Field(description="The FPGA whose pins it hangs on.")
+    capacity: DataFigure = Field(description="How much it holds.")
+    width: PositiveFigure = Field(description="Bits a word.")
+    clock: FrequencyFigure = Field(
+        description="Clock of its interface: the FPGA's design runs no faster beside it."
+    )
+    latency_cycles: CountFigure = Field(description="Cycles from an address to its word, in an open row.")
+    row_words: PositiveFigure | None = Field(default=None, description="dram: words of a row.")
+    row_cycles: CountFigure | None = Field(
+        default=None, description="dram: cycles more where another row is opened."
+    )
+    refresh_share: Annotated[float, Field(ge=0, lt=1)] = Field(
+        default=0.0, description="dram: share of the time that refreshing takes."
+    )
+    power: BusyPower | None = Field(
+        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
+    )
+
+    @model_validator(mode="after")
+    def _rows_of_dram(self) -> Self:
+        for key in ("row_words", "row_cycles"):
+            if (getattr(self, key) is None) == (self.technology == "dram"):
+                what = f"{key} {'is missing' if self.technology == 'dram' else 'says nothing of an SRAM'}"
+                hint = "a DRAM needs row_words and row_cycles, an SRAM has none"
+                raise RefusalError(what, hint, () if self.technology == "dram" else (key,))
+        return self
+
+
+class DisplayComponent(SpecModel):
+    """A display that reads its picture from memory, pixel by pixel (VGA)."""
+
+    type: Literal["display"] = Field(description="A display that scans a memory.")
+    beside: Name = Field(description="The FPGA or memory that it reads its picture from.")
+    pixel_clock: FrequencyFigure = Field(description="Pixels a second while a line is drawn.")
+    columns: PositiveFigure = Field(description="Visible pixels of a line.")
+    rows: PositiveFigure = Field(description="Visible lines.")
+    total_columns: PositiveFigure = Field(description="Pixel clocks of a line, blanking included.")
+    total_rows: PositiveFigure = Field(description="Lines of a frame, blanking included.")
+    pixels_a_word: PositiveFigure = Field(description="Pixels that one read brings.")
+
+    @model_validator(mode="after")
+    def _blanking(self) -> Self:
+        for visible, total in (("columns", "total_columns"), ("rows", "total_rows")):
+            if getattr(self, total).value < getattr(self, visible).value:
+                what = f"{total} of {getattr(self, total).value} is below {visible}"
+                raise RefusalError(what, f"{total} counts the visible {visible} and the blanking", (total,))
+        return self
+
+
+class PointKinematics(SpecModel):
+    """A point that takes any velocity at once."""
+
+    type: Literal["point"] = Field(description="A point: any velocity at once.")
+    speed: SpeedFigure = Field(description="Greatest speed.")
+
+
+class OmnidirectionalKinematics(SpecModel):
+    """Any direction of motion, with an acceleration limit."""
+
+    type: Literal["omnidirectional"] = Field(description="Any direction, with an acceleration limit.")
+    speed: SpeedFigure = Field(description="Greatest speed.")
+    acceleration: AccelerationFigure = Field(description="Greatest acceleration, braking included.")
+
+
+class DifferentialKinematics(SpecModel):
+    """Two driven wheels: drives straight, turns on the spot."""
+
+    type: Literal["differential"] = Field(description="Two driven wheels.")
+    speed: SpeedFigure = Field(description="Greatest speed.")
+    acceleration: AccelerationFigure = Field(description="Greatest acceleration, braking included.")
+    turn_rate: TurnRateFigure = Field(description="Rate of turning on the spot.")
+
+
+KINEMATICS: dict[str, type[SpecModel]] = {
+    "point": PointKinematics,
+    "omnidirectional": OmnidirectionalKinematics,
+    "differential": DifferentialKinematics,
+}
+Kinematics = Annotated[
+    PointKinematics | OmnidirectionalKinematics | DifferentialKinematics, choice("type", KINEMATICS)
+]
+
+
+class RaySensor(SpecModel):
+    """Rays in all directions, each up to the first obstacle."""
+
+    type: Literal["rays"] = Field(description="Rays, each up to the first obstacle.")
+    range: LengthFigure = Field(description="How far it sees; 0 sees nothing.")
+    rays: Annotated[int, Field(ge=1, le=MAX_RAYS)] = Field(description="Rays of one turn.")
+
+
+class RadiusSensor(SpecModel):
+    """Everything within a radius, behind walls too."""
+
+    type: Literal["radius"] = Field(description="All within a radius, behind walls too.")
+    range: LengthFigure = Field(description="How far it sees; 0 sees nothing.")
+
+
+SENSORS: dict[str, type[SpecModel]] = {"rays": RaySensor, "radius": RadiusSensor}
+Sensor = Annotated[RaySensor | RadiusSensor, choice("type", SENSORS)]
+
+
+class RobotPower(SpecModel):
+    """Power of the drives and all else that is no component of its own."""
+
+    moving: PowerFigure = Field(description="While it moves.")
+    standing: PowerFigure = Field(description="While it stands.")
+
+
+class RobotComponent(SpecModel):
+    """The robot's body: what moves, and what sees."""
+
+    type: Literal["robot"] = Field(description="The robot's body.")
+    radius: LengthFigure = Field(
+        default=Figure(0.0, "m", Status.ASSUMED, "a point robot"),
+        description="Radius of its outline; 0 m is a point.",
+    )
+    kinematics: Kinematics = Field(description="How it moves.")
+    sensor: Sensor = Field(description="What it sees.")
+    power: RobotPower = Field(description="Power, moving and standing.")
+
+    @model_validator(mode="after")
+    def _moves(self) -> Self:
+        for key in ("speed", "acceleration", "turn_rate"):
+            figure = getattr(self.kinematics, key, None)
+            if figure is not None and figure.value <= 0:
+                raise RefusalError(f"a {key} of 0", "give one above 0", ("kinematics", key))
+        return self
+
+
+COMPONENTS: dict[str, type[SpecModel]] = {
+    "fpga": FpgaComponent,
+    "processor": ProcessorComponent,
+    "memory": MemoryComponent,
+    "display": DisplayComponent,
+    "robot": RobotComponent,
+}
+Component = Annotated[
+    FpgaComponent | ProcessorComponent | MemoryComponent | DisplayComponent | RobotComponent,
+    choice("type", COMPONENTS),
+]

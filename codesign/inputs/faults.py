@@ -1,0 +1,268 @@
+"""From what pydantic finds wrong to faults with file, line, column, key, value and remedy."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.inputs.yaml_tree import MAX_FAULTS, Document, KeyPath
+from codesign.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
+
+M = TypeVar("M", bound=BaseModel)
+
+
+def validate(
+    model: type[M],
+    document: Document,
+    context: Mapping[str, Any] | None = None,
+    also: Callable[[Document, Mapping[str, Any]], list[Fault]] | None = None,
+) -> M:
+    """The document as a model.
+
+    Args:
+        model: what the document should be.
+        document: the file.
+        context: handed to validators, beside ``document``.
+        also: finds faults that need the raw document, whatever the model thinks of it.
+
+    Raises:
+        SpecError: all faults of the document, those of reading it included, in file order.
+    """
+    made: M | None = None
+    found: list[Fault] = []
+    context = {"document": document, **(context or {})}
+    try:
+        made = model.model_validate(document.tree, context=context)
+    except ValidationError as error:
+        found = translate(error, document)
+    faults = merge(document, [*found, *(also(document, context) if also else ())])
+    if faults or made is None:
+        raise SpecError(faults)
+    return made
+
+
+def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
+    """Faults of reading and of validating; what validating says of places that reading spoilt is noise."""
+    faults = [
+        *document.faults,
+        *(fault for fault in validated if (fault.line, fault.column) not in document.spoilt),
+    ]
+    faults.sort(key=lambda fault: (fault.line, fault.column))
+    if len(faults) > MAX_FAULTS:
+        more = f"and {len(faults) - MAX_FAULTS} more faults"
+        last = faults[MAX_FAULTS - 1]
+        faults = [*faults[:MAX_FAULTS], Fault(last.file, last.line, last.column, "", more)]
+    return faults
+
+
+def translate(
+    error: ValidationError,
+    document: Document,
+    tree: Any = None,
+    place: Callable[[KeyPath], KeyPath | None] = lambda path: path,
+) -> list[Fault]:
+    """The faults that a validation error stands for.
+
+    Args:
+        error: of validating ``tree``.
+        document: where the places are looked up.
+        tree: what was validated; all of the document by default.
+        place: the path in the document of a path in ``tree``, or None for a fault to be left out.
+    """
+    validated = document.tree if tree is None else tree
+    lines = [_Line(line, *_locate(validated, line)) for line in error.errors(include_url=False)]
+    placed = [(path, line) for line in _without_noise(lines) if (path := place(line.path)) is not None]
+    placed.sort(key=lambda pair: document.value_mark(pair[0]))
+    # A hint takes a search for the nearest word: what nobody will read gets none made.
+    faults = [_fault(line, path, document, place) for path, line in placed[: MAX_FAULTS + 1]]
+    faults += [document.fault(path, line.message) for path, line in placed[MAX_FAULTS + 1 :]]
+    # Two branches of a union, or a model and its parent, may say the same thing of the same place.
+    return list(dict.fromkeys(faults))
+
+
+class _Line:
+    """One line of a validation error, with the path it means and the branches of unions it went through."""
+
+    def __init__(self, line: Any, path: KeyPath, branch: tuple[KeyPath, str] | None) -> None:
+        self.type: str = line["type"]
+        self.value: Any = line["input"]
+        self.context: dict[str, Any] = line.get("ctx", {})
+        self.message: str = line["msg"]
+        self.last_step: str | int | None = line["loc"][-1] if line["loc"] else None
+        self.path = path
+        self.branch = branch
+
+
+def _locate(tree: Any, line: Any) -> tuple[KeyPath, tuple[KeyPath, str] | None]:
+    """The path that the location of an error means, and its first union branch: (path of the union, branch).
+
+    Pydantic puts the names of union branches and ``[key]`` between the steps; neither stands in the tree. Of what
+    is missing, a key belongs to the path; an entry of a list that is too short does not.
+    """
+    path: list[str | int] = []
+    branch = None
+    missing = line["type"] == "missing"
+    for position, step in enumerate(line["loc"]):
+        last = position == len(line["loc"]) - 1
+        inside = isinstance(tree, list) and isinstance(step, int) and step < len(tree)
+        if inside or (isinstance(tree, dict) and step in tree):
+            tree = tree[step]
+            path.append(step)
+        elif missing and last:
+            path += [step] if isinstance(step, str) else []
+        elif step != "[key]" and branch is None:
+            branch = tuple(path), str(step)
+    return tuple(path), branch
+
+
+def _without_noise(lines: list[_Line]) -> list[_Line]:
+    """Keep of each union the branch that was meant: of the right kind, with the fewest complaints."""
+    unions: dict[KeyPath, dict[str, list[_Line]]] = {}
+    for line in lines:
+        if line.branch:
+            unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
+    kept = [line for line in lines if not line.branch and not _miscounted(line)]
+    for union, branches in unions.items():
+        begun = [found for found in branches.values() if not any(_wrong_kind(line, union) for line in found)]
+        if begun:
+            kept += sorted(begun, key=len)[0]
+        else:
+            first = next(iter(branches.values()))[0]
+            kinds = dict.fromkeys(_kind(line) for found in branches.values() for line in found)
+            first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
+            kept.append(first)
+    return kept
+
+
+def _wrong_kind(line: _Line, union: KeyPath) -> bool:
+    return line.path == union and line.type.endswith("_type")
+
+
+def _miscounted(line: _Line) -> bool:
+    """Whether a list is called too short only because entries of it were refused."""
+    return line.type == "too_short" and len(line.value) >= line.context["min_length"]
+
+
+def _fault(
+    line: _Line, path: KeyPath, document: Document, place: Callable[[KeyPath], KeyPath | None]
+) -> Fault:
+    refusal = line.context.get("error")
+    if isinstance(refusal, RefusalError):
+        inner = place((*line.path, *refusal.at)) or path
+        return document.fault(inner, refusal.what, refusal.hint, at_key=refusal.of_key)
+    if line.type in {"unknown_key", "extra_forbidden"}:
+        word = clip(str(path[-1]), 60) if path else ""
+        accepted = line.context.get("accepted")
+        hint = choose_hint(word, accepted) if accepted is not None else None
+        return document.fault(path, "unknown key", hint, at_key=True)
+    if line.type == "missing" and isinstance(line.last_step, int):
+        what = f"{show(line.value)} of {line.last_step} entries is too short"
+        return document.fault(path, what, f"{line.last_step + 1} needed")
+    if line.type == "missing":
+        return document.fault(path, "missing", "add this key")
+    what, hint = _explain(line)
+    is_key = line.type == "string_pattern_mismatch" and bool(path) and line.value == path[-1]
+    return document.fault(path, what, hint, at_key=is_key)
+
+
+_KINDS = {
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "string": "text",
+    "list": "a list",
+    "tuple": "a list",
+    "set": "a list",
+    "dict": "a mapping",
+    "model": "a mapping",
+    "finite": "a finite number",
+}
+
+
+def _kind(line: _Line) -> str:
+    return _KINDS.get(line.type.split("_")[0], "")
+
+
+_BOUNDS: dict[str, tuple[str, str]] = {
+    "greater_than": ("gt", "above"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "below"),
+    "less_than_equal": ("le", "at most"),
+}
+
+
+def _explain(line: _Line) -> tuple[str, str | None]:
+    shown, context = show(line.value), line.context
+    if line.type in _BOUNDS:
+        key, words = _BOUNDS[line.type]
+        return f"{shown} is out of bounds", f"it must be {words} {context[key]}"
+    for prefix, explain in _EXPLAINED.items():
+        if line.type.startswith(prefix):
+            return explain(line, shown)
+    expected = context.get("expected") if line.type == "union" else _kind(line)
+    if expected:
+        return f"{shown} is not {expected}", _type_hint(line) or f"write {expected}"
+    message = line.message.removeprefix("Value error, ")
+    # The parser's place and key say which list or mapping; a validator's own words say the rest.
+    return message if isinstance(line.value, list | dict) else f"{shown}: {message}", None
+
+
+def _too_short(line: _Line, shown: str) -> tuple[str, str | None]:
+    count, least = line.context.get("actual_length"), line.context.get("min_length")
+    return f"{shown} of {count} entries is too short", f"at least {least} needed"
+
+
+def _too_long(line: _Line, shown: str) -> tuple[str, str | None]:
+    count, most = line.context.get("actual_length"), line.context.get("max_length")
+    return f"{shown} of {count} entries is too long", f"at most {most} accepted"
+
+
+def _choose(line: _Line, shown: str) -> tuple[str, str | None]:
+    words = [word.strip(" '") for word in str(line.context["expected"]).replace(" or ", ",").split(",")]
+    return f"{shown} is not accepted", choose_hint(clip(str(line.value), 60), words)
+
+
+_PATTERNS = {
+    NAME_PATTERN: "letters, digits, _ and -, a letter first",
+    SPEED_GRADE_PATTERN: 'a dash and letters or digits, such as "-12"',
+}
+_EXPLAINED: dict[str, Callable[[_Line, str], tuple[str, str | None]]] = {
+    "too_short": _too_short,
+    "too_long": _too_long,
+    "string_too_short": lambda _line, _shown: ("is empty", "write some text"),
+    "string_too_long": lambda line, shown: (
+        f"{shown} is too long",
+        f"at most {line.context['max_length']} characters",
+    ),
+    "string_pattern": lambda line, shown: (f"{shown} is not a name", _PATTERNS.get(line.context["pattern"])),
+    "enum": _choose,
+    "literal": _choose,
+}
+
+
+def _type_hint(line: _Line) -> str | None:
+    value = line.value
+    if line.type.startswith("bool") and isinstance(value, str):
+        return "write true or false, in lower case, without quotes"
+    if line.type.startswith(("int", "float")) and isinstance(value, str):
+        plain = value.replace("_", "").replace(",", "").strip()
+        return f"write {plain}" if plain != "" and plain.lstrip("+-").isdecimal() else None
+    if line.type.startswith("int") and isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return f"write {int(value)}"
+    if line.type.startswith("string") and isinstance(value, int | float):
+        return "quote it"
+    if line.type.startswith(("list", "tuple")) and not isinstance(value, dict):
+        return _list_hint(value)
+    return None
+
+
+def _list_hint(value: Any) -> str:
+    """How a list is written; with the entries, where they can be told from ``72x66``, ``72 × 66`` or ``72, 66``."""
+    entries = re.split(r"\s*[x×X,;*]\s*|\s+", clip(str(value), 60).strip(" ()"))
+    if isinstance(value, str) and all(entry.isdecimal() for entry in entries):
+        return f"write [{', '.join(entries)}]"
+    return "write the entries in brackets: [first, second]"

@@ -1,0 +1,94 @@
+"""Where shipped platforms, parts and workloads lie, and how a user names a spec: by name or by path."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from typing import Any
+
+from codesign.errors import InputError, SpecError, choose_hint, clip
+from codesign.inputs.yaml_tree import parse_document
+
+
+def data_folder(name: str) -> Path:
+    """The folder of shipped data, ``platforms`` or ``workloads``: the checkout's, or else the wheel's."""
+    package = Path(__file__).resolve().parent.parent
+    checkout = package.parent
+    return (checkout if (checkout / "pyproject.toml").is_file() else package) / name
+
+
+def shipped_names(folder: str) -> list[str]:
+    """Names of the YAML files of a folder of shipped data, sorted."""
+    return sorted(path.stem for path in data_folder(folder).glob("*.yaml"))
+
+
+def is_path(source: str | Path) -> bool:
+    """Whether a user's word for a spec is a path: it has a separator or ends in .yaml or .yml."""
+    if isinstance(source, Path):
+        return True
+    return "/" in source or os.sep in source or source.endswith((".yaml", ".yml"))
+
+
+def find_spec(source: str | Path, folder: str) -> tuple[Path, str]:
+    """The file that a user means, and what to call it in messages.
+
+    Args:
+        source: a shipped name (``virtex4-pci``) or a path.
+        folder: ``platforms`` or ``workloads``.
+
+    Raises:
+        InputError: no such name; with the nearest one and the list.
+    """
+    if is_path(source):
+        return Path(source), str(source)
+    names = shipped_names(folder)
+    if str(source) not in names:
+        kind = folder.removesuffix("s")
+        hint = f"{choose_hint(clip(str(source), 60), names)}; or name a file, such as ./mine.yaml"
+        raise InputError(f"there is no shipped {kind} {clip(str(source))!r}", hint=hint)
+    path = data_folder(folder) / f"{source}.yaml"
+    return path, shown(path)
+
+
+def shown(path: Path) -> str:
+    """The path as seen from the current folder where it lies below it, else whole."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except (ValueError, OSError):
+        return str(path)
+
+
+_STARTERS = {
+    "my-platform.yaml": ("platforms", "virtex4-pci"),
+    "my-workload.yaml": ("workloads", "labyrinth"),
+}
+
+
+def parse_value(text: str, where: str) -> Any:
+    """A value typed on the command line, by the rules of a spec file: ``6``, ``[36, 66]``, ``100 MHz``.
+
+    Raises:
+        InputError: no YAML value; ``where`` says where it was typed.
+    """
+    if not text.strip():
+        raise InputError("no value", where, "write one, as in a YAML file")
+    try:
+        document = parse_document(text.encode("utf-8", "surrogateescape"), where, Path())
+    except SpecError as error:
+        first = error.faults[0]
+        raise InputError(first.what, where, first.hint) from None
+    for first in document.faults:
+        raise InputError(first.what, where, first.hint)
+    return document.tree
+
+
+def starting_files() -> dict[str, str]:
+    """A platform and a workload to run and change, by file name: the shipped ones under a new name."""
+    texts = {}
+    for file, (folder, name) in _STARTERS.items():
+        text = (data_folder(folder) / f"{name}.yaml").read_text(encoding="utf-8")
+        texts[file] = re.sub(
+            rf"^name: {name}$", f"name: {file.removesuffix('.yaml')}", text, count=1, flags=re.M
+        )
+    return texts

@@ -1,0 +1,117 @@
+"""Links of a platform, as declared in YAML: parallel bus, serial line, and one that takes no time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from codesign.inputs.components import BusyPower
+from codesign.inputs.fields import CountFigure, Duration, FrequencyFigure, Name, PositiveFigure
+from codesign.models import RefusalError, SpecModel, choice
+
+MAX_ENDS = 256
+MAX_OUTAGES = 1000
+
+Probability = Annotated[float, Field(ge=0, lt=1)]
+Ends = Annotated[tuple[Name, ...], Field(min_length=2, max_length=MAX_ENDS)]
+
+
+class Late(SpecModel):
+    """Messages that come late."""
+
+    share: Probability = Field(description="Share of the messages.")
+    delay: Duration = Field(description="How much later they come.")
+
+
+class LinkErrors(SpecModel):
+    """What goes wrong on a link, drawn from a stream of its own."""
+
+    bit_error_rate: Probability = Field(default=0.0, description="Probability that a bit arrives wrong.")
+    checksum_bits: Annotated[int, Field(ge=0, le=64)] = Field(
+        default=16, description="Bits of the checksum of each message; 0: none, and damage is not seen."
+    )
+    retries: Annotated[int, Field(ge=0, le=1000)] = Field(
+        default=3, description="How often a damaged or lost message is sent again."
+    )
+    timeout: Duration = Field(default=10**9, description="Wait before it is sent again.")
+    drop: Probability = Field(default=0.0, description="Probability that a message is lost on the way.")
+    late: Late | None = Field(default=None, description="Messages that come late.")
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = Field(default=0, description="Chooses which messages.")
+
+
+class Outage(SpecModel):
+    """A span in which the link is down."""
+
+    begin: Duration = Field(description="From when.")
+    end: Duration | None = Field(default=None, description="Until when; for good without.")
+
+    @model_validator(mode="after")
+    def _ends_later(self) -> Self:
+        if self.end is not None and self.end <= self.begin:
+            raise RefusalError("the outage ends before it begins", "give a later end, or none", ("end",))
+        return self
+
+
+class _Link(SpecModel):
+    between: Ends = Field(description="The components that it joins.")
+    errors: LinkErrors | None = Field(default=None, description="What goes wrong on it; nothing without.")
+    outages: Annotated[tuple[Outage, ...], Field(max_length=MAX_OUTAGES)] = Field(
+        default=(), description="When it is down."
+    )
+    power: BusyPower | None = Field(
+        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
+    )
+
+    @field_validator("outages", mode="after")
+    @classmethod
+    def _in_order(cls, value: tuple[Outage, ...]) -> tuple[Outage, ...]:
+        for index, (one, other) in enumerate(pairwise(value), 1):
+            if one.end is None or other.begin < one.end:
+                what = "the outage begins before the one ahead of it ends"
+                raise RefusalError(what, "list outages in order, apart from each other", (index,))
+        return value
+
+
+class BusLink(_Link):
+    """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
+
+    type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
+    width: PositiveFigure = Field(description="Bits a word: one word a clock at most.")
+    clock: FrequencyFigure = Field(description="Clock of the bus.")
+    setup_cycles: CountFigure = Field(description="Cycles before the first word of a burst.")
+    burst_words: PositiveFigure = Field(description="Most words of one burst.")
+    arbitration: Literal["message", "burst"] = Field(
+        default="message",
+        description="When another sender may be next: after a message, or after each burst.",
+    )
+
+
+class SerialLink(_Link):
+    """A serial line (UART): each character framed by start, parity and stop bits; both ways at once."""
+
+    type: Literal["serial"] = Field(description="A serial line, framed character by character.")
+    baud: PositiveFigure = Field(description="Bits a second on the line, frame included.")
+    data_bits: Annotated[int, Field(ge=5, le=9)] = Field(default=8, description="Data bits of a character.")
+    start_bits: Annotated[int, Field(ge=1, le=1)] = Field(default=1, description="Start bits of a character.")
+    stop_bits: float = Field(default=1.0, description="Stop bits of a character: 1, 1.5 or 2.")
+    parity: Literal["none", "even", "odd"] = Field(default="none", description="Parity bit of a character.")
+    fifo_depth: PositiveFigure = Field(description="Characters that the sender's FIFO holds.")
+
+    @field_validator("stop_bits", mode="before")
+    @classmethod
+    def _of_the_three(cls, value: Any) -> float:
+        if isinstance(value, bool) or not isinstance(value, int | float) or value not in {1, 1.5, 2}:
+            raise RefusalError(f"{value!r} stop bits", "1, 1.5 or 2")
+        return float(value)
+
+
+class IdealLink(_Link):
+    """A link that takes no time: for what is not to be studied, and for checks."""
+
+    type: Literal["ideal"] = Field(description="A link that takes no time.")
+
+
+LINKS: dict[str, type[SpecModel]] = {"bus": BusLink, "serial": SerialLink, "ideal": IdealLink}
+Link = Annotated[BusLink | SerialLink | IdealLink, choice("type", LINKS)]

@@ -1,0 +1,204 @@
+"""Part files: a chip in all its speed grades, found by name and read."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
+
+from codesign.errors import Fault, InputError, choose_hint, clip
+from codesign.figures import Figure, Status
+from codesign.inputs.base import Spec
+from codesign.inputs.faults import validate
+from codesign.inputs.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
+from codesign.inputs.files import data_folder, shown
+from codesign.inputs.yaml_tree import Document, read_document
+from codesign.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
+from codesign.part import Part
+
+COUNTED = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
+"""The kinds of resource that laws count in."""
+
+LUT6_SLICE = 2
+"""Slices of two LUT and two flip-flops that stand in one of four LUT6 and at least four flip-flops."""
+
+
+class Resources(SpecModel):
+    """Budgets of a part; 0 for what it lacks.
+
+    ``lut4``, or ``lut6`` where a slice has four LUT of six inputs (Virtex-5 and later). ``block_rams``: of 18 kbit; one
+    of 36 kbit counts as two.
+    """
+
+    slices: CountFigure
+    lut4: CountFigure | None = None
+    lut6: CountFigure | None = None
+    flip_flops: CountFigure
+    block_rams: CountFigure
+    multipliers: CountFigure
+
+    @model_validator(mode="after")
+    def _one_make_of_lut(self) -> Self:
+        if (self.lut4 is None) == (self.lut6 is None):
+            what = "neither lut4 nor lut6 is given" if self.lut4 is None else "both lut4 and lut6 are given"
+            raise RefusalError(what, "give the one that the part's slices are made of")
+        return self
+
+    def counted(self) -> dict[str, Figure]:
+        """The budgets by kind as laws count them: in LUT4, and in slices of two LUT4 and two flip-flops.
+
+        A LUT6 does what any LUT4 does; it does the work of two where they need no more than five inputs between them.
+        So the conversion is a floor, and the interval reaches to twice as much.
+        """
+        counted = {kind: getattr(self, kind) for kind in COUNTED}
+        if self.lut6 is not None:
+            lut6 = "a LUT6 taken for each LUT4 of a law, though two may share one"
+            halves = "laws count slices of two LUT and two flip-flops, two of them for each of these"
+            counted["lut4"] = _converted(self.lut6, 1, lut6)
+            counted["slices"] = _converted(self.slices, LUT6_SLICE, halves)
+        return counted
+
+
+def _converted(figure: Figure, factor: int, how: str) -> Figure:
+    """``factor`` times a count of LUT6 or of their slices, and up to twice as much."""
+    amount = factor * int(figure.value)
+    return Figure(amount, figure.unit, Status.ASSUMED, f"{figure.source}; {how}", amount, 2 * amount)
+
+
+class BlockRam(SpecModel):
+    """The (depth, width) shapes that one block RAM may be configured as."""
+
+    shapes: Annotated[
+        tuple[tuple[Annotated[int, Field(ge=1, le=2**24)], Annotated[int, Field(ge=1, le=4096)]], ...],
+        Field(min_length=1, max_length=64),
+    ]
+
+
+class PartPower(SpecModel):
+    """Power: ``static`` of the chip, ``dynamic`` of one occupied slice of it at 1 MHz and typical activity."""
+
+    static: PowerFigure
+    dynamic: SlicePowerFigure
+
+
+class SpeedGrade(SpecModel):
+    """Limits of one speed grade."""
+
+    block_ram_clock: FrequencyFigure
+
+
+SpeedGradeName = Annotated[str, Field(pattern=SPEED_GRADE_PATTERN, max_length=8)]
+
+
+class PartFile(Spec):
+    """A part file: one chip in all its speed grades."""
+
+    kind: Literal["part"]
+    name: Name
+    family: str
+    description: str = ""
+    resources: Resources
+    block_ram: BlockRam
+    power: PartPower
+    speed_grades: Annotated[dict[SpeedGradeName, SpeedGrade], Field(min_length=1)]
+
+    def part(self, speed_grade: str) -> Part:
+        """The chip in one of its speed grades."""
+        return Part(
+            name=self.name,
+            family=self.family,
+            speed_grade=speed_grade,
+            resources=self.resources.counted(),
+            block_ram_shapes=self.block_ram.shapes,
+            block_ram_clock=self.speed_grades[speed_grade].block_ram_clock,
+            static_power=self.power.static,
+            dynamic_power=self._dynamic_power(),
+        )
+
+    def _dynamic_power(self) -> Figure:
+        """Of one slice as laws count them."""
+        figure = self.power.dynamic
+        if self.resources.lut6 is None:
+            return figure
+        low, high = (bound / LUT6_SLICE for bound in figure.interval)
+        text = f"{figure.source}; half of it for each of the two slices that laws count in one of these"
+        return Figure(figure.value / LUT6_SLICE, figure.unit, figure.status, text, low, high)
+
+
+def parts_folder() -> Path:
+    """The folder of shipped parts."""
+    return data_folder("platforms") / "parts"
+
+
+def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
+    """The part with a name and speed grade such as ``XC4VLX160-12``.
+
+    Args:
+        full_name: name and speed grade.
+        folders: searched before the shipped parts, for files ``NAME.yaml``.
+
+    Raises:
+        InputError: no such part or speed grade; with the nearest one and the list.
+        SpecError: a faulty part file.
+    """
+    files = _part_files(folders)
+    name, dash, grade = full_name.partition("-")
+    if name not in files:
+        raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
+    part_file = load_part_file(files[name])
+    if dash + grade not in part_file.speed_grades:
+        grades = [f"{name}{known}" for known in part_file.speed_grades]
+        lacks = (
+            f"no speed grade {clip(dash + grade)!r}" if grade else "several speed grades; one has to be named"
+        )
+        raise InputError(f"part {name} has {lacks}", hint=choose_hint(clip(full_name, 60), grades))
+    return part_file.part(dash + grade)
+
+
+def list_parts(folders: Sequence[Path] = ()) -> list[str]:
+    """Full names of all parts, in every speed grade, sorted."""
+    loaded = [load_part_file(path) for path in _part_files(folders).values()]
+    return sorted(f"{part.name}{grade}" for part in loaded for grade in part.speed_grades)
+
+
+def load_part_file(path: Path) -> PartFile:
+    """A part file; read once a process as long as it does not change.
+
+    Raises:
+        SpecError: all the faults of the file.
+    """
+    try:
+        state = path.stat()
+    except OSError:
+        return _load_part_file(path, 0, 0)
+    return _load_part_file(path, state.st_mtime_ns, state.st_size)
+
+
+@functools.lru_cache(maxsize=256)
+def _load_part_file(path: Path, _modified: int, _size: int) -> PartFile:
+    document = read_document(path, shown(path))
+    return validate(PartFile, document, also=_name_fault).with_document(document)
+
+
+def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Parts are found by the names of their files, so the two have to agree."""
+    name = document.tree.get("name") if isinstance(document.tree, dict) else None
+    expected = Path(document.file).stem
+    if not isinstance(name, str) or name == expected:
+        return []
+    return [
+        document.fault(
+            ("name",), f"{clip(name)!r} in file {expected}.yaml", "give file and part the same name"
+        )
+    ]
+
+
+def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    for folder in (*folders, parts_folder()):
+        for path in sorted(folder.glob("*.yaml")):
+            found.setdefault(path.stem, path)
+    return found

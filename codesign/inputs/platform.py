@@ -1,0 +1,121 @@
+"""A platform: components and the links between them, as declared in YAML."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from codesign.errors import Fault, choose_hint, clip
+from codesign.inputs.base import Spec
+from codesign.inputs.components import Component, FpgaComponent
+from codesign.inputs.faults import validate
+from codesign.inputs.fields import Name
+from codesign.inputs.files import find_spec, shipped_names
+from codesign.inputs.links import MAX_ENDS, Link
+from codesign.inputs.yaml_tree import Document, read_document
+
+MAX_NAMES = 256
+"""Components of a platform, and links of a platform."""
+
+
+class Platform(Spec):
+    """Components and links."""
+
+    kind: Literal["platform"] = Field(description="This file is a platform.")
+    name: Name = Field(description="Name of the platform.")
+    description: str = Field(default="", description="What it is, for humans.")
+    components: Annotated[dict[Name, Component], Field(min_length=1, max_length=MAX_NAMES)] = Field(
+        description="Components by name."
+    )
+    links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
+        default={}, description="Links by name."
+    )
+
+    def _identity(self) -> dict[str, Any]:
+        chips = [
+            part.chip.model_dump(mode="json")
+            for part in self.components.values()
+            if isinstance(part, FpgaComponent)
+        ]
+        return {**super()._identity(), "chips": chips}
+
+
+def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Links that join what is no component, or one twice, or that go by the name of a component."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    components, links = tree.get("components"), tree.get("links")
+    if not isinstance(components, dict) or not isinstance(links, dict):
+        return []
+    if max(len(components), len(links)) > MAX_NAMES:
+        return []
+    faults = []
+    for name, link in links.items():
+        if name in components:
+            what, hint = f"{clip(name)} names a component too", "give the link a name of its own"
+            faults.append(document.fault(("links", name), what, hint, at_key=True))
+        ends = link.get("between") if isinstance(link, dict) else None
+        ends = ends[:MAX_ENDS] if isinstance(ends, list) else []
+        for index, end in enumerate(ends):
+            path = ("links", name, "between", index)
+            if not isinstance(end, str):
+                continue
+            if end not in components:
+                hint = choose_hint(clip(end, 60), components)
+                faults.append(document.fault(path, f"there is no component {clip(end)!r}", hint))
+            elif end in ends[:index]:
+                faults.append(document.fault(path, f"{clip(end)} is named twice", "name it once"))
+    return faults
+
+
+_BESIDE = {"memory": ("fpga",), "display": ("fpga", "memory")}
+"""What a component of each type may stand beside."""
+
+
+def _beside_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+    """Memories and displays that stand beside what is no component, or one of the wrong type."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    components = tree.get("components")
+    if not isinstance(components, dict) or len(components) > MAX_NAMES:
+        return []
+    faults = []
+    for name, component in components.items():
+        kind, beside = (
+            (component.get(key) for key in ("type", "beside")) if isinstance(component, dict) else (0, 0)
+        )
+        if not isinstance(kind, str) or kind not in _BESIDE or not isinstance(beside, str):
+            continue
+        path, accepted = ("components", name, "beside"), _BESIDE[kind]
+        other = components.get(beside)
+        if other is None:
+            what, hint = f"there is no component {clip(beside)!r}", choose_hint(clip(beside, 60), components)
+            faults.append(document.fault(path, what, hint))
+        elif isinstance(other, dict) and other.get("type") not in accepted:
+            what = f"{clip(beside)} is no {' or '.join(accepted)}"
+            faults.append(document.fault(path, what, f"name a component of type {' or '.join(accepted)}"))
+    return faults
+
+
+def _name_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+    return _link_faults(document, context) + _beside_faults(document, context)
+
+
+def load_platform(source: str | Path) -> Platform:
+    """The platform with a shipped name (``virtex4-pci``), or in a file (with a separator or ``.yaml``).
+
+    Its parts are looked for in the folder ``parts`` beside the file first, then among the shipped ones.
+
+    Raises:
+        InputError: no shipped platform of that name.
+        SpecError: all the faults of the file.
+    """
+    path, shown = find_spec(source, "platforms")
+    document = read_document(path, shown)
+    return validate(Platform, document, also=_name_faults).with_document(document)
+
+
+def list_platforms() -> list[str]:
+    """Names of the shipped platforms."""
+    return shipped_names("platforms")

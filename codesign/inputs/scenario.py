@@ -1,0 +1,213 @@
+"""The scenario of a workload: what the plan is used for."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from codesign.inputs.fields import Cell, Duration, Length, Name, Speed
+from codesign.models import RefusalError, SpecModel, choice
+from codesign.units import PICOSECONDS_PER_SECOND
+
+MAX_OBSTACLES = 10_000
+MAX_TOUR = 10_000
+
+Count = Annotated[int, Field(ge=1, le=4096)]
+Seed = Annotated[int, Field(ge=0, le=2**63 - 1)]
+
+_MILLISECOND = PICOSECONDS_PER_SECOND // 1000
+_MINUTE = 60 * PICOSECONDS_PER_SECOND
+
+
+class PlanOnce(SpecModel):
+    """One plan, from a map that does not change."""
+
+    type: Literal["plan_once"] = Field(
+        default="plan_once", description="One plan, from a map that does not change."
+    )
+
+
+class Rectangle(SpecModel):
+    """A rectangle of cells."""
+
+    row: Annotated[int, Field(ge=0)] = Field(description="Its first row.")
+    column: Annotated[int, Field(ge=0)] = Field(description="Its first column.")
+    rows: Count = Field(default=1, description="How many rows.")
+    columns: Count = Field(default=1, description="How many columns.")
+
+
+class AppearingObstacle(Rectangle):
+    """Cells that become an obstacle at some time."""
+
+    at: Duration = Field(description="When it appears.")
+    until: Duration | None = Field(default=None, description="When it is gone again; never without.")
+
+    @model_validator(mode="after")
+    def _goes_later(self) -> Self:
+        if self.until is not None and self.until <= self.at:
+            raise RefusalError("it is gone before it appears", "give a later time, or none", ("until",))
+        return self
+
+
+class MovingObstacle(SpecModel):
+    """A rectangle that goes to and fro along a route, and waits for the robot."""
+
+    size: tuple[Count, Count] = Field(default=(1, 1), description="Its rows and columns.")
+    route: Annotated[tuple[Cell, ...], Field(min_length=2, max_length=1000)] = Field(
+        description="Cells that its first row and column go through, straight from one to the next, then back."
+    )
+    speed: Speed = Field(description="How fast it goes.")
+    begin: Duration = Field(default=0, description="When it sets out.")
+
+    @model_validator(mode="after")
+    def _goes(self) -> Self:
+        if self.speed <= 0:
+            raise RefusalError(
+                "an obstacle with a speed of 0 does not move", "list it as appearing", ("speed",)
+            )
+        return self
+
+
+class RandomObstacles(SpecModel):
+    """Squares that appear at random times and places."""
+
+    count: Annotated[int, Field(ge=1, le=MAX_OBSTACLES)] = Field(description="How many.")
+    size: Count = Field(default=1, description="Side of each, cells.")
+    begin: Duration = Field(default=0, description="When the first may appear.")
+    end: Duration = Field(description="When the last has appeared.")
+    stay: Duration | None = Field(default=None, description="How long each stays; for good without.")
+    seed: Seed = Field(default=0, description="Chooses when and where.")
+
+    @model_validator(mode="after")
+    def _span(self) -> Self:
+        if self.end < self.begin:
+            raise RefusalError("the end lies before the begin", "give a later end", ("end",))
+        if self.stay == 0:
+            raise RefusalError("a stay of no time", "give a time above 0, or none: for good", ("stay",))
+        return self
+
+
+class Obstacles(SpecModel):
+    """Obstacles that come after the start. Those that the robot does not know at the start are ``hidden``."""
+
+    appearing: Annotated[tuple[AppearingObstacle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
+        default=(), description="Obstacles that appear at given times."
+    )
+    moving: Annotated[tuple[MovingObstacle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
+        default=(), description="Obstacles that move."
+    )
+    random: RandomObstacles | None = Field(default=None, description="Obstacles that appear at random.")
+
+
+class ReplanPolicy(StrEnum):
+    """What a new plan starts from."""
+
+    RESTART = "restart"
+    LOWER_BOUND = "lower_bound"
+    CONTINUE = "continue"
+
+
+class ReplanTrigger(StrEnum):
+    """What asks for a new plan."""
+
+    BLOCKED = "blocked"
+    CHANGE = "change"
+
+
+class WhenBusy(StrEnum):
+    """What happens to a plan under way when a newer one is asked for."""
+
+    FINISH = "finish"
+    RESTART = "restart"
+
+
+class Replan(SpecModel):
+    """When and how a new plan is made."""
+
+    policy: ReplanPolicy | None = Field(
+        default=None,
+        description="restart: from nothing; lower_bound: from a start that the host makes; continue: from the old"
+        " values; by default the planner's first.",
+    )
+    trigger: ReplanTrigger = Field(
+        default=ReplanTrigger.BLOCKED,
+        description="blocked: when the way is blocked; change: when anything new was seen.",
+    )
+    when_busy: WhenBusy = Field(
+        default=WhenBusy.FINISH,
+        description="finish: a plan under way is ended first; restart: it is broken off.",
+    )
+
+
+class _Mission(SpecModel):
+    limit: Duration = Field(
+        default=60 * _MINUTE, description="Simulated time after which the mission is given up."
+    )
+    events: Annotated[int, Field(ge=1, le=10**10)] = Field(
+        default=2_000_000,
+        description="Events after which the mission is given up: messages, plans asked for, changes of the world, 20"
+        " for each turn of a drive; messages and single decisions of a fleet.",
+    )
+
+
+class Drive(_Mission):
+    """One robot senses, plans, drives, discovers and plans again."""
+
+    type: Literal["drive"] = Field(description="One robot senses, plans, drives, discovers and plans again.")
+    robot: Name | None = Field(default=None, description="The robot; by default the platform's only one.")
+    purpose: Literal["reach", "explore"] = Field(
+        default="reach", description="reach: the goals; explore: go on until no unknown cell can be reached."
+    )
+    known: Literal["all", "none"] = Field(
+        default="all", description="What the robot knows of the map at the start."
+    )
+    hidden: Annotated[tuple[Rectangle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
+        default=(), description="Obstacles that stand there from the start and that the robot does not know."
+    )
+    resolution: Length | None = Field(
+        default=None, description="Metres a cell; by default what the map says."
+    )
+    control_period: Duration = Field(
+        default=100 * _MILLISECOND, description="Time between two turns of the control loop."
+    )
+    deadline: Duration = Field(
+        default=300 * _MILLISECOND,
+        description="A turn that has had no answer by then is missed, and the robot brakes.",
+    )
+    tour: Annotated[tuple[Cell, ...], Field(max_length=MAX_TOUR)] = Field(
+        default=(), description="Further goals, one after another, once the first is reached."
+    )
+    obstacles: Obstacles = Field(default=Obstacles(), description="Obstacles that come after the start.")
+    replan: Replan = Field(default=Replan(), description="When and how a new plan is made.")
+    patience: Duration = Field(
+        default=30 * PICOSECONDS_PER_SECOND,
+        description="How long the robot may stand without a way before the mission is given up.",
+    )
+
+    @model_validator(mode="after")
+    def _sound_times(self) -> Self:
+        if self.control_period < 1_000_000:
+            raise RefusalError("a control period below 1 us", "give 1 us or more", ("control_period",))
+        if self.resolution is not None and self.resolution <= 0:
+            raise RefusalError("a resolution of 0", "metres a cell, above 0", ("resolution",))
+        return self
+
+
+class Fleet(_Mission):
+    """n robots, each with its own FPGA, update by update, with a line that carries all coordinates to a display."""
+
+    type: Literal["fleet"] = Field(description="Robots with an FPGA each, update by update.")
+    pace: Literal["real_time", "free_running"] = Field(
+        default="real_time",
+        description="real_time: an update each time step of the planner; free_running: as fast as it goes.",
+    )
+    report: Literal["all", "none"] = Field(
+        default="all",
+        description="Whether each update's coordinates are sent to the component of task display.",
+    )
+
+
+SCENARIOS: dict[str, type[SpecModel]] = {"plan_once": PlanOnce, "drive": Drive, "fleet": Fleet}
+Scenario = Annotated[PlanOnce | Drive | Fleet, choice("type", SCENARIOS)]

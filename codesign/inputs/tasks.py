@@ -1,0 +1,115 @@
+"""Tasks of a workload beside those of its planner: those that its scenario brings, and those the user adds."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import Annotated, Any
+
+from pydantic import Field, field_validator
+from pydantic_core import InitErrorDetails
+
+from codesign.errors import choose_hint, clip, show
+from codesign.inputs.fields import Name
+from codesign.models import RefusalError, SpecModel, TaskParameters, refusal_details
+
+MAX_TASKS = 256
+MAX_BITS = 10**12
+
+
+class PlacedTask(TaskParameters):
+    """A task with nothing to choose but its place."""
+
+
+SCENARIO_TASKS: dict[str, tuple[str, ...]] = {
+    "plan_once": ("load", "command"),
+    "drive": ("sense", "load", "command", "move", "display"),
+    "fleet": ("load", "command", "display"),
+}
+"""The tasks that each scenario brings, in the order in which data flow through them.
+
+- ``sense``: the robot looks around. ``load``: keeps the map and brings it to the planner.
+- ``command``: asked for the plan, and tells the robot where to go. ``move``: the robot goes there.
+- ``display``: draws what it is sent.
+"""
+
+Bits = Annotated[int, Field(ge=1, le=MAX_BITS)]
+
+
+class ExtraTask(SpecModel):
+    """A task that follows others and gives nothing back: logging, drawing, supervision.
+
+    It runs each time a task that it comes after has ended, ``units`` of ``kernel`` on its processor.
+    """
+
+    name: Name = Field(description="Its name, which the mapping places.")
+    after: Annotated[dict[Name, Bits], Field(min_length=1, max_length=MAX_TASKS)] = Field(
+        description="The tasks that it follows, each with the bits that it is sent."
+    )
+    kernel: Name = Field(description="The kernel that it runs; its processor gives the cost.")
+    units: Annotated[int, Field(ge=0, le=10**12)] = Field(default=1, description="Units of the kernel.")
+
+    @field_validator("after", mode="before")
+    @classmethod
+    def _with_bits(cls, value: Any) -> Any:
+        if isinstance(value, dict):
+            return value
+        name = value[0] if isinstance(value, list) and value else value
+        example = name if isinstance(name, str) and name.isidentifier() else "TASK"
+        raise RefusalError(
+            f"{show(value)} is not a mapping",
+            f"write {{{clip(example, 60)}: 128}}: each task, and the bits that it sends",
+        )
+
+
+def task_refusals(
+    tasks: Sequence[ExtraTask], taken: Collection[str], known: Collection[str] | None
+) -> list[InitErrorDetails]:
+    """What is wrong with the tasks that a user adds, with locations inside their list.
+
+    Args:
+        tasks: the tasks.
+        taken: the names of the tasks of planner and scenario.
+        known: the tasks that some variant of the workload has; None where that cannot be told.
+    """
+    names: set[str] = set()
+    lines: list[InitErrorDetails] = []
+    for index, task in enumerate(tasks):
+        if task.name in names or task.name in taken:
+            what = f"there is a task {task.name!r} already"
+            refusal = RefusalError(what, "give each task a name of its own")
+            lines.append(refusal_details(refusal, (index, "name")))
+        names.add(task.name)
+    accepted = {*names, *(known or ())}
+    for index, task in enumerate(tasks):
+        for name in task.after:
+            if known is not None and name not in accepted:
+                hint = choose_hint(clip(name, 60), accepted - {task.name})
+                refusal = RefusalError(f"there is no task {clip(name)!r}", hint, of_key=True)
+                lines.append(refusal_details(refusal, (index, "after", name)))
+    if len(names) == len(tasks):
+        for index, name, circle in _circles(tasks):
+            what = f"tasks wait for each other in a circle: {' -> '.join(circle)}"
+            hint = "break it where one of them can go on without the other"
+            refusal = RefusalError(what, hint, of_key=True)
+            lines.append(refusal_details(refusal, (index, "after", name)))
+    return lines
+
+
+def _circles(tasks: Sequence[ExtraTask]) -> Iterator[tuple[int, str, list[str]]]:
+    """Of each circle: the task and the name in its ``after`` that close it, and the names in the order of flow."""
+    places = {task.name: index for index, task in enumerate(tasks)}
+    open_, done = set[str](), set[str]()
+    for task in tasks:
+        way, ahead = [task.name], [iter(task.after)]
+        while way and way[0] not in done:
+            open_.add(way[-1])
+            name = next((name for name in ahead[-1] if name in places and name not in done), None)
+            if name is None:
+                open_.discard(way[-1])
+                done.add(way.pop())
+                ahead.pop()
+            elif name in open_:
+                yield places[way[-1]], name, [name, *reversed(way[way.index(name) + 1 :]), name]
+            else:
+                way.append(name)
+                ahead.append(iter(tasks[places[name]].after))

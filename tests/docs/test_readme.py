@@ -1,0 +1,49 @@
+"""The README's files and commands, as a newcomer types them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from places import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+FILES = re.findall(r"```yaml\n# (\S+)\n(.*?)```", README, re.DOTALL)
+COMMANDS = [
+    line.split("#")[0].strip()
+    for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL)
+    for line in block.splitlines()
+    if line.startswith("hwsw")
+]
+
+
+def test_the_readme_has_files_and_commands() -> None:
+    assert [name for name, _ in FILES] == ["board.yaml", "rooms.yaml"]
+    assert len(COMMANDS) == 5
+    assert sum(text.count("\n") for _, text in FILES) <= 20
+
+
+def test_files_and_commands_work_in_order(hwsw: Callable[..., Result], tmp_path: Path) -> None:
+    for name, text in FILES:
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    for command in COMMANDS:
+        program, *arguments = shlex.split(command)
+        assert program == "hwsw"
+        result = hwsw(*arguments)
+        assert result.exit_code == 0, f"{command}\n{result.output}"
+    assert (tmp_path / "front.html").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("target", re.findall(r"\]\(((?!http)[^)]+)\)", README))
+def test_links_lead_somewhere(target: str) -> None:
+    assert (ROOT / target).exists()
+
+
+def test_make_targets_exist() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"make ([a-z-]+)", README):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), target

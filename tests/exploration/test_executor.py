@@ -1,0 +1,266 @@
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from explore_fakes import Fake, computed
+from places import ROOT
+
+from codesign.errors import RunError
+from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
+from codesign.exploration.space import DesignPoint, Space, group
+from codesign.exploration.store import Entry, State
+from codesign.results.result import Result
+
+
+def groups_of(axes: dict[str, list[Any]], limit: int = 3) -> list[tuple[DesignPoint, ...]]:
+    return group(list(Space(axes, "").points()), cheap=axes, limit=limit)
+
+
+ENVIRONMENT = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT / "tests" / "support"), str(ROOT)])}
+"""That of a script that imports from the tests, and the package that they are of."""
+
+
+def run(
+    executor: Executor,
+    axes: dict[str, list[Any]],
+    log: Path | None = None,
+    limit: int = 3,
+    at: dict[int, str] | None = None,
+) -> dict[str, Entry]:
+    entries: dict[str, Entry] = {}
+    for batch in executor.run(groups_of(axes, limit), Fake(log, at)):
+        for entry in batch:
+            assert entry.key not in entries
+            entries[entry.key] = entry
+    return entries
+
+
+class Contract:
+    """What every executor does."""
+
+    @pytest.fixture
+    def executor(self) -> Executor:
+        raise NotImplementedError
+
+    def test_every_point_comes_in_once_with_its_result(self, executor: Executor, tmp_path: Path) -> None:
+        axes = {"slices": list(range(10, 20))}
+        entries = run(executor, axes, tmp_path / "log")
+        points = list(Space(axes, "").points())
+        assert sorted(computed(tmp_path / "log")) == list(range(10))
+        for point in points:
+            assert entries[point.key].state is State.DONE
+            assert (
+                Result.model_validate_json(entries[point.key].text).resources[0].demand
+                == point.axes["slices"]
+            )
+
+    def test_an_exception_is_the_failure_of_its_point_alone(self, executor: Executor) -> None:
+        axes = {"do": ["nothing", "fail", "refuse", "all the same"]}
+        entries = run(executor, axes)
+        found = [entries[point.key] for point in Space(axes, "").points()]
+        assert [entry.state for entry in found] == [State.DONE, State.FAILED, State.FAILED, State.DONE]
+        assert found[1].text.startswith("ZeroDivisionError: no way (explore_fakes.py:")
+        assert found[2].text.startswith("relax.block: a block of 9 × 9")
+        assert "hint: make it smaller" in found[2].text
+
+    def test_nothing_to_do(self, executor: Executor) -> None:
+        assert list(executor.run([], Fake())) == []
+
+    def test_groups_are_taken_as_they_are_needed(self, executor: Executor) -> None:
+        taken = []
+
+        def lazily() -> Iterator[tuple[DesignPoint, ...]]:
+            for members in groups_of({"slices": list(range(10, 60))}, limit=1):
+                taken.append(members)
+                yield members
+
+        with contextlib.closing(executor.run(lazily(), Fake())) as batches:
+            next(batches)
+        assert len(taken) < 20
+
+    def test_closing_ends_the_work(self, executor: Executor, tmp_path: Path) -> None:
+        before = set(multiprocessing.active_children())
+        axes = {"do": ["nothing", *(["sleep"] * 20)]}
+        with contextlib.closing(executor.run(groups_of(axes, limit=1), Fake(tmp_path / "log"))) as batches:
+            next(batches)
+        assert set(multiprocessing.active_children()) <= before
+        assert len(computed(tmp_path / "log")) <= 1 + 2
+
+
+class TestSerialExecutor(Contract):
+    @pytest.fixture
+    def executor(self) -> Executor:
+        return SerialExecutor()
+
+
+class TestProcessExecutor(Contract):
+    @pytest.fixture
+    def executor(self) -> Executor:
+        return ProcessExecutor(2)
+
+
+def test_several_processes_share_the_work(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    run(ProcessExecutor(2), {"do": ["meet"], "slices": list(range(20))}, log, limit=2)
+    workers = {line.split()[1] for line in log.read_text().splitlines()}
+    assert len(workers) == 2
+    assert str(os.getpid()) not in workers
+
+
+def test_both_kinds_give_the_same_bytes() -> None:
+    axes = {"do": ["nothing", "fail", "refuse"], "slices": [10, 2000], "share": [0.1, 1 / 3]}
+    assert run(SerialExecutor(), axes) == run(ProcessExecutor(2), axes)
+
+
+def test_a_worker_that_dies_is_an_error_that_names_its_points() -> None:
+    batches = ProcessExecutor(1).run(groups_of({"do": ["a", "b", "c", "die"]}, limit=2), Fake())
+    assert len(next(batches)) == len(next(batches)) == 1
+    with pytest.raises(RunError, match=r"died with exit code 9 .* one of the points 2 to 3\n") as caught:
+        next(batches)
+    assert "__main__" not in str(caught.value.hint)
+
+
+def test_one_worker_is_alone_until_a_point_is_run(tmp_path: Path) -> None:
+    log = tmp_path / "log"
+    # The first 20 do not fit and are not run; the 21st is run alone; from the 25th on each waits for company.
+    axes = {"slices": [*range(101, 121), *range(20)]}
+    run(ProcessExecutor(2), axes, log, limit=2, at=dict.fromkeys(range(24, 40), "meet"))
+    lines = [line.split() for line in log.read_text().splitlines()]
+    assert len({pid for _, pid in lines[:21]}) == 1
+    assert len({pid for _, pid in lines}) == 2
+
+
+def test_a_worker_that_dies_at_once() -> None:
+    with pytest.raises(RunError, match=r"died by SIGSEGV .* one of the points 0") as caught:
+        list(ProcessExecutor(2).run(groups_of({"do": ["crash"]}), Fake()))
+    assert "__main__" in str(caught.value.hint)
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from explore_fakes import Fake
+from codesign.exploration.executor import ProcessExecutor
+from codesign.exploration.space import Space, group
+
+if __name__ == "__main__":
+    points = list(Space({"do": ["nothing"] + [f"sleep"] * 6}, "").points())
+    groups = group(points, cheap=["do"], limit=1)
+    try:
+        for batch in ProcessExecutor(2).run(groups, Fake(Path(sys.argv[1]))):
+            print("in", flush=True)
+    except KeyboardInterrupt:
+        print("interrupted", flush=True)
+        sys.exit(130)
+"""
+
+
+def start(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
+    """A process that explores with two workers, in a group as a terminal makes one; and the workers."""
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    log = tmp_path / "log"
+    process = subprocess.Popen(
+        [sys.executable, str(script), str(log)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env=ENVIRONMENT,
+    )
+    until = time.monotonic() + 60
+    while len(computed(log)) < 3 and time.monotonic() < until:
+        time.sleep(0.05)
+    return process, sorted({int(line.split()[1]) for line in log.read_text().splitlines()})
+
+
+def gone(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return True
+    # A process that ended but was not yet waited for by whoever adopted it is gone too.
+    stat = Path(f"/proc/{pid}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z"
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
+def test_ctrl_c_ends_the_workers_without_a_word_of_theirs(tmp_path: Path) -> None:
+    process, workers = start(tmp_path)
+    os.killpg(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert (process.returncode, out, err) == (130, "in\ninterrupted\n", "")
+    assert workers
+    assert all(map(gone, workers))
+
+
+STRUCK = """
+import multiprocessing, signal, sys
+from concurrent.futures import ProcessPoolExecutor
+from explore_fakes import Fake
+from codesign.exploration.executor import ProcessExecutor
+from codesign.exploration.space import Space, group
+from tests.exploration.test_executor import gone
+
+class Pool(ProcessPoolExecutor):
+    submissions = 0
+
+    def submit(self, *arguments):
+        Pool.submissions += 1
+        future = super().submit(*arguments)
+        if Pool.submissions == int(sys.argv[1]):
+            # As where a thread of some library takes the signal, whatever this one has masked.
+            signal.getsignal(signal.SIGINT)(signal.SIGINT, None)
+        return future
+
+if __name__ == "__main__":
+    from codesign.exploration import executor
+    executor.ProcessPoolExecutor = Pool
+    groups = group(list(Space({"slices": list(range(10, 30))}, "").points()), cheap=["slices"], limit=1)
+    try:
+        for batch in ProcessExecutor(2).run(groups, Fake()):
+            pass
+    except KeyboardInterrupt:
+        print("left", [child.pid for child in multiprocessing.active_children() if not gone(child.pid)], flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
+@pytest.mark.parametrize("submission", [1, 2, 4, 5])
+def test_ctrl_c_while_work_is_handed_over_leaves_no_worker_and_nothing_to_wait_for(
+    tmp_path: Path, submission: int
+) -> None:
+    """At 1 and 4 a worker has just been started; the end of the process waits for all of them."""
+    script = tmp_path / "script.py"
+    script.write_text(STRUCK)
+    process = subprocess.run(
+        [sys.executable, str(script), str(submission)],
+        capture_output=True,
+        text=True,
+        env=ENVIRONMENT,
+        timeout=60,
+        check=False,
+    )
+    assert (process.returncode, process.stdout, process.stderr) == (0, "left []\n", "")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_workers_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
+    process, workers = start(tmp_path)
+    process.kill()
+    process.communicate(timeout=30)
+    until = time.monotonic() + 20
+    while not all(map(gone, workers)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert workers
+    assert all(map(gone, workers))

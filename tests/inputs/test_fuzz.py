@@ -1,0 +1,195 @@
+"""Whatever lies in a file, nothing but a SpecError comes out, and soon."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from spec_texts import PLATFORM, TASKS, WORKLOAD
+
+from codesign.errors import CodesignError, Fault, SpecError
+from codesign.inputs import cross_check, load_platform, load_workload, override
+from codesign.inputs.yaml_tree import parse_document
+
+quietly = settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], deadline=None
+)
+
+SYNTAX = st.text(alphabet="ab01.: -[]{}&*!|>%@`\"'#,?\n\t\\<~é\ud7ff\u2028\x00", max_size=60)
+
+scalars = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**20), 10**20),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.text(max_size=8),
+    st.sampled_from(
+        ["1 MHz", "fpga", "maze", "relax", "XC4VLX160-12", "x.yaml", "010", "1 us", "time", "sound"]
+    ),
+)
+trees = st.recursive(
+    scalars,
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=3),
+        st.dictionaries(
+            st.one_of(
+                st.text(max_size=6),
+                st.sampled_from(
+                    ["type", "value", "source", "generate", "file", "first", "count", "figure", "at_most"]
+                ),
+            ),
+            inner,
+            max_size=3,
+        ),
+    ),
+    max_leaves=8,
+)
+
+
+def load(file: Path) -> object:
+    """The spec in a file, a platform or a workload by what the file says it is."""
+    is_platform = b"platform" in file.read_bytes()[:30]
+    return load_platform(file) if is_platform else load_workload(file, TASKS)
+
+
+def faults_of(action: Callable[[], object]) -> tuple[Fault, ...]:
+    """The faults of an action that may succeed; any other exception is let through."""
+    try:
+        action()
+    except SpecError as error:
+        return error.faults
+    return ()
+
+
+def paths(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    inner: list[tuple[Any, ...]] = [path]
+    entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, value in entries:
+        inner += paths(value, (*path, key))
+    return inner
+
+
+def replaced(tree: Any, path: tuple[Any, ...], value: Any) -> Any:
+    if not path:
+        return value
+    made = dict(tree) if isinstance(tree, dict) else list(tree)
+    made[path[0]] = replaced(tree[path[0]], path[1:], value)
+    return made
+
+
+PLATFORM_TREE = parse_document(PLATFORM.encode(), "p.yaml", Path()).tree
+WORKLOAD_TREE = parse_document(
+    (WORKLOAD + "  objectives: [time, slices]\n  constraints: [{figure: time, at_most: 1 s}]\n").encode(),
+    "w",
+    Path(),
+).tree
+
+
+@quietly
+@given(SYNTAX)
+def test_any_text(text: str) -> None:
+    try:
+        document = parse_document(text.encode("utf-8"), "f.yaml", Path())
+    except SpecError:
+        return
+    for path in paths(document.tree):
+        line, column = document.values[path]
+        assert 1 <= line <= text.count("\n") + text.count("\r") + 2
+        assert column >= 1
+
+
+@quietly
+@given(st.binary(max_size=80))
+def test_any_bytes(content: bytes) -> None:
+    faults_of(lambda: parse_document(content, "f.yaml", Path()))
+
+
+@quietly
+@given(st.data())
+def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
+    file = tmp_path / "spec.yaml"
+    which = data.draw(st.sampled_from([PLATFORM_TREE, WORKLOAD_TREE]))
+    path = data.draw(st.sampled_from(paths(which)))
+    # JSON is YAML, so any tree can be written without a YAML writer's own ideas.
+    text = json.dumps(replaced(which, path, data.draw(trees)))
+    file.write_text(text, encoding="utf-8")
+    for fault in faults_of(lambda: load(file)):
+        assert fault.line == 1
+        assert len(str(fault)) < 1000
+
+
+@quietly
+@given(st.data())
+def test_bytes_of_a_spec_damaged(tmp_path: Path, data: st.DataObject) -> None:
+    file = tmp_path / "spec.yaml"
+    text = data.draw(st.sampled_from([PLATFORM, WORKLOAD])).encode()
+    at = data.draw(st.integers(0, len(text) - 1))
+    length = data.draw(st.integers(0, 12))
+    file.write_bytes(text[:at] + data.draw(st.binary(max_size=6)) + text[at + length :])
+    faults_of(lambda: load(file))
+
+
+@quietly
+@given(
+    st.sampled_from(
+        [
+            "relax.block",
+            "relax.schedule",
+            "relax.schedule.last",
+            "relax.component",
+            "relax.style",
+            "relax.block.x",
+            "fpga.part",
+            "fpga.clock",
+            "fpga.type",
+            "host.costs",
+            "host.power.busy",
+            "fpga",
+            ".",
+            "",
+        ]
+    ),
+    trees,
+)
+def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
+    (tmp_path / "p.yaml").write_text(PLATFORM)
+    (tmp_path / "w.yaml").write_text(WORKLOAD)
+    platform = load_platform(tmp_path / "p.yaml")
+    workload = load_workload(tmp_path / "w.yaml", TASKS)
+    faults_of(lambda: override(platform, workload, {axis: value}))
+    axes = {"explore": {"axes": {axis: [value]}}}
+    (tmp_path / "w.yaml").write_text(json.dumps({**WORKLOAD_TREE, **axes}), encoding="utf-8")
+    faults_of(lambda: cross_check(platform, load_workload(tmp_path / "w.yaml", TASKS)))
+
+
+@pytest.mark.parametrize(
+    "name", ["", ".", "..", "x" * 10_000, "a\0b", "\ud800", "~", "C:", "virtex4-pci\n", "💥"]
+)
+def test_any_name(name: str) -> None:
+    for load_named in (load_platform, load_workload):
+        with pytest.raises(CodesignError) as caught:
+            load_named(name)
+        assert len(caught.value.what) < 200
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLATFORM + "".join(f"componentsx{index}: 1\n" for index in range(10_000)),
+        WORKLOAD + "".join(f"    relax.x{index}: [1]\n" for index in range(10_000)),
+        WORKLOAD.replace("[63, 127]", str(list(range(1, 20_000)))),
+        PLATFORM.replace("[host, fpga]", str([f"host{index}" for index in range(20_000)])),
+        PLATFORM.replace(
+            "links:", "".join(f"  c{index}: {{type: fpgx}}\n" for index in range(5_000)) + "links:"
+        ),
+    ],
+    ids=["keys", "axes", "values", "ends", "components"],
+)
+def test_many_faults_take_no_time_that_grows_with_their_square(tmp_path: Path, text: str) -> None:
+    (tmp_path / "spec.yaml").write_text(text)
+    assert 1 <= len(faults_of(lambda: load(tmp_path / "spec.yaml"))) <= 101

@@ -1,0 +1,76 @@
+"""Axes that move the problem: whole problems, or a key inside."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+
+import codesign
+from codesign.errors import SpecError
+from codesign.inputs import cross_check, override
+from codesign.system import bind
+
+WORKLOAD = """\
+kind: workload
+name: sizes
+planner: breadth_first
+problem: {map: {generate: empty, rows: 12, columns: 12}, goals: [[11, 11]], starts: [[0, 0]]}
+mapping:
+  search: {component: fpga}
+explore:
+  axes:
+    workload.problem:
+      - {map: {generate: empty, rows: 10, columns: 10}, goals: [[9, 9]], starts: [[0, 0]]}
+      - {map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]], starts: [[0, 0]]}
+    fpga.clock: [120 MHz, 150 MHz]
+"""
+
+
+@pytest.fixture
+def sizes(tmp_path: Path) -> Path:
+    file = tmp_path / "sizes.yaml"
+    file.write_text(WORKLOAD, encoding="utf-8")
+    return file
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_each_point_has_its_own_map(hwsw: Callable[..., Result], sizes: Path, workers: int) -> None:
+    result = hwsw("explore", "virtex2pro", sizes, "--json", "--workers", workers)
+    assert result.exit_code == 0, result.output
+    points = json.loads(result.stdout)["points"]
+    cells = [point["result"]["quality"]["reachable_cells"] for point in points]
+    assert cells == [99, 99, 399, 399]
+
+
+def test_a_key_inside_moves_alone(sizes: Path) -> None:
+    platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(sizes)
+    moved = override(platform, workload, {"workload.problem.map.rows": 30})
+    assert bind(*moved).problem.free.shape == (30, 12)
+    assert bind(platform, workload).problem.free.shape == (12, 12)
+    assert moved[1].digest() != workload.digest()
+
+
+def test_a_fault_in_a_value_is_told_at_the_value(sizes: Path) -> None:
+    sizes.write_text(WORKLOAD.replace("goals: [[19, 19]]", "goals: [[20, 19]]"), encoding="utf-8")
+    platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(sizes)
+    with pytest.raises(SpecError) as caught:
+        cross_check(platform, workload)
+    (fault,) = caught.value.faults
+    assert (fault.line, fault.key) == (11, "explore.axes.workload.problem[1].goals[0]")
+    with pytest.raises(SpecError, match=r"point: workload\.problem\.map\.rows.*whole number"):
+        override(platform, workload, {"workload.problem.map.rows": "many"})
+
+
+def test_a_map_in_a_file_is_no_axis(sizes: Path, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
+    text = WORKLOAD.replace(
+        "map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]]",
+        "map: {file: map.txt}, goals: [[1, 3]]",
+    )
+    sizes.write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError, match="a map in a file cannot be moved by an axis"):
+        cross_check(codesign.load_platform("virtex2pro"), codesign.load_workload(sizes))

@@ -1,0 +1,293 @@
+"""Laws of breadth-first search: cycles from the search itself, block RAMs of the RTL, bounds, levers, software."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from codesign import maps
+from codesign.errors import InputError
+from codesign.figures import Status
+from codesign.inputs.part_file import load_part
+from codesign.memo import Memo
+from codesign.part import Part
+from codesign.planners.breadth_first.plan import search
+from codesign.planners.breadth_first.plan.parameters import (
+    Display,
+    MemoryPlace,
+    MicroArchitecture,
+    SearchParameters,
+)
+from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
+from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, resources, timing
+from codesign.planners.breadth_first.styles.software import (
+    JAVA_BYTES_A_CELL_HIGH,
+    JAVA_BYTES_A_CELL_LOW,
+    JAVA_HEAP,
+    heap_bound,
+)
+from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Bound, Demand
+
+MACHINE = StateMachine()
+BY_STYLE = {style.style: style for style in ARCHITECTURES}
+
+
+@pytest.fixture(scope="module")
+def part() -> Part:
+    return load_part("XC2VP30-6")
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    free = maps.random_obstacles(40, 50, density=0.25, seed=2).free.copy()
+    free[0, 0] = free[39, 49] = True
+    return Problem(free, ((39, 49),), ((0, 0),))
+
+
+def empty(rows: int, columns: int) -> Problem:
+    return Problem(np.ones((rows, columns), np.bool_), ((rows - 1, columns - 1),), ((0, 0),))
+
+
+def drained(steps: Any) -> tuple[dict[str, int], list[Any], Any]:
+    phases: dict[str, int] = {}
+    told = []
+    while True:
+        try:
+            step = next(steps)
+        except StopIteration as done:
+            return phases, told, done.value
+        phases[step.phase] = phases.get(step.phase, 0) + int(step.cycles.sum())
+        told.append(step)
+
+
+def bound(demand: Demand, name: str) -> Bound:
+    return next(one for one in demand.bounds if one.name == name)
+
+
+@pytest.mark.parametrize(
+    ("micro_architecture", "b"), [("three_cycles", 14), ("two_cycles", 9), ("pipelined", 6)]
+)
+def test_cycles_are_the_law(problem: Problem, micro_architecture: str, b: int) -> None:
+    parameters = SearchParameters(micro_architecture=micro_architecture)  # type: ignore[arg-type]
+    phases, _, plan = drained(MACHINE.work(problem, parameters))
+    assert plan.reached
+    law = problem.free.size + b * (plan.popped_cells - 1) + 2 * (plan.path_steps + 1) + timing.CONSTANT
+    assert sum(phases.values()) == law
+    assert law == timing.total_cycles(
+        problem.free.size, plan.popped_cells, plan.path_steps, MicroArchitecture(micro_architecture)
+    )
+    assert list(phases) == ["init", "bf", "path"]
+
+
+def test_a_corridor_by_hand() -> None:
+    # 8 cells: Init 8 + 1; 7 expansions of 14 and 3 around them; 8 path cells of 2 and 2.
+    phases, _, _ = drained(MACHINE.work(empty(1, 8), SearchParameters()))
+    assert phases == {"init": 9, "bf": 7 * 14 + 3, "path": 18}
+
+
+def test_without_a_way_every_cell_is_expanded_and_nothing_marked() -> None:
+    free = np.ones((3, 5), np.bool_)
+    free[:, 2] = False
+    phases, _, plan = drained(MACHINE.work(Problem(free, ((0, 4),), ((0, 0),)), SearchParameters()))
+    assert not plan.reached
+    assert phases == {"init": 16, "bf": 6 * 14 + 3}
+
+
+@pytest.mark.parametrize("place", ["process_external", "external"])
+def test_external_memory_costs_its_accesses(problem: Problem, place: str) -> None:
+    inside = SearchParameters(display=Display.NONE)
+    outside = SearchParameters(display=Display.NONE, memory=place, external_cycles=20)  # type: ignore[arg-type]
+    near, _, plan = drained(MACHINE.work(problem, inside))
+    far, _, _ = drained(MACHINE.work(problem, outside))
+    # The pushes of the goal's ring that the search never got to expand are pushes all the same.
+    pushed, popped = plan.pushed_cells - 1, plan.popped_cells - 1
+    accesses = {
+        "process_external": popped + 2 * pushed + 2,
+        "external": 5 * popped + 3 * pushed + 2,
+    }[place]
+    a_path_cell = {"process_external": 1, "external": 2}[place]
+    assert far["bf"] - near["bf"] == 20 * accesses
+    assert far["path"] - near["path"] == 20 * a_path_cell * len(plan.path)
+    assert far["init"] == near["init"]
+
+
+def test_pushes_belong_to_the_pop_that_made_them(problem: Problem) -> None:
+    found = search(problem.free, (0, 0), (39, 49))
+    visited = {(0, 0)}
+    expected = []
+    for row, column in found.order.tolist():
+        around = [(row + down, column + right) for down, right in NEIGHBOURS]
+        new = [
+            cell
+            for cell in around
+            if 0 <= cell[0] < 40 and 0 <= cell[1] < 50 and problem.free[cell] and cell not in visited
+        ]
+        visited |= set(new)
+        expected.append(len(new))
+    expected[-1] = 0  # the goal is popped, not expanded
+    assert pushes_of_each_pop(found).tolist() == expected
+
+
+@pytest.mark.parametrize("style", list(BY_STYLE))
+@pytest.mark.parametrize("memory", ["block_ram", "process_external"])
+def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str, memory: str) -> None:
+    parameters = SearchParameters(memory=memory)  # type: ignore[arg-type]
+    memo = Memo()
+    fine, told, plan = drained(BY_STYLE[style].work(problem, parameters, detail=True))
+    first, _, _ = drained(BY_STYLE[style].work(problem, parameters, memo=memo, detail=False))
+    second, _, again = drained(BY_STYLE[style].work(problem, parameters, memo=memo, detail=False))
+    assert fine == first == second
+    assert memo.hits == 1
+    assert (
+        PLANNER.identity(plan)
+        == PLANNER.identity(again)
+        == PLANNER.identity(PLANNER.plan(problem, parameters))
+    )
+    assert all(int(step.cycles.min()) >= 1 for step in told)
+    records = [step.record(10, 20, "fpga") for step in told]
+    assert sum(record.cycles for record in records) == sum(fine.values())
+    assert [record.task for record in records] == [step.phase for step in told]
+
+
+def test_large_searches_come_in_batches() -> None:
+    _, told, plan = drained(MACHINE.work(empty(300, 300), SearchParameters()))
+    units = [len(step.cycles) for step in told if step.phase == "bf"]
+    assert units == [1 << 16, plan.popped_cells - (1 << 16)]
+
+
+@pytest.mark.parametrize(("side", "count"), [(30, 3), (100, 18), (256, 80), (257, 320)])
+def test_block_rams_are_those_of_the_rtl(part: Part, side: int, count: int) -> None:
+    demand = MACHINE.demand(empty(side, side), SearchParameters(), part)
+    assert demand.total("block_rams") == count
+
+
+def test_logic_is_within_the_synthesised_range(part: Part) -> None:
+    small, large = (
+        MACHINE.demand(empty(side, side), SearchParameters(display=Display.NONE), part) for side in (30, 100)
+    )
+    assert 202 <= small.total("lut4") <= 216
+    assert 268 <= large.total("lut4") <= 274
+    assert 99 <= large.total("flip_flops") <= 111
+    with_display = MACHINE.demand(empty(100, 100), SearchParameters(), part)
+    assert with_display.total("lut4") > large.total("lut4")
+    assert with_display.total("block_rams") == large.total("block_rams")
+    copied = MACHINE.demand(empty(100, 100), SearchParameters(display=Display.COPY), part)
+    assert copied.total("block_rams") == large.total("block_rams") + 2
+
+
+def test_a_map_larger_than_the_part_says_what_would_mend_it(part: Part) -> None:
+    demand = MACHINE.demand(empty(300, 300), SearchParameters(), part)
+    budget = part.resources["block_rams"].value
+    assert demand.total("block_rams") > budget
+    levers = {lever.parameter: lever.advice for lever in reversed(demand.levers["block_rams"])}
+    assert levers["problem.map"].startswith("at most 256 × 256")
+    assert levers["search.memory"] == "process_external: 32 block RAMs"
+    # 32 for the cells, 32 for the directions: 72 are left, and 65,536 words of 18 bits take 64.
+    assert levers["search.queue_words"].startswith("at most 65,536 words")
+    mended = SearchParameters(queue_words=65_536)
+    assert MACHINE.demand(empty(300, 300), mended, part).total("block_rams") <= budget
+    assert MACHINE.demand(empty(256, 256), SearchParameters(), part).levers == {}
+
+
+def test_a_queue_too_short_is_refused_with_the_words_it_needs(part: Part, problem: Problem) -> None:
+    depth = PLANNER.plan(problem, SearchParameters()).queue_depth
+    short = bound(
+        MACHINE.demand(problem, SearchParameters(queue_words=depth - 1), part), "words of the queue"
+    )
+    assert short.demand > short.limit
+    assert f"at least {depth}" in short.levers[0].advice
+    enough = bound(MACHINE.demand(problem, SearchParameters(queue_words=depth), part), "words of the queue")
+    assert enough.demand <= enough.limit
+
+
+@pytest.mark.parametrize(
+    ("micro_architecture", "display", "fits"),
+    [
+        ("three_cycles", "shared", True),
+        ("two_cycles", "shared", True),
+        ("pipelined", "shared", False),
+        ("pipelined", "copy", True),
+        ("pipelined", "none", True),
+    ],
+)
+def test_two_ports_are_shared(
+    part: Part, problem: Problem, micro_architecture: str, display: str, fits: bool
+) -> None:
+    parameters = SearchParameters(micro_architecture=micro_architecture, display=display)  # type: ignore[arg-type]
+    ports = bound(MACHINE.demand(problem, parameters, part), "ports of the cells' block RAM")
+    assert (ports.demand <= ports.limit) == fits
+    # A display is a component of its own: its address is in the bound, not in the steps.
+    most = max(step.ram_addresses for step in drained(MACHINE.work(problem, parameters))[1])
+    assert most + (display == "shared") == ports.demand
+
+
+def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem) -> None:
+    ports = bound(
+        MACHINE.demand(problem, SearchParameters(memory=MemoryPlace.EXTERNAL), part),
+        "ports of the cells' block RAM",
+    )
+    assert ports.demand > ports.limit
+    assert [lever.parameter for lever in ports.levers] == ["search.display", "search.memory"]
+
+
+def test_a_map_larger_than_the_screen(part: Part) -> None:
+    demand = MACHINE.demand(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part)
+    for name in ("rows on the screen", "columns on the screen"):
+        assert bound(demand, name).demand > bound(demand, name).limit
+    alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=Display.NONE)
+    assert MACHINE.demand(empty(601, 401), alone, part).bounds == ()
+    assert MACHINE.memory(empty(601, 401), alone) is None
+
+
+def test_clock_is_the_published_one_or_that_of_the_block_ram(part: Part, problem: Problem) -> None:
+    limit = MACHINE.clock_limit(problem, SearchParameters(), part)
+    assert (limit.value, limit.status) == (185e6, Status.PUBLISHED)
+    slow = part.model_copy(update={"block_ram_clock": load_part("XC3S500E-4").block_ram_clock})
+    assert MACHINE.clock_limit(problem, SearchParameters(), slow).status is Status.PUBLISHED
+    other = MACHINE.clock_limit(problem, SearchParameters(), load_part("XC3S500E-4"))
+    assert (other.value, other.status) == (185e6, Status.ASSUMED)
+
+
+def test_power_grows_with_clock_and_memory(part: Part) -> None:
+    small, large = (MACHINE.demand(empty(side, side), SearchParameters(), part) for side in (30, 100))
+    static, dynamic = MACHINE.power(large, 120_000_000, part)
+    assert static == part.static_power
+    assert MACHINE.power(large, 240_000_000, part)[1].value == pytest.approx(2 * dynamic.value)
+    assert MACHINE.power(small, 120_000_000, part)[1].value < dynamic.value
+    assert dynamic.interval[0] < dynamic.value < dynamic.interval[1]
+
+
+def test_software_counts_popped_cells(problem: Problem) -> None:
+    popped = PLANNER.plan(problem, SearchParameters()).popped_cells
+    for style, kernel in (("software", "breadth_first_cell"), ("software_java", "breadth_first_java_cell")):
+        phases, _, _ = drained(BY_STYLE[style].work(problem, SearchParameters()))
+        assert phases == {"bf": popped}
+        assert BY_STYLE[style].kernel == kernel
+
+
+def test_java_meets_its_wall_between_100_and_200() -> None:
+    assert heap_bound(100 * 100).demand <= JAVA_HEAP < heap_bound(200 * 200).demand
+    assert pytest.approx(1677.7, abs=0.1) == JAVA_BYTES_A_CELL_LOW
+    assert pytest.approx(6710.9, abs=0.1) == JAVA_BYTES_A_CELL_HIGH
+    java, compiled = BY_STYLE["software_java"], BY_STYLE["software"]
+    wall = java.demand(empty(200, 200), SearchParameters(), None).bounds  # type: ignore[arg-type]
+    assert [one.name for one in wall] == ["heap of the Java program"]
+    assert compiled.demand(empty(200, 200), SearchParameters(), None).bounds == ()  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("style", ["software", "software_java"])
+def test_software_has_no_law_of_clock_or_power(problem: Problem, style: str, part: Part) -> None:
+    with pytest.raises(InputError):
+        BY_STYLE[style].clock_limit(problem, SearchParameters(), part)
+    with pytest.raises(InputError):
+        BY_STYLE[style].power(Demand(()), 1, part)
+
+
+def test_address_bits_of_odd_sizes() -> None:
+    assert resources.address_bits(1, 1) == 2
+    assert resources.address_bits(33, 64) == 12

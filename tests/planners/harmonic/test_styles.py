@@ -1,0 +1,371 @@
+"""Laws of harmonic control: exact on the published tables, monotone, and with levers that really mend what is short."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codesign.errors import InputError
+from codesign.figures import Figure, Status
+from codesign.memo import Memo
+from codesign.part import Part
+from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
+from codesign.planners.harmonic.styles.software import block_cells, limbs
+from codesign.planners.interface import Problem
+from codesign.planners.styles import RESOURCES, Step
+from codesign.records import StageRecord, VisitsRecord
+
+BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
+
+BUDGETS = {
+    "XC2V6000": (33_792, 67_584, 144),
+    "XC4VLX160": (67_584, 135_168, 288),
+    "XC3S500E": (4_656, 9_312, 20),
+}
+
+
+def part(name: str, ram_clock: float = 500e6) -> Part:
+    slices, cells, rams = BUDGETS[name]
+    budget = {"slices": slices, "lut4": cells, "flip_flops": cells, "block_rams": rams, "multipliers": 20}
+    return Part(
+        name=name,
+        family="Virtex",
+        speed_grade="-4",
+        resources={kind: Figure(count, "1", Status.PUBLISHED, "datasheet") for kind, count in budget.items()},
+        block_ram_shapes=((2048, 9), (1024, 18), (512, 36)),
+        block_ram_clock=Figure(ram_clock, "Hz", Status.PUBLISHED, "datasheet"),
+        static_power=Figure(1.0, "W", Status.ASSUMED, "guess", 0.5, 2.0),
+        dynamic_power=Figure(1.5e-12, "W", Status.ASSUMED, "guess", 1e-12, 3e-12),
+    )
+
+
+def problem(rows: int, columns: int) -> Problem:
+    return Problem(np.ones((rows, columns), np.bool_), ((0, 0),), ((1, 1),))
+
+
+def parameters(block: tuple[int, int], last: int) -> RelaxParameters:
+    return RelaxParameters(block=block, iterations=6, schedule=(last,))
+
+
+sides = st.integers(1, 120)
+precisions = st.integers(1, 1023)
+
+
+def test_node_array_is_exact_on_tables_1_and_3_and_within_half_a_percent_on_table_2() -> None:
+    for table in (published.NODE, published.CLUSTER):
+        assert resources.NODE_FLIP_FLOPS * table.nodes == table.flip_flops
+        assert resources.NODE_LUT4 * table.nodes == pytest.approx(table.lut4, rel=0.006)
+        assert resources.NODE_SLICES * table.nodes == pytest.approx(table.slices, rel=0.005)
+    demand = BIT_SERIAL.demand(problem(96, 192), parameters((48, 96), 63), part("XC4VLX160"))
+    array = {
+        kind: sum(
+            item.amount
+            for item in demand.items
+            if item.resource == kind and item.name in {"nodes", "array control"}
+        )
+        for kind in ("slices", "lut4", "flip_flops")
+    }
+    assert array == {"slices": 59_914, "lut4": 101_396, "flip_flops": 50_699}
+
+
+def test_whole_design_of_section_5_4() -> None:
+    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), part("XC2V6000"))
+    assert demand.total("block_rams") == 132 + 12
+    assert demand.total("slices") / 33_792 == pytest.approx(0.994, abs=0.0005)
+    assert {item.name: item.amount for item in demand.items if item.resource == "slices"}[
+        "decision"
+    ] == 3 * 255 + 682
+    assert not demand.levers
+    (depth,) = demand.bounds
+    assert (depth.demand, depth.limit) == (1024, 1024)
+
+
+@pytest.mark.parametrize(("last", "fits"), [(63, True), (64, False)])
+def test_sixteen_blocks_hold_63_bits_and_a_flag_but_not_64(last: int, fits: bool) -> None:
+    demand = BIT_SERIAL.demand(problem(192, 384), parameters((48, 96), last), part("XC4VLX160"))
+    (depth,) = demand.bounds
+    assert (depth.demand <= depth.limit) is fits
+    assert demand.total("slices") <= 67_584
+
+
+def test_largest_published_block_misses_the_largest_virtex_4_by_six_block_rams() -> None:
+    assert resources.totals(54, 108, 100)["block_rams"] == 342
+
+
+@given(rows=sides, columns=sides, last=precisions, more=st.integers(1, 40), which=st.integers(0, 2))
+def test_demand_never_falls_as_block_or_precision_grows(
+    rows: int, columns: int, last: int, more: int, which: int
+) -> None:
+    grown = (rows + more * (which == 0), columns + more * (which == 1), last + more * (which == 2))
+    small, large = resources.totals(rows, columns, last), resources.totals(*grown)
+    assert small.keys() == large.keys() <= set(RESOURCES)
+    assert all(large[kind] >= small[kind] for kind in small)
+
+
+def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
+    chip, apart = part("XC3S500E"), frozenset({"relax", "detect"})
+    task, chosen = problem(30, 30), parameters((15, 15), 255)
+    whole = BIT_SERIAL.demand(task, chosen, chip)
+    left = BIT_SERIAL.demand(task, chosen, chip, inside=apart)
+    assert whole.total("slices") - left.total("slices") == 3 * 255 + 682
+    assert whole.total("slices") > chip.resources["slices"].value >= left.total("slices")
+    (advice,) = [lever.advice for lever in whole.levers["slices"] if lever.parameter == "decide.component"]
+    assert advice == "another component: 1,447 slices of the decision module are spared"
+    assert left.levers == {}
+    # Without it a larger block fits, and the levers count on that.
+    sides_of = {}
+    for name, inside in (("whole", None), ("left", apart)):
+        demand = BIT_SERIAL.demand(problem(60, 60), parameters((60, 60), 255), chip, inside=inside)
+        found = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
+        assert not {"decide.component", "relax.schedule"} & set(found)
+        sides_of[name] = re.match(r"at most (\d+) × \d+", found["relax.block"])[1]  # type: ignore[index]
+    assert sides_of == {"whole": "13", "left": "15"}
+
+
+@given(rows=sides, columns=sides)
+def test_every_node_and_border_node_has_a_place_in_some_block_ram(rows: int, columns: int) -> None:
+    assert resources.cluster_count(rows, columns) * resources.RAM_WIDTH >= rows * columns
+    assert resources.border_rams(rows, columns) * resources.RAM_WIDTH >= resources.border_nodes(rows, columns)
+
+
+@given(blocks=st.integers(1, 1024), last=precisions)
+def test_largest_precision_is_the_edge_of_the_word_depth(blocks: int, last: int) -> None:
+    edge = resources.largest_precision(blocks, 1024)
+    assert (resources.words(blocks, last) <= 1024) is (last <= edge)
+
+
+def test_a_part_without_wide_block_ram_holds_no_word() -> None:
+    narrow = part("XC2V6000").model_copy(update={"block_ram_shapes": ((2048, 9),)})
+    (depth,) = BIT_SERIAL.demand(problem(36, 66), parameters((36, 66), 7), narrow).bounds
+    assert depth.limit == 0
+    assert depth.demand == 8
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    name=st.sampled_from(sorted(BUDGETS)),
+    rows=sides,
+    columns=sides,
+    last=precisions,
+    map_scale=st.integers(1, 4),
+)
+def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int, map_scale: int) -> None:
+    chip = part(name)
+    shape = rows * map_scale, columns * map_scale
+    demand = BIT_SERIAL.demand(problem(*shape), parameters((rows, columns), last), chip)
+    short = {kind for kind in RESOURCES if demand.total(kind) > chip.resources[kind].value}
+    assert set(demand.levers) == short
+    for kind, remedies in demand.levers.items():
+        for lever in remedies:
+            if found := re.match(r"at most (\d+) × (\d+)", lever.advice):
+                assert levers.fits((int(found[1]), int(found[2])), last, chip)
+            if found := re.match(r"end at (\d+) bits", lever.advice):
+                assert resources.totals(rows, columns, int(found[1]))[kind] <= chip.resources[kind].value
+                assert resources.totals(rows, columns, int(found[1]) + 1)[kind] > chip.resources[kind].value
+    (depth,) = demand.bounds
+    for lever in depth.levers:
+        assert depth.demand > depth.limit
+        if found := re.match(r"end at (\d+) bits", lever.advice):
+            assert resources.words(map_scale**2, int(found[1])) <= depth.limit
+        if found := re.match(r"(\d+) × (\d+)", lever.advice):
+            block = int(found[1]), int(found[2])
+            assert block[0] <= shape[0]
+            assert block[1] <= shape[1]
+            assert levers.fits(block, last, chip)
+            allowed = re.search(r"precision up to (\d+)", lever.advice)
+            held = int(allowed[1]) if allowed else last
+            assert resources.words(levers.block_count(shape, block), held) <= depth.limit
+
+
+@given(rows=sides, columns=sides, last=precisions, name=st.sampled_from(sorted(BUDGETS)))
+def test_no_larger_block_of_the_same_proportions_fits(rows: int, columns: int, last: int, name: str) -> None:
+    chip = part(name)
+    largest = levers.largest_block((rows, columns), last, chip)
+    taller = 1 if largest is None else largest[0] + 1
+    if taller <= rows:
+        assert not levers.fits((taller, max(1, taller * columns // rows)), last, chip)
+
+
+def test_published_clocks_are_met_and_the_held_out_one_lies_in_the_interval() -> None:
+    fit = timing.clock_fit()
+    assert fit.form == "N^(1/4)"
+    for point in timing.POINTS:
+        assert fit.clock(point.nodes) == pytest.approx(point.clock, rel=0.002)
+    limit = timing.clock_limit(36, 66, part("XC2V6000"))
+    low, high = limit.interval
+    assert low < published.ESTIMATED_CLOCK < high
+    assert timing.clock_miss() == pytest.approx(0.113, abs=0.001)
+    assert limit.status is Status.CALIBRATED
+
+
+def test_block_ram_bounds_the_clock_of_small_blocks() -> None:
+    slow = part("XC3S500E", ram_clock=230e6)
+    limit = timing.clock_limit(3, 6, slow)
+    assert limit.value == 230e6
+    assert limit.interval[1] <= 230e6
+    assert "block RAM" in limit.source
+
+
+@given(rows=sides, columns=sides)
+def test_clock_falls_as_the_block_grows(rows: int, columns: int) -> None:
+    small, large = (
+        timing.clock_limit(rows, columns, part("XC2V6000")),
+        timing.clock_limit(rows + 1, columns, part("XC2V6000")),
+    )
+    assert large.value <= small.value
+    assert small.interval[0] <= small.value <= small.interval[1]
+
+
+def test_or_tree_stays_within_what_synthesis_gave() -> None:
+    assert timing.or_tree_stages(4608) in {1, 2, 3}
+    assert [timing.or_tree_stages(nodes) for nodes in (1, 2, 256, 257)] == [0, 1, 1, 2]
+    assert timing.switch_cycles(4608, 1) == 0
+
+
+@given(last=precisions)
+def test_speed_up_at_any_precision_follows_from_100_microseconds(last: int) -> None:
+    hardware = timing.iteration_cycles(last) / 150e6
+    assert 100e-6 / hardware == pytest.approx(15_000 / (last + 2))
+
+
+def drain(style: Any, task: Problem, chosen: RelaxParameters, **how: Any) -> tuple[list[Step], Any]:
+    steps, work = [], style.work(task, chosen, **how)
+    while True:
+        try:
+            steps.append(next(work))
+        except StopIteration as done:
+            return steps, done.value
+
+
+MAZE = np.array(
+    [
+        [c != "#" for c in line]
+        for line in ("....#...", ".##.#.#.", ".#..#.#.", ".#.#..#.", "...#.##.", "##.....#")
+    ]
+)
+
+
+@pytest.mark.parametrize("blocks", [(1, 1), (2, 2), (2, 3)])
+def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[int, int]) -> None:
+    task = Problem(MAZE, ((0, 0),), ())
+    chosen = RelaxParameters(blocks=blocks, iterations=3, schedule=(5, 9, 20), stop="schedule_end")
+    steps, plan = drain(BIT_SERIAL, task, chosen)
+    assert [phase for phase, _ in itertools.groupby(step.phase for step in steps)] == [
+        "load",
+        "relax",
+        "decide",
+    ]
+    assert all(step.cycles.dtype == np.int64 and (step.cycles >= 1).all() for step in steps)
+    total = sum(int(step.cycles.sum()) for step in steps if step.phase == "relax")
+    shape = chosen.block_shape(*MAZE.shape)
+    nodes, count = math.prod(shape), math.prod(blocks)
+    waits = plan.total_visits * timing.switch_cycles(nodes, count) + len(
+        plan.stages
+    ) * timing.stage_end_cycles(nodes)
+    assert total == plan.total_cycles + waits
+    assert plan.total_cycles == sum(stage.iterations * (stage.precision + 2) for stage in plan.stages)
+    assert int(steps[0].cycles[0]) == MAZE.size + count * 21
+    assert int(steps[-1].cycles[0]) == timing.decision_cycles(20)
+
+
+def test_levers_name_resources_as_the_tables_do() -> None:
+    demand = BIT_SERIAL.demand(problem(96, 96), parameters((96, 96), 63), part("XC3S500E"))
+    told = {kind: demand.levers[kind][-1].advice for kind in ("lut4", "flip_flops", "block_rams")}
+    for kind, word in (("lut4", "LUT4"), ("flip_flops", "flip-flops"), ("block_rams", "block RAMs")):
+        assert told[kind] == f"take one with at least {demand.total(kind):,} {word}"
+
+
+@pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
+def test_coarse_steps_and_a_memo_change_no_cycle_and_no_bit(style: Any) -> None:
+    task = Problem(MAZE, ((0, 0),), ())
+    chosen = RelaxParameters(block=(4, 3), iterations=3, schedule=(5, 9, 70), stop="schedule_end")
+    memo = Memo(max_bytes=1 << 20)
+    fine, plan = drain(style, task, chosen)
+    for repeat in range(2):
+        coarse, again = drain(style, task, chosen, memo=memo, detail=False)
+        assert sum(int(step.cycles.sum()) for step in coarse) == sum(
+            int(step.cycles.sum()) for step in fine
+        ), repeat
+        assert again.stages == plan.stages
+        assert again.field == plan.field
+
+
+def test_plan_of_every_style_is_the_planner_s() -> None:
+    from codesign.planners.harmonic.plan.planner import PLANNER
+
+    task = Problem(MAZE, ((0, 0),), ())
+    chosen = RelaxParameters(block=(3, 3), iterations=4, schedule=(6, 12, 30))
+    expected = PLANNER.plan(task, chosen)
+    for style in ARCHITECTURES:
+        _, plan = drain(style, task, chosen)
+        assert plan.stages == expected.stages
+        assert plan.field == expected.field
+        assert np.array_equal(plan.reachable, expected.reachable)
+
+
+def test_records_tell_visits_and_stages_with_their_times() -> None:
+    task = Problem(MAZE, ((0, 0),), ())
+    steps, plan = drain(
+        BIT_SERIAL, task, RelaxParameters(block=(3, 4), iterations=3, schedule=(5, 9), stop="schedule_end")
+    )
+    now, records = 0, []
+    for step in steps:
+        end = now + int(step.cycles.sum())
+        if step.record is not None:
+            records.append(step.record(now, end, "fpga"))
+        now = end
+    stages = [record for record in records if isinstance(record, StageRecord)]
+    assert [record.precision for record in stages] == [5, 9]
+    assert stages[1].begin == stages[0].time
+    assert stages[0].begin == int(steps[0].cycles.sum())
+    assert stages[1].potential.dtype == np.float64
+    assert stages[1].potential[0, 0] == 1.0
+    visits = [record for record in records if isinstance(record, VisitsRecord)]
+    assert sum(int(record.iterations.sum()) for record in visits) == plan.total_iterations
+
+
+def test_software_updates_every_cell_of_a_visited_block() -> None:
+    assert block_cells((5, 7), (3, 4)).tolist() == [12, 9, 8, 6]
+    task = Problem(MAZE, ((0, 0),), ())
+    whole = RelaxParameters(blocks=(1, 1), iterations=1, schedule=(9, 70), stop="schedule_end")
+    flat, plan = drain(SOFTWARE, task, whole)
+    grown, _ = drain(SOFTWARE_LIMBS, task, whole)
+    updates = {stage.precision: stage.iterations * MAZE.size for stage in plan.stages}
+    total = [
+        sum(int(step.cycles.sum()) for step in steps if step.phase == "relax") for steps in (flat, grown)
+    ]
+    assert total == [sum(updates.values()), updates[9] + limbs(70) * updates[70]]
+    assert limbs(70) == 2
+    assert SOFTWARE.demand(task, whole).items == ()
+
+
+def test_software_has_no_clock_and_no_power_law() -> None:
+    task, chosen = problem(6, 8), parameters((3, 4), 9)
+    with pytest.raises(InputError):
+        SOFTWARE.clock_limit(task, chosen)
+    with pytest.raises(InputError):
+        SOFTWARE.power(SOFTWARE.demand(task, chosen), 1)
+
+
+def test_power_carries_the_intervals_of_the_part() -> None:
+    chip = part("XC2V6000")
+    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), chip)
+    static, dynamic = BIT_SERIAL.power(demand, 150_000_000, chip)
+    assert static == chip.static_power
+    assert dynamic.value == pytest.approx(demand.total("slices") * 150e6 * 1.5e-12)
+    assert dynamic.interval == pytest.approx((dynamic.value / 1.5, dynamic.value * 2))
+    assert dynamic.status is Status.ASSUMED
+
+
+def test_every_item_says_how_it_is_known() -> None:
+    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), part("XC2V6000"))
+    assert all(item.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items)

@@ -1,0 +1,129 @@
+"""Where a wave ends: cycles, resources, messages and quality of a result are those of the same run."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mission_specs import Ground
+from numpy.typing import NDArray
+
+from codesign.inputs import Platform, Workload
+from codesign.maps import OccupancyGrid
+from codesign.planners.wavefront.plan import register_bits
+from codesign.planners.wavefront.plan.reference import adder_circuit, dijkstra
+from codesign.system import Result, simulate
+
+Cell = tuple[int, int]
+
+STYLES = {
+    "delay_line": ("wavefront", {"style": "delay_line"}),
+    "adder_comparator": ("wavefront", {"style": "adder_comparator"}),
+    "tiled": ("wavefront", {"style": "tiled", "tile": [4, 3]}),
+    "software": ("wavefront-host", {"style": "software"}),
+}
+TIMELY = ("delay_line", "tiled", "software")
+"""The styles that end once all starts are reached; an array of adders cannot."""
+
+
+@cache
+def point(style: str, stop: str) -> tuple[Platform, Workload]:
+    placement, mapping = STYLES[style]
+    # Tracked elsewhere, so that the potentials are sent and their width is seen.
+    track = {"component": "host" if placement == "wavefront" else "fpga"}
+    given_ = {"propagate": {**mapping, "stop": stop, "corner_cutting": True}, "track": track}
+    with TemporaryDirectory() as folder:
+        once = {"scenario": {"=": {"type": "plan_once"}}}
+        slow = {"components": {"fpga": {"clock": "50 MHz"}}}
+        return Ground(Path(folder)).point(placement, mapping=given_, workload=once, platform=slow)
+
+
+def planned(style: str, stop: str, free: NDArray[np.bool_], goal: Cell, starts: list[Cell]) -> Result:
+    platform, workload = point(style, stop)
+    problem = workload.problem.model_copy(update={"goals": (goal,), "starts": tuple(starts)})
+    workload = workload.model_copy(update={"problem": problem})
+    result = simulate(platform, workload, grid=OccupancyGrid(free))
+    assert result.feasible, result.reasons
+    return result
+
+
+def wave(result: Result) -> int:
+    """Cycles of the wave, with the exchange of tiles; what is loaded and tracked takes the same with any stop."""
+    assert result.cycles is not None
+    return sum(result.cycles.get(phase, 0) for phase in ("propagate", "exchange"))
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[NDArray[np.bool_], Cell, list[Cell], bool]:
+    """A map, a goal, starts that are reached, and whether one of them is the farthest cell."""
+    rows, columns = draw(st.integers(4, 9)), draw(st.integers(3, 9))
+    free = np.random.default_rng(draw(st.integers(0, 10**6))).random((rows, columns)) >= draw(
+        st.floats(0, 0.5)
+    )
+    free[:, 0] = True
+    potentials = dijkstra(free, [(0, 0)])
+    cells = [(int(row), int(column)) for row, column in np.argwhere(potentials >= 0)]
+    starts = draw(st.lists(st.sampled_from(cells), min_size=1, max_size=3, unique=True))
+    farthest = max(potentials[start] for start in starts) == potentials.max()
+    if draw(st.booleans()) and not farthest:
+        starts, farthest = [*starts, max(cells, key=lambda cell: int(potentials[cell]))], True
+    return free, (0, 0), starts, farthest
+
+
+@pytest.mark.parametrize("style", STYLES)
+@given(problem=problems())
+@settings(max_examples=25, deadline=None)
+def test_a_wave_that_stops_takes_no_longer_and_is_judged_by_what_it_reached(
+    style: str, problem: tuple[NDArray[np.bool_], Cell, list[Cell], bool]
+) -> None:
+    free, goal, starts, farthest = problem
+    potentials = dijkstra(free, [goal])
+    stopped, whole = (planned(style, stop, free, goal, starts) for stop in ("starts", "whole_map"))
+    assert wave(stopped) <= wave(whole)
+    last = int(potentials.max())
+    if style in TIMELY:
+        last = max(int(potentials[start]) for start in starts)
+        assert stopped.details["stop_potential"] == last
+        assert stopped.parameters["propagate"]["stop"] == "starts"
+    assert stopped.details["largest_potential"] == last
+    reached = int(((potentials >= 0) & (potentials <= last)).sum())
+    assert stopped.details["reached_cells"] == reached
+    assert stopped.quality is not None
+    assert whole.quality is not None
+    assert stopped.quality.planned_cells == reached - 1
+    assert whole.quality.planned_cells == whole.quality.reachable_cells
+    # The message that brings the potentials to the tracker holds the widths of the same wave.
+    assert stopped.links is not None
+    assert whole.links is not None
+    saved = (register_bits(int(potentials.max())) - register_bits(last)) * free.size
+    assert whole.links["pci"].bits - stopped.links["pci"].bits == saved
+    if farthest:
+        assert stopped.quality == whole.quality
+        assert stopped.resources == whole.resources
+        if style in {"software", "adder_comparator"}:
+            assert wave(stopped) == wave(whole)
+
+
+@given(problem=problems())
+@settings(max_examples=25, deadline=None)
+def test_an_array_of_adders_runs_over_the_whole_map_and_says_so(
+    problem: tuple[NDArray[np.bool_], Cell, list[Cell], bool],
+) -> None:
+    """A smaller potential may still come by a path of more steps: the paper says that only its own array can stop."""
+    free, goal, starts, _ = problem
+    stopped, whole = (
+        planned("adder_comparator", stop, free, goal, starts) for stop in ("starts", "whole_map")
+    )
+    (note,) = stopped.notes
+    assert note.startswith("propagate.stop: ")
+    assert "whole_map" in note
+    assert whole.notes == ()
+    told = {"notes": (), "time": None}
+    assert stopped.model_copy(update=told) == whole.model_copy(update=told)
+    assert stopped.time == whole.time
+    assert wave(stopped) == adder_circuit(free, [goal])[1]

@@ -1,0 +1,272 @@
+"""Laws of the wavefront styles: against the clocked circuits, the paper's figures, and the four parts."""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codesign import maps
+from codesign.errors import InputError
+from codesign.inputs import load_platform
+from codesign.inputs.part_file import load_part
+from codesign.memo import Memo
+from codesign.planners.interface import Problem
+from codesign.planners.styles import Architecture, Demand, Step
+from codesign.planners.wavefront import published
+from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
+from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled
+from codesign.planners.wavefront.styles.resources import Layout, adder_node, delay_line_node
+from codesign.records import TaskRecord
+
+PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 24}
+
+
+def rooms(side: int = 40, starts: tuple[tuple[int, int], ...] | None = None) -> Problem:
+    free = maps.rooms(side, side, room=(9, 9), door=2, seed=1).free
+    end = maps.nearest_free(free, (side - 1, side - 1))
+    assert end is not None
+    return Problem(free, ((0, 0),), (end,) if starts is None else starts)
+
+
+def run(
+    style: Architecture, problem: Problem, detail: bool = True, **raw: Any
+) -> tuple[dict[str, int], list[Step], Any]:
+    steps = []
+    work = style.work(problem, PropagateParameters(**raw), detail=detail)
+    while True:
+        try:
+            steps.append(next(work))
+        except StopIteration as done:
+            phases: dict[str, int] = {}
+            for step in steps:
+                phases[step.phase] = phases.get(step.phase, 0) + int(step.cycles.sum())
+            return phases, steps, done.value
+
+
+@given(st.integers(0, 10**6), st.floats(0, 0.45))
+@settings(max_examples=40, deadline=None)
+def test_cycles_are_those_of_the_clocked_circuits(seed: int, density: float) -> None:
+    rng = np.random.default_rng(seed)
+    free = rng.random((11, 14)) >= density
+    free[0, 0] = True
+    reached = np.argwhere(reference.dijkstra(free, [(0, 0)]) >= 0)
+    start = tuple(int(part) for part in reached[rng.integers(len(reached))])
+    problem = Problem(free, ((0, 0),), (start,))
+    _, line_cycles = reference.delay_line_circuit(free, [(0, 0)], start)
+    _, adder_cycles, _ = reference.adder_circuit(free, [(0, 0)])
+    assert run(DelayLine(), problem)[0]["propagate"] == line_cycles
+    assert run(AdderComparator(), problem)[0]["propagate"] == adder_cycles
+    if not free.all():
+        obstacles = [tuple(cell) for cell in np.argwhere(~free).tolist()]
+        _, obstacle_cycles, _ = reference.adder_circuit(np.ones_like(free), obstacles)
+        assert run(AdderComparator(), problem, paths="safe")[0]["propagate_obstacles"] == obstacle_cycles
+
+
+def test_the_paper_s_cycles_and_times() -> None:
+    empty = Problem(np.ones((256, 256), bool), ((0, 0),), ((255, 255),))
+    phases = run(DelayLine(), empty, paths="safe")[0]
+    assert phases["propagate"] == 3 * 255 + 1
+    # The paper says 768: three cycles for each of 256 nodes, where the diagonal has 255 steps.
+    assert phases["propagate_obstacles"] == 766
+    assert pytest.approx(published.PLAN_SECONDS, rel=0.005) == published.STOP_CYCLE / published.CLOCK
+    assert pytest.approx(published.OBSTACLE_SECONDS, rel=0.02) == published.OBSTACLE_CYCLES / published.CLOCK
+
+
+def test_nodes_take_what_was_counted() -> None:
+    layout = Layout((256, 256), register_bits(published.STOP_POTENTIAL))
+    node, adder = delay_line_node(layout), adder_node(layout)
+    assert layout.bits == 11
+    assert sum(part[1] for part in node.flip_flops) * layout.nodes == 983_040
+    assert sum(part[1] for part in adder.lut4 if part[0] == "adders and comparators") == 253
+    assert pytest.approx(50, rel=0.02) == 253 / published.NODE_LUT4
+    assert 253 / sum(part[1] for part in node.lut4) == pytest.approx(16, rel=0.02)
+
+
+@pytest.mark.parametrize(("name", "side"), PARTS.items())
+def test_largest_arrays_of_the_four_parts(name: str, side: int) -> None:
+    part = load_part(name)
+
+    def short(length: int) -> set[str]:
+        problem = Problem(np.ones((length, length), bool), ((0, 0),), ((length - 1, length - 1),))
+        demand = DelayLine().demand(problem, PropagateParameters(register_bits=11), part)
+        return {kind for kind, budget in part.resources.items() if demand.total(kind) > budget.value}
+
+    assert not short(side)
+    assert "slices" in short(side + 1)
+
+
+@pytest.mark.parametrize("style", [DelayLine(), AdderComparator(), Tiled()])
+def test_a_register_that_is_too_narrow_says_how_many_bits(style: Architecture) -> None:
+    problem, part = rooms(), load_part("XC4VLX160-12")
+    largest = style.largest_potential(problem, PropagateParameters())  # type: ignore[attr-defined]
+    needed = register_bits(largest)
+    for bits in (needed - 1, needed, needed + 3):
+        (bound,) = style.demand(problem, PropagateParameters(register_bits=bits), part).bounds
+        assert (bound.demand, bound.limit) == (needed, bits)
+        texts = [lever.advice for lever in bound.levers]
+        assert any(f"at least {needed} bits" in text for text in texts) == (bits < needed)
+
+
+@pytest.mark.parametrize("name", PARTS)
+@pytest.mark.parametrize("paths", ["shortest", "safe"])
+def test_the_tile_that_a_lever_names_fits(name: str, paths: str) -> None:
+    problem, part = rooms(128), load_part(name)
+    demand = DelayLine().demand(problem, PropagateParameters(paths=paths), part)
+    levers = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
+    bits = DelayLine().bits(problem, PropagateParameters(paths=paths))
+
+    def tiled(side: int) -> Demand:
+        raw = PropagateParameters(paths=paths, tile=(side, side), register_bits=bits)
+        return Tiled().demand(problem, raw, part)
+
+    if (name, paths) == ("XC3S500E-4", "safe"):
+        # Two potentials for each of 16,384 cells are 32 block RAMs; the part has 20.
+        assert "no tile fits" in levers["propagate.style"]
+        assert all(tiled(side).levers["block_rams"] for side in (8, 16, 20))
+        return
+    side = int(levers["propagate.tile"].split("[")[1].split(",")[0])
+    assert all(tiled(side).total(kind) <= budget.value for kind, budget in part.resources.items())
+    assert not tiled(side).levers
+    assert tiled(side + 1).levers
+
+
+def test_only_a_chip_made_for_it_holds_256_nodes_a_side() -> None:
+    problem = rooms(256)
+    chip = load_part("WAVE256-20")
+    assert not DelayLine().demand(problem, PropagateParameters(register_bits=11), chip).levers
+    assert AdderComparator().demand(problem, PropagateParameters(register_bits=11), chip).levers["slices"]
+    for name in PARTS:
+        assert DelayLine().demand(problem, PropagateParameters(), load_part(name)).levers["slices"]
+
+
+@pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
+@pytest.mark.parametrize(
+    "raw",
+    [
+        {},
+        {"paths": "safe", "course": "complete", "tile": (13, 16)},
+        {"stop": "whole_map", "tile": (8, 40), "delays": (5, 7), "penalty": {"distance": 2, "delay": 3}},
+        {"corner_cutting": False, "steps": 4, "tile": (9, 9)},
+    ],
+)
+def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw: dict[str, Any]) -> None:
+    problem = rooms()
+    fine, steps, plan = run(style, problem, detail=True, **raw)
+    coarse, few, same = run(style, problem, detail=False, **raw)
+    assert fine == coarse
+    assert len(few) <= len(steps)
+    expected = PLANNER.plan(problem, style.settled(PropagateParameters(**raw)))
+    assert PLANNER.identity(plan) == PLANNER.identity(same) == PLANNER.identity(expected)
+    for step in steps:
+        record = step.record(10, 20, "fpga")
+        assert isinstance(record, TaskRecord)
+        assert (record.task, record.cycles) == (step.phase, int(step.cycles.sum()))
+
+
+def test_a_wave_without_stop_runs_until_the_counter_is_full() -> None:
+    problem = rooms(starts=())
+    assert run(DelayLine(), problem, stop="whole_map", register_bits=9)[0]["propagate"] == 511
+    needed = DelayLine().bits(problem, PropagateParameters())
+    assert run(DelayLine(), problem)[0]["propagate"] == 2**needed - 1
+
+
+def test_tiles_pay_for_their_exchange() -> None:
+    problem = rooms(64)
+    whole = run(DelayLine(), problem)[0]
+    costs = {side: run(Tiled(), problem, tile=(side, side))[0] for side in (8, 16, 32, 64)}
+    for side, phases in costs.items():
+        visits = phases["exchange"] // (3 * side + 2 + (64 // side) ** 2)
+        assert phases["exchange"] == visits * (3 * side + 2 + (64 // side) ** 2)
+        assert visits >= (1 if side == 64 else 2)
+        assert phases["propagate"] >= whole["propagate"] - 1
+    totals = [sum(phases.values()) for phases in costs.values()]
+    assert totals == sorted(totals, reverse=True)
+
+
+@pytest.mark.parametrize(("side", "paths"), list(product((8, 16, 31), ("shortest", "safe"))))
+def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> None:
+    problem, raw = rooms(256), {"tile": (side, side), "paths": paths, "register_bits": 11}
+    part = load_part("XC4VLX160-12")
+    memory = Tiled().memory(problem, PropagateParameters(**raw))
+    assert memory.width == 12
+    assert sum(memory.words.values()) <= 1024
+    items = Tiled().demand(problem, PropagateParameters(**raw), part).items
+    (rams,) = [item.amount for item in items if item.name == "column memories"]
+    words = math.ceil(256 / side) ** 2 * side * (2 if paths == "safe" else 1)
+    assert rams == side * math.ceil(words / 1024)
+    assert DelayLine().memory(problem, PropagateParameters(**raw)) is None
+
+
+def test_software_pays_for_the_nodes_that_the_wave_reaches() -> None:
+    problem = rooms()
+    phases, _, plan = run(Software(), problem, paths="safe", course="complete")
+    assert phases["propagate"] == int((plan.potentials >= 0).sum())
+    assert phases["propagate_obstacles"] == 1600
+    assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1
+    with pytest.raises(InputError):
+        Software().clock_limit(problem, PropagateParameters())
+    with pytest.raises(InputError):
+        Software().power(Software().demand(problem, PropagateParameters()), 1)
+
+
+def test_the_adder_array_has_the_slower_clock() -> None:
+    problem, part = rooms(), load_part("XC2V6000-4")
+    line = DelayLine().clock_limit(problem, PropagateParameters(), part)
+    adder = AdderComparator().clock_limit(problem, PropagateParameters(), part)
+    assert adder.value < line.value
+    for figure in (line, adder):
+        assert figure.interval[0] <= figure.value <= figure.interval[1]
+        assert figure.status == "assumed"
+
+
+def test_safe_paths_and_longer_lines_are_paid_for() -> None:
+    problem, part = rooms(), load_part("XC4VLX160-12")
+
+    def flip_flops(**raw: Any) -> int:
+        return (
+            DelayLine().demand(problem, PropagateParameters(register_bits=9, **raw), part).total("flip_flops")
+        )
+
+    second = register_bits(longest_distance((40, 40)))
+    assert flip_flops(paths="safe") - flip_flops() == 1600 * (second + 1)
+    assert flip_flops(delays=(5, 7)) - flip_flops() == 1600 * 4
+    assert flip_flops(penalty={"distance": 2, "delay": 3}) - flip_flops() == 1600 * 4
+
+
+def test_power_goes_with_slices_and_clock() -> None:
+    problem, part = rooms(), load_part("XC4VLX160-12")
+    demand = DelayLine().demand(problem, PropagateParameters(), part)
+    static, slow = DelayLine().power(demand, 20_000_000, part)
+    _, fast = DelayLine().power(demand, 40_000_000, part)
+    assert static == part.static_power
+    assert fast.value == pytest.approx(2 * slow.value)
+    assert slow.interval[0] < slow.value < slow.interval[1]
+
+
+def test_design_points_share_their_waves() -> None:
+    memo = Memo()
+    problem = rooms()
+    for tile in ((8, 8), (16, 16)):
+        list(Tiled().work(problem, PropagateParameters(tile=tile), memo=memo, detail=False))
+    assert memo.misses == 3  # the plan once, the visits of each tile
+    list(Tiled().work(problem, PropagateParameters(tile=(8, 8), register_bits=12), memo=memo, detail=False))
+    assert memo.misses == 3
+
+
+def test_the_platform_s_pentium_is_the_fitted_one() -> None:
+    from codesign.planners.wavefront.paper.maps import SAMPLES, sample, unit_seconds
+
+    samples = tuple(sample(name) for name in SAMPLES)
+    cost = load_platform("wavefront-array").components["host"].costs["wavefront_cell"]
+    assert cost.value / 1e12 == pytest.approx(unit_seconds(samples), rel=1e-3)
+    least = published.SOFTWARE_SECONDS / min(one.reached for one in samples)
+    assert cost.interval[0] / 1e12 < published.SOFTWARE_SECONDS / 256**2
+    assert cost.interval[1] / 1e12 >= least

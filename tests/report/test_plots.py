@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from report_samples import a_study
+
+from codesign.errors import InputError
+from codesign.inputs.exploration import ResultFigure
+from codesign.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
+from codesign.report import front_picture, map_picture, run_pictures
+from codesign.report.plots import _staircase
+
+FREE = np.ones((12, 30), dtype=bool)
+FREE[5, :20] = False
+
+
+def records() -> list[Record]:
+    potential = np.where(FREE, np.float32(1e-30), np.float32(0))
+    return [
+        MapRecord(0, "map", FREE, np.array([[2, 3]], np.int32), None),
+        MessageRecord(0, "pci", "host", "fpga", "map", 720, 10, 3_000_000),
+        TaskRecord(3_000_000, "fpga", "relax", 90_000_000, 13_000),
+        StageRecord(40_000_000, "fpga", 3_000_000, 0, 7, 3, 12, 60, 540, 4, potential),
+        StageRecord(90_000_000, "fpga", 40_000_000, 1, 15, 3, 12, 60, 540, 0, potential),
+        TrajectoryRecord(90_000_000, "robot", np.array([[10.0, 3.0], [8.5, 24.0], [2.0, 3.0]]), True),
+        TrajectoryRecord(90_000_000, "robot", np.array([[11.0, 3.0]]), False),
+    ]
+
+
+def test_pictures_are_what_they_say_and_the_same_every_time() -> None:
+    study = a_study()
+    png, svg = front_picture(study), front_picture(study, format="svg")
+    assert png.data.startswith(b"\x89PNG")
+    assert ElementTree.fromstring(svg.data).tag.endswith("svg")
+    assert svg.data == front_picture(study, format="svg").data
+    assert png.data == front_picture(study).data
+    assert png.alt == "Scatter plot of slices against time, 18 feasible points, front outlined and joined"
+
+
+def test_a_dollar_in_a_name_is_no_formula() -> None:
+    study = replace(a_study(), platform="$\\frac{", workload="a$b")
+    assert front_picture(study).data.startswith(b"\x89PNG")
+
+
+def test_other_figures_and_markers_can_be_chosen() -> None:
+    study = a_study()
+    picture = front_picture(
+        study, x=ResultFigure.SLICES, y=ResultFigure.ENERGY, colour=None, marker="relax.block", format="svg"
+    )
+    assert picture.title == "energy against slices"
+    assert picture.data != front_picture(study, format="svg").data
+
+
+def test_a_front_of_nothing_is_refused() -> None:
+    study = a_study()
+    points = tuple(replace(point, index=i) for i, point in enumerate(study.points[18:]))
+    with pytest.raises(InputError, match="no feasible point has both time and slices"):
+        front_picture(replace(study, points=points))
+    with pytest.raises(InputError, match="needs two figures"):
+        front_picture(replace(study, objectives=(ResultFigure.TIME,)))
+
+
+@pytest.mark.parametrize("second", [ResultFigure.SLICES, ResultFigure.CLEARANCE])
+@pytest.mark.parametrize("first", [ResultFigure.TIME, ResultFigure.SHARE_REACHING_GOAL])
+def test_the_joined_line_is_the_best_that_can_be_had(first: ResultFigure, second: ResultFigure) -> None:
+    values = np.random.default_rng(7).integers(0, 40, (60, 2)).astype(float)
+    x, y = _staircase(values, (first, second))
+    assert (np.diff(x) >= 0).all()
+    # Each step goes along one axis only.
+    assert ((np.diff(x) == 0) | (np.diff(y) == 0)).all()
+    for across in np.arange(x[0] + 0.5, x[-1], 1.0):
+        reach = values[:, 0] >= across if first.maximise else values[:, 0] <= across
+        best = values[reach, 1].max() if second.maximise else values[reach, 1].min()
+        segment = np.flatnonzero((x[:-1] < across) & (across < x[1:]))
+        assert y[segment].tolist() == [best]
+
+
+def test_a_run_is_shown_as_its_map_and_its_time_line() -> None:
+    pictures = run_pictures(records())
+    assert [picture.title for picture in pictures] == [
+        "Map, and the field after the stage of 15 bits; 2 ways drawn, 1 of them to the goal",
+        "When each component and link was busy",
+    ]
+    assert pictures[0].alt == "Map of 12 by 30 cells, 1 goal, the potential as colour, 2 ways drawn"
+    assert pictures[1].alt.startswith("Time line of pci, fpga over 90 us")
+    assert all(picture.data.startswith(b"\x89PNG") for picture in pictures)
+
+
+def test_a_run_that_never_began_has_no_pictures() -> None:
+    assert run_pictures([]) == ()
+
+
+def test_a_map_without_a_field_and_a_large_map_are_drawn() -> None:
+    assert map_picture(FREE, [(2, 3)]).data.startswith(b"\x89PNG")
+    nothing = np.zeros((2, 2))
+    assert map_picture(np.zeros((2, 2), bool), [], potential=nothing).data.startswith(b"\x89PNG")
+    large = np.ones((3000, 40), dtype=bool)
+    assert len(map_picture(large, [(5, 5)]).data) < 200_000

@@ -1,0 +1,392 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from report_samples import QUALITY, SampleReproduction, a_result, a_study
+
+from codesign.errors import CodesignError, Fault, SpecError
+from codesign.exploration.study import Outcome
+from codesign.inputs.exploration import ResultFigure
+from codesign.planners.interface import Quality
+from codesign.report import (
+    best_table,
+    comparison_table,
+    front_table,
+    infeasible_table,
+    nearest_table,
+    reasons_table,
+    render_csv,
+    render_text,
+    reproduction_sources_table,
+    reproduction_table,
+    result_tables,
+    study_table,
+)
+from codesign.report.reproduction_tables import error_text
+from codesign.report.study_tables import fixed_axes, short_names, study_counts, summary, varying_axes
+from codesign.report.table import Cell, Column, Table
+from codesign.report.wording import axis_text, prefix, quantity_text, share_text
+from codesign.results.result import DisplayUse, Reason, Result
+
+FRONT = """\
+Front
+point   block   iterations   schedule           time   slices   block RAMs     energy   share reaching goal
+───────────────────────────────────────────────────────────────────────────────────────────────────────────
+   17   36×66   11           15, 31             4 ms   32,481          144   7.168 mJ               97.62 %
+   11   24×44   11           15, 31             8 ms   15,321          144   5.408 mJ               97.62 %
+   16   36×66   11           7 to 63 by 8   8.129 ms   32,577          144   14.57 mJ               98.65 %
+   10   24×44   11           7 to 63 by 8   16.26 ms   15,417          144   10.99 mJ               98.65 %
+    5   12×22   11           15, 31            24 ms    5,025          144   4.352 mJ               97.62 %
+    4   12×22   11           7 to 63 by 8   48.77 ms    5,121          144   8.844 mJ               98.65 %
+24 design points: 18 feasible, 6 infeasible, 6 on the front
+the same for all: fpga.part XC2V6000-4
+"""
+
+RESOURCES = """\
+Resources
+resource     item       demand   budget      used     gap   status
+──────────────────────────────────────────────────────────────────────
+slices       all        40,000   33,792   118.4 %   6,208
+             nodes      39,156                              published
+             control       844                              published
+block RAMs   all           144      144     100 %       0
+             clusters      144                              calibrated
+"""
+
+REASONS = """\
+Why it is not feasible
+kind       what     demand    limit     gap   what would close the gap
+────────────────────────────────────────────────────────────────────────────────────────
+resource   slices   40,000   33,792   6,208   block: at most 36×66 fits; part: XC4VLX160
+"""
+
+REPRODUCTION = """\
+Published against modelled
+table         quantity                    published   modelled    error   status       use        note
+────────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+Table 3       slices of 4,608 nodes          59,914     59,914      0 %   calibrated   fitted
+              flip-flops of 4,608 nodes      50,699     50,699      0 %   calibrated   fitted
+Section 5.4   speed-up at 128 bits              100       97.4   -2.6 %   calibrated   held out   flat software cost
+              clock of a 48×96 block        150 MHz          –        –   assumed      held out
+"""
+
+
+def named(tables: tuple[Table, ...], title: str) -> Table:
+    return next(table for table in tables if table.title == title)
+
+
+def values(table: Table, column: str) -> list[object]:
+    place = [known.name for known in table.columns].index(column)
+    return [row[place].value for row in table.rows]
+
+
+def test_the_front_table_reads_as_agreed() -> None:
+    assert render_text(front_table(a_study())) == FRONT
+
+
+def test_resources_and_reasons_read_as_agreed() -> None:
+    tables = result_tables(a_result(slices=40_000))
+    assert render_text(named(tables, "Resources")) == RESOURCES
+    assert render_text(named(tables, "Why it is not feasible")) == REASONS
+
+
+def test_the_reproduction_reads_as_agreed() -> None:
+    assert render_text(reproduction_table(SampleReproduction())) == REPRODUCTION
+    assert values(reproduction_sources_table(SampleReproduction()), "tables") == [
+        "Table 3, Section 5.4",
+        "Section 5.4",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (0.0, "0 %"),
+        (1e-9, "<0.001 %"),
+        (9e-5, "+0.009 %"),
+        (-0.0043, "-0.43 %"),
+        (0.996, "+100 %"),
+        (2.46, "+246 %"),
+    ],
+)
+def test_errors_are_told_with_their_sign_and_no_exponent(error: float, text: str) -> None:
+    assert error_text(error) == text
+
+
+def test_a_point_that_was_never_run_has_no_tables_of_a_run() -> None:
+    titles = [table.title for table in result_tables(a_result(slices=40_000))]
+    assert titles == [
+        "Design point",
+        "Why it is not feasible",
+        "Resources",
+        "Clock, power and energy",
+        "Where the figures come from",
+    ]
+
+
+def test_cycles_by_phase_add_up() -> None:
+    table = named(result_tables(a_result()), "Clock cycles by phase")
+    *phases, total = values(table, "cycles")
+    assert total == sum(phases) == 9504 + 435_000 + 1_022  # type: ignore[arg-type]
+    assert table.strong == {len(phases)}
+
+
+def test_every_source_stands_once_and_names_its_figures() -> None:
+    table = named(result_tables(a_result()), "Where the figures come from")
+    assert values(table, "status") == ["published", "calibrated", "calibrated", "assumed", "assumed"]
+    assert table.rows[0][1].text == "slices: nodes, control"
+
+
+def test_an_interval_shows_only_where_there_is_one() -> None:
+    table = named(result_tables(a_result()), "Clock, power and energy")
+    intervals = {row[0].text: row[2].text for row in table.rows}
+    assert intervals["clock limit"] == "140 MHz to 165 MHz"
+    assert intervals["dynamic power"] == ""
+
+
+def test_axes_that_vary_are_columns_and_the_others_a_note() -> None:
+    study = a_study()
+    assert varying_axes(study) == ("relax.block", "relax.iterations", "relax.schedule")
+    assert fixed_axes(study) == (("fpga.part", "XC2V6000-4"),)
+    names = [column.name for column in study_table(study).columns]
+    assert names[:4] == ["point", "block", "iterations", "schedule"]
+
+
+def test_the_table_of_every_figure_has_full_names_units_and_plain_values() -> None:
+    study = a_study()
+    table = study_table(study, every_figure=True)
+    units = {column.name: column.unit for column in table.columns}
+    assert {"relax.block", "fpga.part", "cycles", "power"} <= set(units)
+    assert units["time"] == "s"
+    assert values(table, "time") == [point.figure(ResultFigure.TIME) for point in study.points]
+    assert values(table, "feasible") == [point.feasible for point in study.points]
+    assert [i for i, on_front in enumerate(values(table, "on_front")) if on_front] == list(study.front)
+
+
+def test_the_table_of_every_figure_is_headed_as_json_is() -> None:
+    study = a_study()
+    told = study.to_dict()["points"][0]
+    names = [column.name for column in study_table(study, every_figure=True).columns]
+    assert names[-1] == "why_not"
+    assert set(names[:-1]) <= {*told, *told["axes"], *told["figures"]}
+    assert {"index", "share_reaching_goal", "block_rams", "feasible"} <= set(names)
+    assert "energy [J]" in render_csv(study_table(study, every_figure=True)).partition("\n")[0].split(",")
+
+
+def test_axes_with_the_same_last_word_keep_their_full_names() -> None:
+    assert short_names(["fpga.clock", "host.clock", "relax.block"]) == ("fpga.clock", "host.clock", "block")
+
+
+def test_failed_and_missing_points_are_counted_and_told() -> None:
+    study = a_study()
+    axes = study.points[0].axes
+    points = (Outcome(0, axes, None, "RunError: <b>out of memory</b>"), Outcome(1, axes), *study.points[2:])
+    broken = replace(study, points=points)
+    assert dict(study_counts(broken))["failed"] == dict(study_counts(broken))["not computed"] == "1"
+    assert "1 failed, 1 not computed" in summary(broken)
+    why = values(infeasible_table(broken), "why")
+    assert why[:2] == ["failed: RunError: <b>out of memory</b>", "not computed"]
+    assert any(row[0].text == "failure" for row in reasons_table(broken).rows)
+
+
+def test_counts_add_up_to_all_points() -> None:
+    counts = dict(study_counts(a_study()))
+    assert int(counts["explored"]) == int(counts["feasible"]) + int(counts["infeasible"])
+
+
+def test_reasons_are_counted_with_their_least_gap_and_its_levers() -> None:
+    table = reasons_table(a_study())
+    assert [cell.value for cell in table.rows[0]] == [
+        "resource",
+        "slices",
+        6,
+        56_505 - 33_792,
+        19,
+        "block: at most 36×66 fits; part: XC4VLX160",
+    ]
+    assert values(nearest_table(a_study()), "point") == [19, 21, 23]
+
+
+def test_a_row_of_reasons_is_of_one_point() -> None:
+    """The levers stand beside the gap that they close, though another point's are more frequent."""
+
+    def short(gap: int, *levers: str) -> Reason:
+        return Reason(
+            kind="resource", name="block_rams", demand=144 + gap, limit=144, gap=gap, unit="", levers=levers
+        )
+
+    far, near = (a_result(slices=99_999, reasons=(each,)) for each in (short(90, "far"), short(2, "near")))
+    points = tuple(Outcome(index, {}, result) for index, result in enumerate((far, far, near, far, near)))
+    failed = Outcome(5, {}, None, "no such_file: x")
+    study = replace(a_study(), axes={}, constraints=(), points=(*points, failed))
+    table = reasons_table(study)
+    assert [[cell.text for cell in row] for row in table.rows] == [
+        ["resource", "block RAMs", "5", "2", "2", "near"],
+        ["failure", "no such_file: x", "1", "–", "5", "–"],
+    ]
+
+
+def test_the_best_in_each_objective_is_best_and_on_the_front() -> None:
+    study = a_study()
+    table = best_table(study)
+    for figure, row in zip(study.objectives, table.rows, strict=True):
+        chosen = study.points[row[1].value]  # type: ignore[index]
+        known = [study.points[i].figure(figure) for i in study.feasible]
+        best = (max if figure.maximise else min)(value for value in known if value is not None)
+        assert chosen.figure(figure) == best
+        assert chosen.index in study.front
+    assert [row[0].text for row in table.rows][::4] == ["least time", "most share reaching goal"]
+
+
+def test_a_front_that_rises_is_listed_from_the_top() -> None:
+    study = replace(a_study(), objectives=(ResultFigure.SHARE_REACHING_GOAL, ResultFigure.TIME))
+    shares = values(front_table(study), "share reaching goal")
+    assert shares == sorted(shares, reverse=True)  # type: ignore[type-var]
+
+
+def test_a_study_with_nothing_feasible_or_nothing_at_all_has_tables() -> None:
+    study = a_study()
+    hopeless = replace(study, points=study.points[18:], axes=study.axes)
+    hopeless = replace(
+        hopeless, points=tuple(replace(point, index=i) for i, point in enumerate(hopeless.points))
+    )
+    assert front_table(hopeless).rows == best_table(hopeless).rows == ()
+    empty = replace(study, points=(), objectives=())
+    assert front_table(empty).rows == study_table(empty).rows == reasons_table(empty).rows == ()
+
+
+def test_a_comparison_shows_multiples_of_the_first() -> None:
+    results = [("a", a_result()), ("b", a_result(time_ps=6_420_000_000)), ("c", a_result(slices=50_000))]
+    table = comparison_table(results)
+    rows = {row[0].text: row[1:] for row in table.rows}
+    assert [cell.text for cell in rows["time"]] == ["3.21 ms", "6.42 ms (×2)", "–"]
+    assert [cell.value for cell in rows["feasible"]] == [True, True, False]
+    assert rows["slices"][2].text == "50,000 (×1.59)"
+
+
+def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
+    lost = a_result(
+        time_ps=1_000_000_000,
+        quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": 0})),
+    )
+    fault = Fault(
+        "a.yaml", 3, 1, "relax.block", "a block of 36 × 66 nodes on a map of 40 × 60 cells", "change block"
+    )
+    results: list[tuple[str, Result | CodesignError]] = [
+        ("refused", SpecError([fault])),
+        ("large", a_result(slices=50_000)),
+        ("lost", lost),
+        ("base", a_result()),
+        ("slow", a_result(time_ps=6_420_000_000)),
+    ]
+    table = comparison_table(results)
+    rows = {row[0].text: [cell.text for cell in row[1:]] for row in table.rows}
+    assert rows["feasible"] == ["not run", "no", "yes", "yes", "yes"]
+    assert rows["starts that arrive"] == ["–", "–", "0 of 64", "63 of 64", "63 of 64"]
+    assert rows["time"] == ["–", "–", "1 ms (×0.312)", "3.21 ms", "6.42 ms (×2)"]
+    why = zip(
+        *([c.text for c in row[1:]] for row in table.rows if row[0].text in {"why infeasible", ""}),
+        strict=True,
+    )
+    assert [" ".join(lines).strip() for lines in why] == [
+        fault.what,
+        "slices: 50,000 against 33,792",
+        "–",
+        "–",
+        "–",
+    ]
+    assert "in brackets: as a multiple of base" in table.notes
+    alone = comparison_table(results[:3])
+    assert not any("×" in cell.text for row in alone.rows if row[0].text == "time" for cell in row)
+    assert not any("in brackets" in note for note in alone.notes)
+
+
+def test_a_plan_that_fails_is_told_beside_feasible() -> None:
+    def overview(arrived: int) -> dict[str, str]:
+        result = a_result(
+            quality=Quality(**(QUALITY | {"share_reaching_goal": 0.5, "starts_arrived": arrived}))
+        )
+        return {row[0].text: row[1].text for row in result_tables(result)[0].rows}
+
+    assert overview(0)["starts that arrive"] == "0 of 64"
+    assert overview(63)["starts that arrive"] == "63 of 64"
+    assert "starts that arrive" not in overview(64)
+
+
+def test_what_displays_read_is_told() -> None:
+    use = DisplayUse(frames=12, starved_words=3456, port_share=0.25)
+    table = named(result_tables(a_result(displays={"screen": use})), "Displays")
+    assert [[cell.value for cell in row] for row in table.rows] == [["screen", 12, 3456, 0.25]]
+    assert all(table.title != "Displays" for table in result_tables(a_result(displays={})))
+
+
+def test_path_length_ratios_say_what_the_shortest_is() -> None:
+    notes = named(result_tables(a_result()), "Plan quality").notes
+    assert notes == ("path length: the shortest is 8-connected without corner cutting",)
+    assert notes[0] in comparison_table([("a", a_result())]).notes
+
+
+def test_a_row_of_the_wrong_length_is_refused() -> None:
+    with pytest.raises(ValueError, match="row 0 of 'T' has 1 cells, not 2"):
+        Table("T", (Column("a"), Column("b")), ((Cell("1"),),))
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "text"),
+    [
+        ("relax.block", (36, 66), "36×66"),
+        ("relax.blocks", [2, 2], "2×2"),
+        ("relax.schedule", [15, 31], "15, 31"),
+        ("relax.schedule", {"first": 7, "step": 8, "last": 255}, "7 to 255 by 8"),
+        ("relax.schedule", {"best_of": {"first": 7, "step": 8, "last": 63}}, "best_of 7 to 63 by 8"),
+        ("fpga.clock", "100 MHz", "100 MHz"),
+        ("x.flag", True, "yes"),
+        ("x.share", 0.25, "0.25"),
+        ("x.none", None, "–"),
+        ("x.long", "a" * 500, "a" * 159 + "…"),
+    ],
+)
+def test_values_of_axes_read_naturally(name: str, value: object, text: str) -> None:
+    assert axis_text(name, value) == text
+
+
+@given(st.floats(0, 1))
+def test_only_one_is_all_and_only_zero_is_nothing(share: float) -> None:
+    text = share_text(share)
+    assert (text == "100 %") == (share == 1)
+    assert (text == "0 %") == (share == 0)
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.00321, "s", "3.21 ms"),
+        (3_210_000_000, "ps", "3.21 ms"),
+        (150e6, "Hz", "150 MHz"),
+        (0.0, "Hz", "0 Hz"),
+        (-2e6, "Hz", "-2,000,000 Hz"),
+        (99.4, "%", "99.4 %"),
+        (67_584.0, "1", "67,584"),
+        (2.5, "", "2.5"),
+        (1.7, "cells", "1.7 cells"),
+        (float("inf"), "s", "inf"),
+        (float("nan"), "", "nan"),
+        (11013.7, "", "11,014"),
+        (-10400.5, "cells", "-10,400 cells"),
+        (9876.54, "", "9,877"),
+    ],
+)
+def test_quantities_read_naturally(value: float, unit: str, text: str) -> None:
+    assert quantity_text(value, unit) == text
+
+
+@given(st.lists(st.floats(1e-12, 1e3), min_size=1), st.sampled_from(["s", "J", "W"]))
+def test_the_prefix_of_an_axis_suits_its_middle(values: list[float], unit: str) -> None:
+    size, name = prefix(values, unit)
+    middle = sorted(values)[len(values) // 2]
+    assert name.endswith(unit)
+    assert 1 <= middle / size < 1000 or size in {1.0, 1e-9}
+    assert middle >= size or size == 1e-9

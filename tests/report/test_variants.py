@@ -1,0 +1,178 @@
+"""Who wins where."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+from explore_fakes import mission, result
+
+from codesign.exploration.study import Outcome, Study
+from codesign.inputs.exploration import ResultFigure
+from codesign.report import render_text, study_table, winners_table
+from codesign.report.chart import chart_data
+from codesign.report.page import study_html
+from codesign.report.study_tables import axis_levels
+from codesign.results.result import Result
+
+F = ResultFigure
+SIZES = (10, 100, 1000)
+
+
+def study(
+    cells: Mapping[tuple[str, int], Result | None], objectives: tuple[ResultFigure, ...] = (F.TIME, F.SLICES)
+) -> Study:
+    """A point for each variant and size; where there is none, one whose computation failed."""
+    variants = tuple(dict.fromkeys(name for name, _ in cells))
+    axes: dict[str, tuple[Any, ...]] = {
+        "workload.variant": variants,
+        "map.rows": tuple(dict.fromkeys(rows for _, rows in cells)),
+        "fpga.clock": ("100 MHz",),
+    }
+    points = []
+    for index, values in enumerate(itertools.product(*axes.values())):
+        found = cells[values[0], values[1]]
+        failure = "too large" if found is None else None
+        points.append(Outcome(index, dict(zip(axes, values, strict=True)), found, failure))
+    return Study("bench", "maze", axes, objectives, (), tuple(points))
+
+
+CROSSING = {
+    ("base", 10): result(seconds=0.004, slices=50),
+    ("base", 100): result(seconds=0.010, slices=50),
+    ("base", 1000): result(slices=500, fits=False),
+    ("on-host", 10): result(seconds=0.001, slices=0),
+    ("on-host", 100): result(seconds=0.025, slices=0),
+    ("on-host", 1000): result(seconds=2.5, slices=0),
+}
+
+
+def texts(table: Any) -> list[list[str]]:
+    return [[cell.text for cell in row] for row in table.rows]
+
+
+def test_the_winner_of_each_setting_and_by_how_much() -> None:
+    table = winners_table(study(CROSSING))
+    assert table is not None
+    assert table.title == "Best variant by setting: least time"
+    assert [column.name for column in table.columns] == [
+        "rows", "best", "time", "runner-up", "its time", "times better", "left out",
+    ]  # fmt: skip
+    assert texts(table) == [
+        ["10", "on-host", "1 ms", "base", "4 ms", "4", ""],
+        ["100", "base", "10 ms", "on-host", "25 ms", "2.5", ""],
+        ["1000", "on-host", "2.5 s", "–", "–", "–", "base: infeasible"],
+    ]
+    assert table.rows[1][5].value == 2.5
+    assert table.notes == (
+        "least time, of 3 settings: on-host in 2, base in 1",
+        "least slices, of 3 settings: on-host in 3",
+    )
+    assert "times better" in render_text(table)
+
+
+def test_most_is_best_where_more_is_better() -> None:
+    cells = {
+        ("base", 10): result(share=0.9),
+        ("on-host", 10): result(share=0.45),
+    }
+    table = winners_table(study(cells), F.SHARE_REACHING_GOAL)
+    assert table is not None
+    assert table.title.endswith("most share reaching goal")
+    assert texts(table) == [["base", "90 %", "on-host", "45 %", "2"]]
+
+
+def test_equals_win_together_and_nobody_is_said_too() -> None:
+    cells = {
+        ("base", 10): result(seconds=1), ("b", 10): result(seconds=1), ("c", 10): result(seconds=3),
+        ("base", 20): result(seconds=1), ("b", 20): result(seconds=1), ("c", 20): result(seconds=1),
+        ("base", 30): None, ("b", 30): result(fits=False, slices=200), ("c", 30): None,
+    }  # fmt: skip
+    table = winners_table(study(cells))
+    assert table is not None
+    assert [row[1:] for row in texts(table)] == [
+        ["base = b", "1 s", "c", "3 s", "3", ""],
+        ["base = b = c", "1 s", "–", "–", "–", ""],
+        ["–", "–", "–", "–", "–", "base: failed; b: infeasible; c: failed"],
+    ]
+    assert table.notes[0] == "least time, of 3 settings: a tie in 2, none in 1"
+
+
+def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
+    cells = {
+        ("base", 10): result(slices=1).model_copy(update={"mission": mission(reached=False)}),
+        ("b", 10): result(slices=9).model_copy(update={"mission": mission(seconds=80)}),
+        ("c", 10): result(slices=5),
+    }
+    for objective, best in ((F.SLICES, "c"), (F.MISSION_TIME, "b")):
+        table = winners_table(study(cells), objective)
+        assert table is not None
+        assert table.rows[0][0].text == best
+        assert "base: goals not reached" in table.rows[0][-1].text
+        assert ("c: no mission time" in table.rows[0][-1].text) == (best == "b")
+
+
+def test_a_figure_of_zero_has_no_ratio() -> None:
+    cells = {
+        ("base", 10): result(slices=0),
+        ("b", 10): result(slices=9),
+    }
+    table = winners_table(study(cells), F.SLICES)
+    assert table is not None
+    assert texts(table) == [["base", "0", "b", "9", "–"]]
+
+
+@pytest.mark.parametrize("axis", ["workload.variant", "fpga.clock", "no.such"])
+def test_without_a_choice_there_is_no_contest(axis: str) -> None:
+    cells = {("base", 10): result(), ("base", 20): result()}
+    assert winners_table(study(cells), axis=axis) is None
+
+
+def test_the_page_of_a_study_has_the_table() -> None:
+    page = study_html(study(CROSSING))
+    assert "Best variant by setting: least time" in page
+    assert "least time, of 3 settings: on-host in 2, base in 1" in page
+    one = {key: value for key, value in CROSSING.items() if key[0] == "base"}
+    assert "Best variant by setting" not in study_html(study(one))
+
+
+def test_of_whole_problems_only_what_differs_is_told() -> None:
+    problems = [
+        {"map": {"generate": "empty", "rows": rows, "columns": 12, "seed": 0}, "goals": [[rows - 1, 3]]}
+        for rows in (10, 20)
+    ]
+    axes: dict[str, tuple[Any, ...]] = {
+        "workload.problem": tuple(problems),
+        "workload.variant": ("base", "b"),
+    }
+    points = tuple(
+        Outcome(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
+        for index, values in enumerate(itertools.product(*axes.values()))
+    )
+    made = Study("bench", "maze", axes, (F.TIME,), (), points)
+    table = winners_table(made)
+    assert table is not None
+    assert [row[0] for row in texts(table)] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
+    assert [row[1].text for row in study_table(made).rows][::2] == [
+        "rows 10, goals 9, 3",
+        "rows 20, goals 19, 3",
+    ]
+    assert chart_data(made)["axes"][0]["levels"] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
+    # A program gets all of it.
+    assert "generate empty" in study_table(made, every_figure=True).rows[0][1].text
+
+
+def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
+    same = {f"parameter{number}": number for number in range(40)}
+    axes: dict[str, tuple[Any, ...]] = {"workload.scenario": ({**same, "last": 1}, {**same, "last": 2})}
+    made = Study(
+        "bench",
+        "maze",
+        axes,
+        (F.TIME,),
+        (),
+        (Outcome(0, {"workload.scenario": {**same, "last": 1}}, result()),),
+    )
+    assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]

@@ -1,0 +1,91 @@
+"""Tables of keys in the docs, and the keys and defaults of the models that they are of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from enum import StrEnum
+from typing import Any, get_args
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from codesign.figures import Figure
+from codesign.inputs.fields import Duration
+from codesign.units import Dimension, format_quantity, parse_quantity
+
+LEADING = re.compile(r"^\| (`[^|]*`) \| ([^|]*) \| (.*) \|$", re.MULTILINE)
+"""A row that begins with names of keys: the names, their defaults, the meaning."""
+
+
+def rows(text: str) -> dict[str, tuple[str, str]]:
+    """By key, its default as written and what it means; a row may be of several keys, with a default for each."""
+    found: dict[str, tuple[str, str]] = {}
+    for names, defaults, meaning in LEADING.findall(text):
+        keys = re.findall(r"`([^`]+)`", names)
+        each = defaults.split(", ")
+        each = each if len(each) == len(keys) else [defaults] * len(keys)
+        for key, default in zip(keys, each, strict=True):
+            assert key not in found, f"{key} stands there twice"
+            found[key] = default, meaning
+    return found
+
+
+def section(text: str, heading: str) -> str:
+    """What stands below a heading, up to the next of any level."""
+    begin = text.index(f"\n{heading}\n") + len(heading) + 2
+    return re.split(r"^#", text[begin:], maxsplit=1, flags=re.MULTILINE)[0]
+
+
+def inner_models(info: FieldInfo) -> list[type[BaseModel]]:
+    """The models of a field's value: itself, those it may be one of, those of a list's entries."""
+    pending, found = [info.annotation], list[type[BaseModel]]()
+    while pending:
+        each = pending.pop()
+        if isinstance(each, type) and issubclass(each, BaseModel):
+            found.append(each)
+        pending += get_args(each)
+    return found
+
+
+def fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
+    """The keys of a model and of those inside it, dotted, but ``type`` of a model that a table is of."""
+    for name, info in model.model_fields.items():
+        if name == "type" and not prefix:
+            continue
+        inner = inner_models(info)
+        if not inner or not info.is_required():
+            yield f"{prefix}{name}", info
+        for each in inner:
+            yield from fields(each, f"{prefix}{name}.")
+
+
+def says_default(info: FieldInfo, written: str) -> bool:
+    """Whether what the table has as a default is the field's."""
+    default = info.default
+    if info.is_required():
+        return written == "-"
+    if default is None or default in ((), {}) or isinstance(default, BaseModel):
+        return written not in {"-", ""}
+    if isinstance(default, StrEnum | str):
+        return written == f"`{default}`"
+    if isinstance(default, Figure):
+        return written == f"{default.value:g} {default.unit}"
+    if is_duration(info):
+        return parse_quantity(written, Dimension.TIME) == default
+    return written == f"{default:,g}" if isinstance(default, float) else written == f"{default:,}"
+
+
+def is_duration(info: FieldInfo) -> bool:
+    """Whether a field holds a time, in ps."""
+    return all(any(part is held for held in info.metadata) for part in get_args(Duration)[1:])
+
+
+def in_flow(info: FieldInfo, name: str) -> str:
+    """A key as examples have it: ``begin: 0 s``, where it has a default; else the name alone."""
+    default: Any = info.default
+    if info.is_required() or default is None:
+        return name
+    if is_duration(info):
+        return f"{name}: {format_quantity(default, Dimension.TIME) if default else '0 s'}"
+    return f"{name}: {list(default) if isinstance(default, tuple) else default}"

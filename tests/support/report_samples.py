@@ -1,0 +1,290 @@
+"""Results, studies and reproductions made up for the tests of the report package, with no run behind them."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, field
+from typing import Any
+
+from codesign.exploration.study import Outcome, Study
+from codesign.figures import Status
+from codesign.inputs.exploration import Constraint, ResultFigure
+from codesign.planners.interface import Quality
+from codesign.results.mission import (
+    Account,
+    Bottleneck,
+    LatencyShare,
+    LinkUse,
+    Mission,
+    MissionEnergy,
+)
+from codesign.results.result import (
+    Clock,
+    Energy,
+    Power,
+    Reason,
+    ResourceItem,
+    ResourceUse,
+    Result,
+    Source,
+    StageUse,
+    Times,
+)
+
+OBJECTIVES = (
+    ResultFigure.TIME,
+    ResultFigure.SLICES,
+    ResultFigure.BLOCK_RAMS,
+    ResultFigure.ENERGY,
+    ResultFigure.SHARE_REACHING_GOAL,
+)
+LAW = "Girau et al. 2008, Tables 1 to 3"
+
+
+BUDGET = 33_792
+
+CLOCK = Clock(
+    hz=150_000_000,
+    limit=Source(
+        value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
+    ),
+)
+POWER = Power(
+    static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
+    dynamic=Source(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
+)
+QUALITY: dict[str, Any] = {
+    "reachable_cells": 4800,
+    "planned_cells": 4700,
+    "local_maxima": 12,
+    "starts": 64,
+    "starts_arrived": 63,
+    "path_length_ratio_mean": 1.0312,
+    "path_length_ratio_worst": 1.2,
+    "clearance_mean": 1.7,
+    "clearance_least": 0.5,
+    "wrong_cells": 3,
+}
+
+
+def a_result(
+    *,
+    slices: int = 31_500,
+    time_ps: int = 3_210_000_000,
+    share: float = 0.98765,
+    energy: float = 0.0042,
+    feasible: bool = True,
+    **changes: Any,
+) -> Result:
+    """A result with all figures, or one that does not fit and has none that a run would give."""
+    over = slices > BUDGET
+    fields: dict[str, Any] = {
+        "platform": "virtex2-pci",
+        "workload": "labyrinth",
+        "planner": "harmonic",
+        "style": "bit_serial",
+        "component": "fpga",
+        "part": "XC2V6000-4",
+        "parameters": {
+            "relax": {
+                "block": [36, 66],
+                "blocks": None,
+                "iterations": 6,
+                "schedule": {"first": 7, "step": 8, "last": 15},
+                "termination": "sound",
+            },
+            "decide": {},
+        },
+        "blocks": 4,
+        "feasible": feasible and not over,
+        "reasons": (_too_many(slices),) if over else (),
+        "resources": _resources(slices),
+        "clock": CLOCK,
+        "power": POWER,
+    }
+    if not over:
+        fields |= _run(time_ps, share, energy)
+    return Result(**(fields | changes))
+
+
+def a_mission(**changes: Any) -> Mission:
+    """The figures of a drive that reached its goal, with everything that can be told."""
+    fields: dict[str, Any] = {
+        "ended": "reached",
+        "reached": True,
+        "time_s": 100.0,
+        "goals_reached": 1,
+        "plans": 5,
+        "replans": 4,
+        "replan_latency_median_s": 0.012,
+        "replan_latency_95_s": 0.2,
+        "replan_latency_worst_s": 0.25,
+        "distance_m": 36.0,
+        "shortest_m": 30.0,
+        "distance_ratio": 1.2,
+        "clearance_least_m": 0.05,
+        "clearance_mean_m": 0.61,
+        "turns": 1000,
+        "missed_deadlines": 2,
+        "safety_stops": 1,
+        "contacts": 0,
+        "driving_s": 80.0,
+        "waiting_s": 1.5,
+        "known_share": 0.75,
+        "energy": MissionEnergy(
+            fpga_j=50.0, processors_j=200.0, links_j=0.5, memories_j=0.0, robot_j=1749.5, total_j=2000.0
+        ),
+        "account": {
+            "host": Account(compute_s=2.0, transfer_s=0.0, wait_s=0.5, idle_s=98.0),
+            "fpga": Account(compute_s=1.0, transfer_s=0.0, wait_s=0.0, idle_s=99.0),
+            "uart": Account(compute_s=0.0, transfer_s=40.0, wait_s=12.0, idle_s=60.0),
+        },
+        "latency": (
+            LatencyShare(kind="transfer", where="uart", seconds=0.5, share=0.8),
+            LatencyShare(kind="compute", where="fpga", seconds=0.125, share=0.2),
+        ),
+        "control": (LatencyShare(kind="wait", where="host", seconds=0.25, share=1.0),),
+        "bottleneck": Bottleneck(name="uart", kind="transfer", share=0.8, text="a faster line would help"),
+    }
+    return Mission(**(fields | changes))
+
+
+LINKS = {
+    "uart": LinkUse(
+        sent=1010, delivered=1000, dropped={"link down": 7, "damaged after 4 attempts": 2}, in_flight=1,
+        retransmissions=31, undetected=0, late=3, bits=64_000, utilisation=0.4, queued_s=12.0,
+    )
+}  # fmt: skip
+
+
+def a_mission_result(**changes: Any) -> Result:
+    """The result of such a drive."""
+    places = {"sense": "robot", "load": "host", "relax": "fpga", "decide": "fpga", "command": "host"}
+    return a_result(**({"mission": a_mission(), "links": LINKS, "places": places} | changes))
+
+
+def _too_many(slices: int) -> Reason:
+    return Reason(
+        kind="resource",
+        name="slices",
+        demand=slices,
+        limit=BUDGET,
+        gap=slices - BUDGET,
+        unit="",
+        levers=("block: at most 36×66 fits", "part: XC4VLX160"),
+    )
+
+
+def _resources(slices: int) -> tuple[ResourceUse, ...]:
+    return (
+        ResourceUse(
+            resource="slices",
+            demand=slices,
+            budget=BUDGET,
+            gap=max(0, slices - BUDGET),
+            items=(
+                ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
+                ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
+            ),
+        ),
+        ResourceUse(
+            resource="block_rams",
+            demand=144,
+            budget=144,
+            gap=0,
+            items=(ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),),
+        ),
+    )
+
+
+def _run(time_ps: int, share: float, energy: float) -> dict[str, Any]:
+    """What a run gives."""
+    first = {"stage": 0, "precision": 7, "sweeps": 5, "visits": 20, "iterations": 110, "cycles": 990}
+    last = {"stage": 1, "precision": 15, "sweeps": 9, "visits": 36, "iterations": 204, "cycles": 3468}
+    return {
+        "time": Times(map_loaded_ps=300_000_000, planned_ps=time_ps - 2_000_000, first_plan_ps=time_ps),
+        "cycles": {"load": 9504, "relax": 435_000, "decide": 1_022},
+        "stages": (StageUse(**first, local_maxima=41), StageUse(**last, local_maxima=0)),
+        "precision": 15,
+        "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, total_j=energy),
+        "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
+        "quality": Quality(share_reaching_goal=share, **QUALITY),
+    }
+
+
+def a_study(points: int = 24, **changes: Any) -> Study:
+    """Points over four axes, of which one is fixed; the largest blocks do not fit."""
+    blocks = [[12, 22], [24, 44], [36, 66], [48, 88]]
+    schedules = [{"first": 7, "step": 8, "last": 63}, [15, 31]]
+    sides = max(1, -(-points // (len(blocks) * len(schedules))))
+    iterations = [1 + 5 * number for number in range(sides)]
+    axes: dict[str, tuple[Any, ...]] = {
+        "relax.block": tuple(blocks),
+        "relax.iterations": tuple(iterations),
+        "relax.schedule": tuple(schedules),
+        "fpga.part": ("XC2V6000-4",),
+    }
+    outcomes = []
+    for index, values in enumerate(itertools.islice(itertools.product(*axes.values()), points)):
+        block, count, schedule, _part = values
+        cells = block[0] * block[1]
+        last = 63 if isinstance(schedule, dict) else 31
+        result = a_result(
+            slices=13 * cells + 3 * last + 1500,
+            time_ps=(24_000_000_000 // (1 + cells // 400) + 90_000_000 * abs(count - 11)) * last // 31,
+            share=1 - 1 / (last + count),
+            energy=0.004 * last / 31 * (1 + cells / 3000),
+        )
+        outcomes.append(Outcome(index, dict(zip(axes, values, strict=True)), result))
+    fields: dict[str, Any] = {
+        "platform": "virtex2-pci",
+        "workload": "labyrinth",
+        "axes": axes,
+        "objectives": OBJECTIVES,
+        "constraints": (Constraint(figure=ResultFigure.SHARE_REACHING_GOAL, at_least=0.9),),
+        "points": tuple(outcomes),
+    }
+    return Study(**(fields | changes))
+
+
+@dataclass(frozen=True)
+class SampleRow:
+    table: str
+    quantity: str
+    published: float | str | None
+    modelled: float | str | None
+    error: float | None
+    unit: str = ""
+    status: str = "calibrated"
+    source: str = LAW
+    use: str = "fitted"
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class SampleReproduction:
+    rows: tuple[SampleRow, ...] = (
+        SampleRow("Table 3", "slices of 4,608 nodes", 59_914, 59_914, 0.0),
+        SampleRow("Table 3", "flip-flops of 4,608 nodes", 50_699, 50_699, 0.0),
+        SampleRow(
+            "Section 5.4",
+            "speed-up at 128 bits",
+            100,
+            97.4,
+            -0.026,
+            use="held out",
+            note="flat software cost",
+        ),
+        SampleRow(
+            "Section 5.4",
+            "clock of a 48×96 block",
+            150e6,
+            None,
+            None,
+            "Hz",
+            "assumed",
+            "none found",
+            "held out",
+        ),
+    )
+    findings: tuple[str, ...] = field(default=("Tables 1 to 3 are met exactly.",))

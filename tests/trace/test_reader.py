@@ -1,0 +1,403 @@
+"""The reader: records come back as they were, a cut file gives what is complete, all else is an error."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as npst
+
+from codesign.errors import TraceError
+from codesign.records import (
+    MapRecord,
+    MessageRecord,
+    ObstacleRecord,
+    PoseRecord,
+    Record,
+    StageRecord,
+    TrajectoryRecord,
+    VisitsRecord,
+)
+from codesign.trace import (
+    MOMENT_KINDS,
+    PERFETTO_KINDS,
+    POSE_KINDS,
+    Trace,
+    moment,
+    moment_lines,
+    open_trace,
+    perfetto,
+    poses_csv,
+    timeline,
+    trace_info,
+    trace_thumbnail,
+)
+from codesign.trace.encoding import RECORD_TYPES, decode, encode
+from tests.trace.test_mcap import a_mission, a_run, as_told, same, write
+
+times = st.integers(0, 2**62)
+sides = st.integers(1, 6)
+
+
+def arrays(dtype: Any, shape: Any) -> Any:
+    return npst.arrays(dtype, shape)
+
+
+@st.composite
+def any_records(draw: st.DrawFn) -> Record:
+    shape = draw(st.tuples(sides, sides))
+    visits = draw(st.integers(0, 9))
+    return draw(
+        st.one_of(
+            st.builds(
+                MapRecord, times, st.just("host"), arrays(np.bool_, shape), arrays(np.int32, (visits, 2)),
+                st.none() | st.floats(0, 10),
+            ),
+            st.builds(
+                VisitsRecord, times, st.just("fpga"), times, times, times, arrays(np.int32, (visits,)),
+                arrays(np.int32, (visits,)),
+            ),
+            st.builds(
+                StageRecord, times, st.just("fpga"), *[times] * 8, arrays(np.float64, shape),
+            ),
+            st.builds(
+                TrajectoryRecord, times, st.text(), arrays(np.float64, (visits, 2)), st.booleans(),
+            ),
+        )
+    )  # fmt: skip
+
+
+@given(any_records())
+@settings(max_examples=100, deadline=None)
+def test_a_record_comes_back_as_it_was(record: Record) -> None:
+    assert same(decode(type(record), encode(record)), record)
+
+
+def test_a_run_comes_back_in_the_order_of_emission(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.mcap", a_run(), platform="virtex4-pci")
+    trace = open_trace(path)
+    assert trace.complete
+    assert trace.size == path.stat().st_size
+    assert (trace.messages, trace.record_messages) == (12, 11)
+    assert (trace.begin, trace.end) == (0, 10_000_000)
+    assert trace.metadata["run"]["platform"] == "virtex4-pci"
+    assert trace.result["time_ps"] == 10_000_000
+    back = list(trace.records())
+    assert len(back) == len(a_run())
+    assert all(same(one, other) for one, other in zip(back, a_run(), strict=True))
+
+
+def test_a_mission_comes_back_without_what_was_made_for_viewers(tmp_path: Path) -> None:
+    """It ended early, with no result: the file is whole all the same."""
+    trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
+    assert trace.complete
+    assert trace.result is None
+    assert trace.messages > trace.record_messages == len(a_mission())
+    back = list(trace.records())
+    assert all(same(one, other) for one, other in zip(back, as_told(a_mission()), strict=True))
+    assert sum(same(one, other) for one, other in zip(back, a_mission(), strict=True)) == len(back) - 1
+
+
+def test_classes_choose_records(tmp_path: Path) -> None:
+    trace = open_trace(write(tmp_path / "mission.mcap", a_mission()))
+    chosen = list(trace.records(kinds=[PoseRecord, ObstacleRecord]))
+    expected = [record for record in a_mission() if isinstance(record, PoseRecord | ObstacleRecord)]
+    assert all(same(one, other) for one, other in zip(chosen, expected, strict=True))
+    assert list(trace.records(["/mission"], kinds=[PoseRecord])) == []
+
+
+def test_a_message_of_an_older_file_takes_the_defaults() -> None:
+    """Messages on links had no outcome when only delivered ones were written."""
+    old = b'{"time":1,"source":"pci","sender":"a","receiver":"b","name":"map","bits":8,"begin":2,"end":3}'
+    record = decode(MessageRecord, old)
+    assert record == MessageRecord(1, "pci", "a", "b", "map", 8, 2, 3, "delivered", None, 1)
+
+
+def test_topics_choose_records_and_patterns_too(tmp_path: Path) -> None:
+    trace = open_trace(write(tmp_path / "run.mcap", a_run()))
+    assert [type(record) for record in trace.records(["/fpga/stage"])] == [StageRecord] * 2
+    assert {record.source for record in trace.records(["/fpga/*", "/pci/utilisation"])} == {"fpga", "pci"}
+    with pytest.raises(TraceError, match="no topic '/fpga/stag'\n  hint: did you mean /fpga/stage"):
+        list(trace.records(["/fpga/stag"]))
+
+
+def test_an_uncompressed_and_an_lz4_file_are_read(tmp_path: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    record = a_run()[0]
+    for compression in (CompressionType.NONE, CompressionType.LZ4):
+        for chunked in (True, False):
+            path = tmp_path / "other.mcap"
+            with path.open("wb") as stream:
+                writer = Writer(stream, compression=compression, use_chunking=chunked)
+                writer.start()
+                channel = writer.register_channel(
+                    "/map", "json", 0, {"record": "MapRecord", "source": "host"}
+                )
+                writer.add_message(channel, 0, encode(record), 0)
+                writer.finish()  # type: ignore[no-untyped-call]
+            trace = open_trace(path)
+            assert trace.complete
+            assert [same(back, record) for back in trace.records()] == [True]
+
+
+def test_a_cut_file_gives_all_that_is_complete_and_says_so(tmp_path: Path) -> None:
+    """Wherever it is cut, the records are a beginning of the run, and only the whole file passes for whole."""
+    whole = write(tmp_path / "run.mcap", many(3)).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    seen: set[int] = set()
+    faults: set[str] = set()
+    for length in [*range(8, len(whole), len(whole) // 60), len(whole) - 1, len(whole)]:
+        cut.write_bytes(whole[:length])
+        try:
+            trace = open_trace(cut)
+        except TraceError as fault:
+            faults.add(fault.what)
+            continue
+        back = list(trace.records())
+        assert len(back) == trace.messages
+        assert all(same(one, other) for one, other in zip(back, many(3), strict=False))
+        assert trace.complete == (length == len(whole))
+        seen.add(len(back))
+    assert faults == {"holds nothing that can be read: the file is cut short"}
+    assert len(seen) >= 3
+    assert max(seen) == len(many(3))
+
+
+def test_a_run_cut_at_half_keeps_about_half_of_its_stages(tmp_path: Path) -> None:
+    """Stages of a map of 50 × 50 that packs well: they would all fit one chunk of a library's usual 1 MiB."""
+    fall = np.exp(-np.add.outer(np.arange(50.0), np.arange(50.0)))
+    run = [
+        StageRecord(time, "fpga", time, time, 7, 3, 50, 222, 1998, 4, fall / time) for time in range(1, 21)
+    ]
+    whole = write(tmp_path / "run.mcap", list(run)).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    trace = open_trace(cut)
+    assert (trace.complete, trace.size) == (False, len(whole) // 2)
+    back = list(trace.records())
+    assert 5 <= len(back) <= 12
+    assert all(same(one, other) for one, other in zip(back, run, strict=False))
+
+
+def many(chunks: int) -> list[Record]:
+    """A run of some chunks: noise that does not compress away."""
+    rng = np.random.default_rng(0)
+    visits = rng.integers(0, 2**31, 150_000, dtype=np.int32)
+    return [VisitsRecord(time, "fpga", time, 0, 7, visits + np.int32(time), visits) for time in range(chunks)]
+
+
+def test_a_flipped_bit_is_found_wherever_it_is(tmp_path: Path) -> None:
+    whole = write(tmp_path / "run.mcap", a_run()).read_bytes()
+    path = tmp_path / "flipped.mcap"
+    rng = np.random.default_rng(0)
+    for place in rng.integers(8, len(whole), 150):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << int(rng.integers(8))
+        path.write_bytes(damaged)
+        try:
+            assert not open_trace(path).complete
+        except TraceError:
+            continue
+
+
+def exercise(trace: Trace) -> None:
+    """Everything that the command line does with a trace."""
+    info = trace_info(trace)
+    lines = [*map(str, info.rows()), *map(str, info.channel_rows())]
+    lines += [cell for row in timeline(trace, limit=50) for cell in row.cells()]
+    lines += trace_thumbnail(trace)
+    if any(channel.record == "MapRecord" and channel.messages for channel in trace.channels):
+        lines += moment_lines(moment(trace.records(kinds=MOMENT_KINDS), where=str(trace.path)))
+    json.loads("".join(perfetto(trace.records(kinds=PERFETTO_KINDS))))
+    assert "".join(poses_csv(trace.records(kinds=POSE_KINDS)))
+    assert trace.result is None or trace.result
+    assert all(line.isprintable() for line in lines)
+
+
+@given(data=st.data())
+@settings(max_examples=250, deadline=None)
+def test_only_trace_errors_come_out_of_mutated_files(
+    data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Checksums are left out, so that the mutations reach what lies behind them."""
+    folder = tmp_path_factory.getbasetemp()
+    seed = folder / "seed.mcap"
+    if not seed.exists():
+        without_checksums(seed)
+    content = bytearray(seed.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        new = data.draw(
+            st.binary(max_size=9) | st.sampled_from([b"\xff" * 8, b"\x00" * 8, b"[", b'"', b"-1"])
+        )
+        content[place : place + data.draw(st.sampled_from([0, 1, len(new)]))] = new
+    path = folder / "mutated.mcap"
+    path.write_bytes(content)
+    fault = ""
+    try:
+        exercise(open_trace(path))
+    except TraceError as error:
+        fault = str(error)
+    assert not fault or str(path) in fault
+
+
+def without_checksums(path: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
+        writer.start()
+        writer.add_metadata("run", {"format": "1"})
+        for record in a_run() + a_mission():
+            names = {"record": type(record).__name__, "source": record.source}
+            channel = writer.register_channel("/any", "json", 0, names)
+            writer.add_message(channel, record.time // 1000, encode(record), 0)
+        writer.finish()  # type: ignore[no-untyped-call]
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["dtype", "shape"]), inner),
+    max_leaves=6,
+)  # fmt: skip
+
+
+@given(st.sampled_from(a_run() + a_mission()), st.data())
+@settings(max_examples=250, deadline=None)
+def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
+    """A message with one value replaced, one level down in arrays too, is a good record or an error."""
+    message = json.loads(encode(record))
+    key = data.draw(st.sampled_from(sorted(message)))
+    if isinstance(message[key], dict) and message[key] and data.draw(st.booleans()):
+        message[key][data.draw(st.sampled_from(sorted(message[key])))] = data.draw(values)
+    else:
+        message[key] = data.draw(values)
+    try:
+        back = decode(type(record), json.dumps(message).encode())
+    except TraceError:
+        return
+    for item in fields(back):
+        assert isinstance(getattr(back, item.name), type(getattr(record, item.name)) | type(None))
+
+
+@pytest.mark.parametrize(
+    ("record_type", "message", "why"),
+    [
+        ("TaskRecord", b"[" * 100_000, "not JSON that a trace holds"),
+        ("TaskRecord", b"[" * 2_000_000, "a JSON text with 2000000 values"),
+        ("TaskRecord", b"[1]", "not a JSON object"),
+        ("TaskRecord", b"\xff", "not JSON"),
+        ("TaskRecord", b'{"time":' + b"9" * 5000 + b"}", "not JSON"),
+        ("TaskRecord", b'{"time":NaN}', "NaN is not JSON"),
+        ("TaskRecord", b'{"time":true}', "time is no integer"),
+        ("TaskRecord", b'{"time":99999999999999999999}', "time is no integer"),
+        ("TaskRecord", b"{}", "time is missing"),
+        ("UtilisationRecord", b'{"time":-1,"source":"a","busy":0,"span":1}', "time -1"),
+        ("MapRecord", b'{"time":0,"source":"a"}', "a grid without columns or data"),
+        (
+            "BeliefRecord",
+            b'{"time":0,"source":"a","cells":{"dtype":"int32","shape":[0,2],"data":""},'
+            b'"blocked":{"dtype":"bool","shape":[1],"data":"AQ=="}}',
+            "one cell is not one truth",
+        ),
+    ],
+)
+def test_a_message_that_is_none_is_refused(record_type: str, message: bytes, why: str) -> None:
+    with pytest.raises(TraceError, match=why):
+        decode(RECORD_TYPES[record_type], message)
+
+
+def trajectory(**points: Any) -> bytes:
+    whole = {"dtype": "float64", "shape": [1, 2], "data": "AAAAAAAA8D8AAAAAAADwPw==", **points}
+    return json.dumps({"time": 0, "source": "a", "points": whole, "arrived": True}).encode()
+
+
+@pytest.mark.parametrize(
+    ("points", "why"),
+    [
+        ({"shape": [2**20, 2]}, "16 bytes for 2097152 elements"),
+        ({"shape": [2**40, 2]}, r"more than 2\^24"),
+        ({"shape": [0, 2]}, "16 bytes for 0 elements"),
+        ({"shape": [2]}, "points has shape"),
+        ({"shape": [-1, -2]}, "points has no shape"),
+        ({"shape": [True, 2]}, "points has no shape"),
+        ({"shape": [1] * 5}, "points has no shape"),
+        ({"dtype": "object"}, "points is no float64 array"),
+        ({"data": "%%%%"}, "not base64"),
+        ({"data": 3}, "without its base64 text"),
+    ],
+)
+def test_an_array_that_is_none_is_refused(points: dict[str, Any], why: str) -> None:
+    assert decode(TrajectoryRecord, trajectory()).points.tolist() == [[1.0, 1.0]]  # type: ignore[attr-defined]
+    with pytest.raises(TraceError, match=why):
+        decode(TrajectoryRecord, trajectory(**points))
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"", "is empty"),
+        (b"\x89MC", "is no MCAP file"),
+        (b"PK\x03\x04" + bytes(100), "is no MCAP file"),
+        (b"\x89MCAP0\r\n", "holds nothing that can be read: the file is cut short"),
+        (b"\x89MCAP0\r\n" + b"\x06" + b"\xff" * 8 + bytes(99), "a record of 18446744073709551615 bytes"),
+    ],
+)
+def test_a_file_that_is_no_trace_is_refused(tmp_path: Path, content: bytes, why: str) -> None:
+    path = tmp_path / "no.mcap"
+    path.write_bytes(content)
+    with pytest.raises(TraceError, match=why) as caught:
+        open_trace(path)
+    assert str(caught.value).startswith(str(path))
+    assert "hint: " in str(caught.value)
+
+
+def test_places_that_are_no_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(TraceError, match="does not exist"):
+        open_trace(tmp_path / "none.mcap")
+    with pytest.raises(TraceError, match="is no file"):
+        open_trace(tmp_path)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(TraceError, match="is no file"):
+        open_trace(tmp_path / "pipe")
+    huge = tmp_path / "huge.mcap"
+    huge.touch()
+    os.truncate(huge, 2**32 + 1)
+    with pytest.raises(TraceError, match="more than 4 GiB"):
+        open_trace(huge)
+
+
+@pytest.mark.parametrize("packing", ["zstd", "lz4"])
+def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused(tmp_path: Path, packing: str) -> None:
+    """A bomb: 64 MiB of zeros behind a chunk that claims 1,000 bytes, and one that claims 2^40."""
+    import lz4.frame  # type: ignore[import-untyped]
+    import zstandard
+    from mcap.data_stream import RecordBuilder
+    from mcap.records import Chunk, Header
+
+    zeros = bytes(2**26)
+    packed = zstandard.compress(zeros) if packing == "zstd" else lz4.frame.compress(zeros)
+    for claimed, why in ((1000, "size is not what it says"), (2**40, "a chunk of 1099511627776 bytes")):
+        builder = RecordBuilder()
+        Header("", "bomb").write(builder)  # type: ignore[no-untyped-call]
+        Chunk(packing, packed, 0, 0, 0, claimed).write(builder)
+        path = tmp_path / "bomb.mcap"
+        path.write_bytes(b"\x89MCAP0\r\n" + builder.end())
+        with pytest.raises(TraceError, match=why):
+            open_trace(path)
+
+
+def test_a_file_that_changes_while_it_is_read_is_an_error(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.mcap", many(3))
+    trace = open_trace(path)
+    os.truncate(path, path.stat().st_size - 100)
+    with pytest.raises(TraceError, match="has changed since it was opened"):
+        list(trace.records())
