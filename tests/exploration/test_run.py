@@ -104,7 +104,7 @@ def test_after_a_crash_the_next_run_goes_on(platform: Platform, workload: Worklo
     command = [
         sys.executable,
         "-c",
-        f"import sys; sys.path[:0] = {[str(ROOT / 'tests' / 'support'), str(ROOT)]!r}\n{SCRIPT}",
+        f"import sys; sys.path[:0] = {places!r}\n{SCRIPT}",
         str(file),
         str(log),
     ]
