@@ -10,15 +10,20 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 from explore_fakes import Fake
 from numba.core.dispatcher import Dispatcher
 
 import codesign
 from codesign.exploration import explore, load_study
 from codesign.inputs import Exploration
+
+Run = Callable[..., Result]
+
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 
@@ -292,3 +297,32 @@ def test_a_signal_at_any_moment_ends_any_command(
             assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
         elif path.suffix == ".mcap":
             assert codesign.open_trace(path).complete
+
+
+@pytest.mark.parametrize(("name", "kept"), [("list", False), ("explore", True)])
+def test_only_an_exploration_keeps_what_was_finished(
+    hwsw: Run, specs: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, name: str, kept: bool
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("codesign.system.at_hand", interrupted)
+    monkeypatch.setattr("codesign.explore", interrupted)
+    result = hwsw("list") if name == "list" else hwsw("explore", *specs)
+    assert result.exit_code == 130
+    assert ("kept" in result.stderr) is kept
+
+
+def test_an_interrupt_while_loading_gives_no_traceback() -> None:
+    script = """
+import sys
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "click":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+from codesign.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "interrupted\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import errno
 import json
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -350,3 +351,16 @@ def test_the_memory_listener_keeps_all_in_order() -> None:
         listener(record)
     assert [type(record) for record in listener.records] == [type(record) for record in a_run()]
     assert [record.stage for record in listener.of(StageRecord)] == [0, 1]
+
+
+def test_a_trace_follows_links_and_replaces_no_fifo(tmp_path: Path) -> None:
+    pipe, real, link = tmp_path / "pipe", tmp_path / "real.mcap", tmp_path / "link.mcap"
+    os.mkfifo(pipe)
+    with pytest.raises(TraceError, match="no regular file"):
+        McapListener(pipe)
+    assert pipe.is_fifo()
+    link.symlink_to(real)
+    with McapListener(link):
+        pass
+    assert link.is_symlink()
+    assert real.stat().st_size > 0
