@@ -17,6 +17,7 @@ import pytest
 from click.testing import Result
 from explore_fakes import Fake
 from numba.core.dispatcher import Dispatcher
+from processes import gone
 
 import codesign
 from codesign.exploration import explore, load_study
@@ -73,16 +74,6 @@ if __name__ == "__main__":
         print(worker.pid, flush=True)
         work(1 << 50)
 """
-
-
-def gone(pid: int) -> bool:
-    """Whether that process ended; one that only its parent's parent has to wait for did."""
-    stat = Path(f"/proc/{pid}/stat")
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
 @pytest.mark.parametrize(("number", "strikes"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1)])

@@ -224,3 +224,11 @@ def test_whatever_happens_to_the_bytes_no_wrong_entry_comes_out(file: Path, seed
         return
     assert found.items() <= truth.items()
     assert latest in (None, "definition")
+
+
+def test_what_is_no_regular_file_is_no_store(tmp_path: Path) -> None:
+    fifo = tmp_path / "points.sqlite"
+    os.mkfifo(fifo)
+    for read_only in (True, False):
+        with pytest.raises(StoreError, match="not a regular file"):
+            FileStore(fifo, read_only=read_only)
