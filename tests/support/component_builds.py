@@ -27,11 +27,7 @@ from codesign.planners.styles import Step
 from codesign.records import Listener, TaskRecord
 
 CLOCK = ClockDomain(33_000_000)
-
-
 Work = Generator[simpy.Event, Any, Any]
-
-
 Build = Callable[[simpy.Environment, Sequence[Listener]], tuple[Component, list[Work]]]
 
 
@@ -106,8 +102,6 @@ def a_block_ram(
 
 
 SCAN = Scan(4, 2, 6, 3)
-
-
 SRAM = ExternalMemoryLaw("sram", CLOCK.hz, 32, 2**20, 3)
 
 

@@ -147,8 +147,6 @@ def computed(log: Path) -> list[int]:
 
 # Valid names of axes, which only the stand-in for the simulation reads.
 AXES = {"bench.slices": [10, 50, 2000], "bench.share": [0.5, 1.0], "bench.seconds": [1.0, 1e-3]}
-
-
 OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES)
 
 

@@ -5,11 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 Specs = tuple[Path, Path]
-
-
 AXES_TEXT = "{relax.iterations: [1, 4]}"
-
-
 MAP = "......\n.@..@.\n......\n......\n"
 
 

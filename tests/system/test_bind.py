@@ -9,8 +9,6 @@ import codesign
 from codesign.errors import SpecError
 
 WALLED_GOAL = ".@....\n@.....\n......\n......\n"
-
-
 WALLED_START = "......\n......\n....@.\n...@.@\n....@.\n"
 
 
