@@ -39,11 +39,7 @@ mapping:
 
 
 IDEAL = "type: ideal"
-
-
 SECOND = 10**12
-
-
 STEP = 10**11
 """The time step by default, ps."""
 

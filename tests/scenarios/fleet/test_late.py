@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from avoidance_scenes import assert_same_run
 from fleet_specs import STEP, Ground
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -22,7 +23,6 @@ from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.system.run import simulate_system
-from tests.planners.velocity_obstacle.test_planner import assert_same_run
 
 CLOCKS = st.sampled_from([300, 700, 1000, 2600, 8000, 50_000_000])
 QUIETLY: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
