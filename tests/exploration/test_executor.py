@@ -112,7 +112,8 @@ class TestProcessExecutor(Contract):
 
 def test_several_processes_share_the_work(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    run(ProcessExecutor(2), {"do": ["meet"], "slices": list(range(20))}, log, limit=2)
+    # One worker is alone until a point is run; from the fifth on each waits for company.
+    run(ProcessExecutor(2), {"slices": list(range(20))}, log, limit=2, at=dict.fromkeys(range(4, 20), "meet"))
     workers = {line.split()[1] for line in log.read_text().splitlines()}
     assert len(workers) == 2
     assert str(os.getpid()) not in workers
