@@ -235,6 +235,3 @@ def test_planner_plug_in() -> None:
     assert arrived
     assert way[0] == pytest.approx(problem.positions[1][::-1] - 0.5, abs=0.01)
     assert problem.free[tuple(np.floor(way[-1] + 0.5).astype(int))]
-
-
-# Bad input

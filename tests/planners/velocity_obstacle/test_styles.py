@@ -39,12 +39,6 @@ def drained(steps: Any) -> tuple[list[Any], Any]:
             return found, done.value
 
 
-# Schedules
-
-
-# Resources
-
-
 # Power
 
 
@@ -127,6 +121,3 @@ def test_records_tell_every_phase_of_an_update(problem: RobotsProblem) -> None:
     assert [story.task for story in stories[:5]] == list(PHASES)
     assert all(story.cycles == story.end for story in stories)
     assert sum(story.task == "pid" for story in stories) == plan.updates
-
-
-# Platform and reproduction
