@@ -48,8 +48,9 @@ def test_every_workload_has_its_platform() -> None:
 
 @pytest.mark.parametrize("workload", PLATFORMS)
 def test_every_workload_runs_traces_and_reports(hwsw: Run, tmp_path: Path, workload: str) -> None:
+    """Without the levers of missions, each a mission of its own: one more test runs those."""
     platform, trace, page = PLATFORMS[workload], tmp_path / "run.mcap", tmp_path / "run.html"
-    result = hwsw("run", platform, workload, "--json", "--trace", trace, "--html", page)
+    result = hwsw("run", platform, workload, "--no-levers", "--json", "--trace", trace, "--html", page)
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
     assert told["time"]["first_plan_ps"] >= told["time"]["planned_ps"] > 0
@@ -65,6 +66,23 @@ def test_every_workload_runs_traces_and_reports(hwsw: Run, tmp_path: Path, workl
     told_of = {json.loads(line)["what"].split()[0] for line in shown.stdout.splitlines()}
     assert {"map", "trajectory"} <= told_of
     assert page.stat().st_size > 3000
+
+
+@pytest.mark.parametrize(
+    "workload",
+    [
+        "office-relaxation",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in PLATFORMS
+            if name.startswith(("office", "warehouse")) and name != "office-relaxation"
+        ),
+    ],
+)
+def test_the_levers_of_every_mission_are_run(hwsw: Run, workload: str) -> None:
+    mission = json.loads(hwsw("run", PLATFORMS[workload], workload, "--json").stdout)["mission"]
+    assert any(lever["time_s"] is not None for lever in mission["levers"])
+    assert mission["bottleneck"]["text"]
 
 
 @pytest.mark.parametrize(
