@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import errno
 import json
+import math
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -26,8 +27,9 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.trace import McapListener, MemoryListener, open_trace
-from codesign.trace.encoding import RECORD_TYPES, encode, schema_of
+from codesign.trace.encoding import MAX_ELEMENTS, MAX_MESSAGE_BYTES, RECORD_TYPES, encode, schema_of
 from codesign.trace.foxglove import Floor
+from codesign.trace.scan import MAX_RECORD_BYTES
 from codesign.trace.views import SCENE_SCHEMA
 
 
@@ -272,9 +274,16 @@ def test_a_trace_follows_links_and_replaces_no_fifo(tmp_path: Path) -> None:
     assert real.stat().st_size > 0
 
 
-def test_a_potential_of_the_largest_map_is_written_and_read_back(tmp_path: Path) -> None:
+def test_messages_and_records_may_hold_the_potential_of_the_largest_map() -> None:
     """2^24 float64 cells, as base64 in JSON above the 2^27 bytes that once were the bound."""
-    potential = np.zeros((4096, 4096))
+    base64_bytes = 4 * math.ceil(MAX_ELEMENTS * 8 / 3)
+    assert base64_bytes > 2**27
+    assert base64_bytes + 2**20 < MAX_MESSAGE_BYTES < MAX_RECORD_BYTES
+
+
+@pytest.mark.parametrize("side", [512, pytest.param(4096, marks=pytest.mark.slow)])
+def test_a_potential_of_a_large_map_is_written_and_read_back(tmp_path: Path, side: int) -> None:
+    potential = np.zeros((side, side))
     potential[0, 1] = 0.25
     potential[-1, -1] = 1.0
     with McapListener(tmp_path / "large.mcap") as listener:
