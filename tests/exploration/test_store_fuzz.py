@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 from click.testing import Result as Invoked
 from drive_fuzz import bounded
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
 from small_maps import put_map
@@ -27,11 +27,7 @@ from codesign.exploration.store import _checksum as checksum
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]
 
-fuzzed = settings(
-    max_examples=8,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+fuzzed = settings(max_examples=8, deadline=None)
 
 WILD: tuple[Any, ...] = (
     None,

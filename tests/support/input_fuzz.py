@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from hypothesis import HealthCheck, settings
+from hypothesis import settings
 from hypothesis import strategies as st
 
 from codesign.errors import Fault, SpecError
@@ -22,9 +22,7 @@ scalars = st.one_of(
 )
 
 
-quietly = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], deadline=None
-)
+quietly = settings(deadline=None)
 
 
 trees = st.recursive(

@@ -11,7 +11,7 @@ from typing import Any
 import jsonschema
 import pytest
 from click.testing import Result as Done
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 
@@ -83,12 +83,7 @@ def check_levers(platform: Platform, workload: Workload) -> None:
         assert "None of the levers that were run" in told.bottleneck.text
 
 
-@settings(
-    max_examples=3,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=3, derandomize=True)
 @given(
     placement=st.sampled_from(sorted(PLACEMENTS)),
     kinematics=st.sampled_from(sorted(KINEMATICS)),

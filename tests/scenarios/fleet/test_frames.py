@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fleet_specs import ERRORS, SECOND, Ground, expected_ends, planned, serial
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.velocity_obstacle_pace import LineLaw, decide_times
@@ -34,7 +34,7 @@ def ground(tmp_path: Path) -> Ground:
     fifo=st.sampled_from([1, 15, 16, 17, 31, 32, 40, 64, 100]),
     mhz=st.sampled_from([1, 5, 50]),
 )
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=25, deadline=None)
 def test_a_line_with_a_fifo_holds_the_fleet_as_long_as_its_characters_say(
     ground: Ground, baud: int, fifo: int, mhz: int
 ) -> None:

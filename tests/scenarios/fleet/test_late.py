@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run
 from fleet_specs import STEP, Ground
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain
@@ -25,7 +25,7 @@ from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.system.run import simulate_system
 
 CLOCKS = st.sampled_from([300, 700, 1000, 2600, 8000, 50_000_000])
-QUIETLY: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
+QUIETLY: dict[str, Any] = {"deadline": None}
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fleet_specs import ERRORS, IDEAL, SECOND, STEP, Ground, planned, serial
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.velocity_obstacle_pace import LineLaw
@@ -208,7 +208,7 @@ def test_free_running_robots_wait_out_an_outage(ground: Ground) -> None:
     baud=st.sampled_from([115_200, 3_000_000, 12_000_000, 50_000_000]),
     fifo=st.sampled_from([1, 16, 64]),
 )
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None)
 def test_the_rate_that_fpga_and_line_allow_is_a_bound_in_the_long_run(
     ground: Ground, count: int, baud: int, fifo: int
 ) -> None:
