@@ -149,10 +149,12 @@ def strike(
     *,
     after: float = 0,
     line: int = 0,
+    file: str = "",
     group: bool = False,
 ) -> subprocess.CompletedProcess[str]:
-    """Run the command, and strike it so many seconds after its start, or after so many lines of standard error.
+    """Run the command, and strike it so many seconds after its start, or once something else has happened.
 
+    ``line``: it has written so many lines of standard error. ``file``: a file of that pattern lies in the folder.
     Fails where the command, or a process that it started, outlives the bound.
     """
     command = [sys.executable, "-m", "codesign", *map(str, arguments)]
@@ -162,6 +164,8 @@ def strike(
     try:
         for _ in range(line):
             said += process.stderr.readline()
+        while file and not any(folder.glob(file)) and process.poll() is None:
+            time.sleep(0.05)
         time.sleep(after)
         if process.poll() is None:
             (os.killpg if group else os.kill)(process.pid, number)
@@ -194,7 +198,7 @@ def check_ended(done: subprocess.CompletedProcess[str], number: signal.Signals, 
 def test_ctrl_c_ends_a_run_of_long_words_and_leaves_no_file(tmp_path: Path) -> None:
     workload = workload_of("harmonic", tmp_path)
     arguments = ["run", "pc-epyc", workload, "--trace", "o.mcap", "--html", "o.html"]
-    done = strike(tmp_path, signal.SIGINT, arguments, after=1.5)
+    done = strike(tmp_path, signal.SIGINT, arguments, file=".*o.mcap*")
     check_ended(done, signal.SIGINT)
     assert os.listdir(tmp_path) == [workload.name]
 
