@@ -53,8 +53,7 @@ def test_every_shipped_platform_is_sound(hwsw: Run, platform: str) -> None:
 
 @pytest.mark.parametrize("workload", list_workloads())
 def test_every_shipped_workload_fits_some_platform(hwsw: Run, workload: str) -> None:
-    results = [hwsw("check", platform, workload) for platform in list_platforms()]
-    assert any(result.exit_code == 0 for result in results), results[0].output
+    assert any(hwsw("check", platform, workload).exit_code == 0 for platform in list_platforms())
 
 
 def test_list_names_what_ships(hwsw: Run) -> None:

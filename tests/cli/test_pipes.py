@@ -6,9 +6,12 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
+from small_maps import put_map
 
 
 def command(*arguments: object, **options: object) -> subprocess.CompletedProcess[str]:
@@ -33,6 +36,7 @@ def test_a_full_standard_output_is_a_short_message(words: list[str]) -> None:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a full device")
 def test_a_full_standard_error_does_not_stop_an_exploration(specs: tuple[Path, Path], tmp_path: Path) -> None:
+    put_map(specs)
     with open("/dev/full", "w") as full:
         done = command("explore", *specs, "--store", tmp_path / "s", "--workers", 1, stderr=full)
     assert done.returncode == 0
@@ -49,17 +53,19 @@ def test_a_terminal_without_unicode_shows_what_it_can() -> None:
     assert shown.stdout.split() == [b"?", b"?"]
 
 
-def test_a_file_name_that_is_no_text_gives_no_traceback(specs: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_file_name_that_is_no_text_gives_no_traceback(
+    specs: tuple[Path, Path], tmp_path: Path, hwsw: Callable[..., Result]
+) -> None:
     odd = tmp_path / os.fsdecode(b"b\xff.yaml")
     odd.write_bytes(specs[0].read_bytes().replace(b"100 MHz", b"100 GHz"))
     missing = tmp_path / os.fsdecode(b"no\xff.yaml")
-    for words in (["check", odd], ["check", odd, "--json"], ["run", odd, specs[1]], ["check", missing]):
+    for words in (["check", odd], ["run", odd, specs[1]], ["check", missing], ["check", odd, "--json"]):
         done = command(*words)
         assert done.returncode == 2
         assert "Traceback" not in done.stderr
-    assert json.loads(command("check", odd, "--json").stdout)[0]["file"] == str(odd)
+    assert json.loads(done.stdout)[0]["file"] == str(odd)
     page = tmp_path / os.fsdecode(b"page\xff.html")
-    assert command("run", *specs, "--html", page).returncode == 0
+    assert hwsw("run", *specs, "--json", "--html", page).exit_code == 0
     assert page.exists()
 
 
@@ -91,6 +97,7 @@ def test_a_reader_who_went_away_does_not_change_the_exit_code(
 
 
 def test_a_reader_who_went_away_does_not_end_an_exploration(specs: tuple[Path, Path], tmp_path: Path) -> None:
+    put_map(specs)
     page = tmp_path / "study.html"
     store = ("--store", tmp_path / "points.sqlite")
     assert piped(["explore", *specs, *store, "--workers", 1, "--html", page], joined=True) == (0, "")
