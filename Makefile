@@ -25,10 +25,10 @@ demo: $(READY)
 	@echo "Its trace:        $(OUT)/labyrinth.mcap  (hwsw trace show, or Foxglove)"
 
 test: $(READY)
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not slow"
 
 test-all: $(READY)
-	HYPOTHESIS_NEW_EXAMPLES=1 $(BIN)/python -m pytest -n 2
+	HYPOTHESIS_NEW_EXAMPLES=1 $(BIN)/python -m pytest -n 2 --dist worksteal
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

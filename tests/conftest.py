@@ -8,11 +8,16 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # Time decides no test: what an example takes depends on the machine and on what else it does. Nor does luck: the same
-# examples are drawn at each run, but for `make test-all`, which looks for new ones.
-settings.register_profile("codesign", deadline=None, derandomize="HYPOTHESIS_NEW_EXAMPLES" not in os.environ)
+# examples are drawn at each run, but for `make test-all`, which looks for new ones. Examples may share a folder.
+settings.register_profile(
+    "codesign",
+    deadline=None,
+    derandomize="HYPOTHESIS_NEW_EXAMPLES" not in os.environ,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)
 settings.load_profile("codesign")
 
 PLATFORM = """\

@@ -10,15 +10,21 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 from explore_fakes import Fake
 from numba.core.dispatcher import Dispatcher
+from processes import gone
 
 import codesign
 from codesign.exploration import explore, load_study
 from codesign.inputs import Exploration
+
+Run = Callable[..., Result]
+
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 
@@ -68,16 +74,6 @@ if __name__ == "__main__":
         print(worker.pid, flush=True)
         work(1 << 50)
 """
-
-
-def gone(pid: int) -> bool:
-    """Whether that process ended; one that only its parent's parent has to wait for did."""
-    stat = Path(f"/proc/{pid}/stat")
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z"
 
 
 @pytest.mark.parametrize(("number", "strikes"), [(signal.SIGINT, 1), (signal.SIGINT, 2), (signal.SIGTERM, 1)])
@@ -153,10 +149,12 @@ def strike(
     *,
     after: float = 0,
     line: int = 0,
+    file: str = "",
     group: bool = False,
 ) -> subprocess.CompletedProcess[str]:
-    """Run the command, and strike it so many seconds after its start, or after so many lines of standard error.
+    """Run the command, and strike it so many seconds after its start, or once something else has happened.
 
+    ``line``: it has written so many lines of standard error. ``file``: a file of that pattern lies in the folder.
     Fails where the command, or a process that it started, outlives the bound.
     """
     command = [sys.executable, "-m", "codesign", *map(str, arguments)]
@@ -166,6 +164,8 @@ def strike(
     try:
         for _ in range(line):
             said += process.stderr.readline()
+        while file and not any(folder.glob(file)) and process.poll() is None:
+            time.sleep(0.05)
         time.sleep(after)
         if process.poll() is None:
             (os.killpg if group else os.kill)(process.pid, number)
@@ -198,7 +198,7 @@ def check_ended(done: subprocess.CompletedProcess[str], number: signal.Signals, 
 def test_ctrl_c_ends_a_run_of_long_words_and_leaves_no_file(tmp_path: Path) -> None:
     workload = workload_of("harmonic", tmp_path)
     arguments = ["run", "pc-epyc", workload, "--trace", "o.mcap", "--html", "o.html"]
-    done = strike(tmp_path, signal.SIGINT, arguments, after=1.5)
+    done = strike(tmp_path, signal.SIGINT, arguments, file=".*o.mcap*")
     check_ended(done, signal.SIGINT)
     assert os.listdir(tmp_path) == [workload.name]
 
@@ -292,3 +292,32 @@ def test_a_signal_at_any_moment_ends_any_command(
             assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
         elif path.suffix == ".mcap":
             assert codesign.open_trace(path).complete
+
+
+@pytest.mark.parametrize(("name", "kept"), [("list", False), ("explore", True)])
+def test_only_an_exploration_keeps_what_was_finished(
+    hwsw: Run, specs: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, name: str, kept: bool
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("codesign.system.at_hand", interrupted)
+    monkeypatch.setattr("codesign.explore", interrupted)
+    result = hwsw("list") if name == "list" else hwsw("explore", *specs)
+    assert result.exit_code == 130
+    assert ("kept" in result.stderr) is kept
+
+
+def test_an_interrupt_while_loading_gives_no_traceback() -> None:
+    script = """
+import sys
+class Interrupt:
+    def find_spec(self, name, *_):
+        if name == "click":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+from codesign.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "interrupted\n")

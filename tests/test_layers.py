@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -10,49 +11,10 @@ from pathlib import Path
 
 import networkx as nx
 import pytest
+from levels import LEVEL, MAY_USE_TRACE, ROOM_NAMES, ROOM_ORDER
 from places import ROOT
 
 PACKAGE = ROOT / "codesign"
-
-# Lowest first. A module imports only from levels below its own, and from its own entry. The longest name that fits
-# decides: `codesign.planners.harmonic.paper` is in the room of harmonic control, `codesign.planners.styles` is not.
-ROOMS = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
-LEVELS: list[list[str]] = [
-    ["errors"],
-    ["units"],
-    ["figures"],
-    ["memo"],
-    ["files"],
-    ["interrupts"],
-    ["kernel_cache"],
-    ["models", "part"],
-    ["records"],
-    ["inputs", "maps", "trace"],
-    ["planners.task_graph"],
-    ["planners.interface", "planners.reproduction"],
-    ["planners.ways", "planners.styles"],
-    ["planners.external_memory", "planners.host", "planners.plug_in"],
-    [f"planners.{room}" for room in ROOMS],
-    ["plugin"],
-    ["planners", "components"],
-    ["results"],
-    ["mission"],
-    ["system"],
-    ["exploration", "calibrate", "testing"],
-    ["reproduce"],
-    ["report"],
-    [""],
-    ["cli"],
-    ["__main__"],
-]
-ROOM_NAMES = {f"planners.{room}" for room in ROOMS}
-LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
-
-# Within a room, the leftmost first. What stands in none of these is the room itself: it may import them all.
-ROOM_ORDER = ["published", "plan", "styles", "rtl", "paper"]
-
-# trace depends on records alone: nothing of the simulation below the command line and the notebook face may know it.
-MAY_USE_TRACE = {"trace", "", "cli", "__main__"}
 
 
 def entry_of(module: str) -> str:
@@ -62,7 +24,7 @@ def entry_of(module: str) -> str:
         name = ".".join(parts[:length])
         if name in LEVEL and (name or not parts):
             return name
-    raise AssertionError(f"codesign.{module} is on no level: give it one in {Path(__file__).name}")
+    raise AssertionError(f"codesign.{module} is on no level: give it one in tests/support/levels.py")
 
 
 def room_place(module: str) -> int:
@@ -134,6 +96,17 @@ def broken_rules(path: Path, module: str) -> list[str]:
 @pytest.mark.parametrize("module", sorted(modules()), ids=lambda module: module or "codesign")
 def test_imports_point_one_way(module: str) -> None:
     assert not broken_rules(modules()[module], module)
+
+
+def test_no_test_module_imports_another() -> None:
+    """What tests share stands in tests/support. Scripts that tests run in a process of their own count too."""
+    imported = re.compile(r"^\s*(?:from|import) (?:tests\b|test_\w+)", re.MULTILINE)
+    faults = {
+        str(path.relative_to(ROOT)): lines
+        for path in (ROOT / "tests").rglob("*.py")
+        if (lines := imported.findall(path.read_text(encoding="utf-8")))
+    }
+    assert faults == {}
 
 
 @pytest.mark.parametrize(

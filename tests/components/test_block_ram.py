@@ -7,10 +7,11 @@ import pickle
 import numpy as np
 import pytest
 import simpy
+from component_builds import a_block_ram_on_show, simulate
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.components import BlockRam, ClockDomain
+from codesign.components import BlockRam, ClockDomain, choose_shape
 from codesign.components.block_ram import PORTS, Output, WriteMode
 from codesign.components.scan import Scan
 from codesign.errors import RunError
@@ -283,3 +284,73 @@ def test_maxima_are_found_lsb_first_on_the_bits_that_are_read_anyway(values: lis
             above[node] = above[node] if own == other else own > other
     assert all(above) == (here >= max(neighbours))
     assert ram.collisions == 0
+
+
+def ram_at_the_end_of_time() -> BlockRam:
+    environment = simpy.Environment()
+    environment.run(until=10**9)
+    return BlockRam(environment, "ram", CLOCK, depth=1024, width=18)
+
+
+def test_block_ram_refuses_the_third_access_of_a_cycle() -> None:
+    ram = ram_at_the_end_of_time()
+    assert (ram.access(7), ram.access(7)) == (0, 1)
+    with pytest.raises(RunError, match="3 accesses in cycle 7, the block RAM has 2 ports"):
+        ram.access(7)
+    assert ram.access(8) == 0
+    assert ram.accesses == [2, 1]
+    assert ram.busy == CLOCK.edge(9) - CLOCK.edge(7)
+
+
+def test_block_ram_streams_leave_the_ports_they_do_not_use() -> None:
+    ram = ram_at_the_end_of_time()
+    ram.stream(3, 10, addresses=1)
+    assert ram.access(12) == 1
+    with pytest.raises(RunError, match="ports"):
+        ram.access(12)
+    with pytest.raises(RunError, match="3 accesses in cycle 13"):
+        ram.stream(13, 4, addresses=3)
+    with pytest.raises(RunError, match="out of order"):
+        ram.access(5)
+    with pytest.raises(RunError, match="before they happen"):
+        ram.access(10**9)
+    ram.stream(13, 1, addresses=2)
+    assert ram.accesses == [11, 2]
+    assert ram.busy == CLOCK.edge(14) - CLOCK.edge(3)
+
+
+def test_block_ram_words_run_out_at_the_published_limit() -> None:
+    """Section 5.4: 4 blocks with p = 255 fill the 1024 words exactly; a fifth does not fit."""
+    ram = ram_at_the_end_of_time()
+    for block in range(4):
+        assert ram.allocate(f"block {block}", 256) == range(256 * block, 256 * block + 256)
+    assert ram.words_left == 0
+    with pytest.raises(RunError, match="block 4 needs 256 words, 0 of 1024 are left"):
+        ram.allocate("block 4", 256)
+    with pytest.raises(RunError, match="once for each name"):
+        ram.allocate("block 0", 1)
+
+
+def test_the_deepest_shape_that_is_wide_enough_is_chosen() -> None:
+    shapes = [(16384, 1), (8192, 2), (4096, 4), (2048, 9), (1024, 18), (512, 36)]
+    assert [choose_shape(shapes, width) for width in (1, 3, 18, 19)] == [
+        (16384, 1),
+        (4096, 4),
+        (1024, 18),
+        (512, 36),
+    ]
+    with pytest.raises(RunError, match=r"no shape of the block RAM is 37 bits wide\n.*36"):
+        choose_shape(shapes, 37)
+
+
+def test_a_block_ram_on_show_is_busy_with_both() -> None:
+    """A pixel a cycle: 4 of 6 in two of three lines; the design drives a port in 3 to 7, both in 9 to 14."""
+    ram, _ = simulate(a_block_ram_on_show)
+    assert isinstance(ram, BlockRam)
+    passed = ram.clock.cycles_by(ram.now)
+    shown = {cycle for cycle in range(passed) if cycle % 18 // 6 < 2 and cycle % 6 < 4}
+    design = {*range(3, 8), *range(9, 15)}
+    assert ram.busy == pytest.approx(len(shown | design) * 10**12 / ram.clock.hz, abs=4)
+    # Both ports are driven in 9 to 14: in the cycles that the display takes, the design's stand still.
+    lost = len(set(range(9, 15)) & shown)
+    assert ram.accesses == [5 + 6 - lost, 6 - lost + len(shown)]

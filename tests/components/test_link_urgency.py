@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import simpy
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from link_runs import TIMED, Ask, Make, Work, run
 from mission_specs import Ground
@@ -146,12 +146,7 @@ LOGGING = {
 }
 
 
-@settings(
-    max_examples=8,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=8, derandomize=True)
 @given(
     arbitration=st.sampled_from(["message", "burst"]),
     granularity=st.sampled_from(["run_ahead", "visit"]),

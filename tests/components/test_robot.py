@@ -1,14 +1,13 @@
-"""Ways, motions and the robot: exact traversal, limits that are kept, and cells that are never entered."""
+"""The robot: contacts, stops, and cells that are never entered."""
 
 from __future__ import annotations
 
 import math
-from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 import pytest
 import simpy
+from drives_and_ways import OPEN, SIDE, a_robot, circle, kinematics, maps, ways
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -21,303 +20,10 @@ from codesign.components.motion import (
     PointDrive,
 )
 from codesign.components.robot import Robot
-from codesign.components.way import NEAR, STANDING_ROOM, Way, authority, cell_of, join
+from codesign.components.way import NEAR, Way, authority, cell_of, join
 from codesign.errors import InputError, RunError
 from codesign.mission import Appearing, Moving, World
 from codesign.mission.obstacles import rectangle
-
-SIDE = 12
-# Quarters of a cell: points on borders and on corners are as frequent as others.
-quarters = st.integers(-1, 4 * SIDE - 3).map(lambda number: number / 4)
-anywhere = st.floats(-0.4, SIDE - 0.6)
-points = st.tuples(quarters, quarters) | st.tuples(anywhere, anywhere)
-ways = st.lists(points, min_size=1, max_size=7).map(Way)
-maps = st.tuples(st.integers(0, 2**32), st.sampled_from([0.0, 0.1, 0.3])).map(
-    lambda drawn: np.random.default_rng(drawn[0]).random((SIDE, SIDE)) >= drawn[1]
-)
-kinematics = st.sampled_from(
-    [
-        PointDrive(0.5),
-        OmnidirectionalDrive(0.5, 0.3),
-        OmnidirectionalDrive(1.5, 4.0),
-        DifferentialDrive(0.5, 0.4, 1.5),
-    ]
-)
-
-
-def exact_cells(way: Way) -> list[tuple[int, int]]:
-    """The cells of a polyline in rational arithmetic: those of its vertices, and of the middles between borders."""
-    half = Fraction(1, 2)
-    found: list[tuple[int, int]] = []
-    for begin, end in zip(way.points[:-1].tolist(), way.points[1:].tolist(), strict=True):
-        start = [Fraction(value) for value in begin]
-        moved = [Fraction(value) - first for value, first in zip(end, start, strict=True)]
-        shares = {Fraction(0), Fraction(1)}
-        for first, move in zip(start, moved, strict=True):
-            for border in range(-2, SIDE + 2):
-                if move and 0 < (share := (border + half - first) / move) < 1:
-                    shares.add(share)
-        ordered = sorted(shares)
-        middles = [(one + other) / 2 for one, other in pairwise(ordered)]
-        for share in [Fraction(0), *middles, Fraction(1)]:
-            row, column = (
-                math.floor(first + share * move + half) for first, move in zip(start, moved, strict=True)
-            )
-            if not found or found[-1] != (row, column):
-                found.append((row, column))
-    return found or [cell_of(way.points[0].tolist())]
-
-
-@given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Way))
-@settings(max_examples=200, deadline=None)
-def test_a_way_enters_the_cells_of_exact_arithmetic(way: Way) -> None:
-    entry, cells = way.crossings
-    assert [tuple(cell) for cell in cells[:, :2].tolist()] == exact_cells(way)
-    assert (np.diff(entry) >= 0.0).all()
-    for arc, (row, column, *beside) in zip(entry.tolist(), cells.tolist(), strict=True):
-        y, x = way.point_at(arc)
-        assert max(abs(y - row), abs(x - column)) <= 0.5 + 1e-9, "entered at its border"
-        assert {(row, column)} == {tuple(beside[:2]), tuple(beside[2:])} or (
-            abs(abs(y - row) - 0.5) < 1e-9 and abs(abs(x - column) - 0.5) < 1e-9
-        ), "only a corner has cells beside it"
-
-
-@given(ways)
-@settings(max_examples=100, deadline=None)
-def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Way) -> None:
-    _, cells = way.crossings
-    assert tuple(cells[-1, :2]) == cell_of(way.points[-1].tolist())
-    for before, here in zip(cells[:-1, :2], cells[1:], strict=True):
-        moved = np.abs(here[:2] - before)
-        assert moved.max() == 1
-        if moved.min() == 1:
-            beside = {tuple(here[2:4].tolist()), tuple(here[4:6].tolist())}
-            assert beside == {(int(here[0]), int(before[1])), (int(before[0]), int(here[1]))}
-
-
-def test_authority_ends_before_the_first_cell_that_is_not_known_free() -> None:
-    known = np.ones((5, 9), np.bool_)
-    straight = Way([(2, 0), (2, 8)])
-    assert authority(straight, known) == 8.0
-    known[2, 5] = False
-    assert authority(straight, known) == pytest.approx(4.5 - STANDING_ROOM)
-    assert authority(straight, known, start=2.0) == pytest.approx(4.5 - STANDING_ROOM)
-    assert authority(straight, known, start=5.2) == 8.0, "its own cell counts as free"
-    assert authority(straight, known, start=4.4999) == 4.4999, "never behind the robot"
-    assert authority(Way([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), "outside is closed"
-
-
-@pytest.mark.parametrize("closed", [(2, 3), (3, 2)])
-def test_authority_cuts_no_corner(closed: tuple[int, int]) -> None:
-    known = np.ones((5, 5), np.bool_)
-    diagonal = Way([(1, 1), (4, 4)])
-    assert authority(diagonal, known) == diagonal.length
-    known[closed] = False
-    assert authority(diagonal, known) == pytest.approx(1.5 * math.sqrt(2) - STANDING_ROOM)
-
-
-@pytest.mark.parametrize("points", [[], [[1, 2, 3]], [[0, 0], [0, math.nan]]])
-def test_what_is_no_way_is_refused(points: list[list[float]]) -> None:
-    with pytest.raises(InputError, match="n × 2 finite numbers"):
-        Way(np.array(points))
-
-
-def test_points_that_repeat_are_left_out() -> None:
-    way = Way([(1, 1), (1, 1), (1, 3), (1, 3), (2, 3)])
-    assert way.points.tolist() == [[1, 1], [1, 3], [2, 3]]
-    assert way.arcs.tolist() == [0, 2, 3]
-    assert way.cut(1.0).points.tolist() == [[1, 2], [1, 3], [2, 3]]
-    assert way.cut(2.0).points.tolist() == [[1, 3], [2, 3]]
-
-
-@pytest.mark.filterwarnings("error::RuntimeWarning")
-def test_points_closer_than_arc_lengths_can_tell_are_left_out() -> None:
-    """Else a segment of no length is a bend of which nobody can tell how fast it may be driven."""
-    way = Way([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
-    assert way.points.tolist() == [[0, 0], [0, 1], [1, 1]]
-    assert way.arcs.tolist() == [0, 1, 2]
-    straight = Way([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
-    drive = DifferentialDrive(0.5, 0.4, 1.5)
-    motion, plain = (Motion.drive(each, drive, 9.0) for each in (straight, Way([(0, -0.25), (0, 0), (0, 1)])))
-    assert motion is not None
-    assert plain is not None
-    assert (motion.end, motion.duration) == (plain.end, plain.duration)
-
-
-def test_join_goes_on_along_the_way() -> None:
-    way = Way([(1, 1), (1, 5), (5, 5)])
-    assert join(way, (1.0, 2.5)).points.tolist() == [[1, 2.5], [1, 5], [5, 5]]
-    assert join(way, (1.0, 5.0)).points.tolist() == [[1, 5], [5, 5]]
-    assert join(way, (1.0 + NEAR / 2, 3.0)).points.tolist() == [[1 + NEAR / 2, 3], [1, 5], [5, 5]]
-    twice = Way([(1, 1), (1, 5), (3, 5), (3, 3), (1, 3), (0, 3)])
-    assert join(twice, (1.0, 3.0)).points.tolist() == [[1, 3], [0, 3]], "the later of two passes"
-
-
-def test_join_from_beside_the_way_looks_ahead_but_not_through_a_wall() -> None:
-    way = Way([(1, 0), (1, 8)])
-    assert join(way, (2.0, 3.0), lookahead=1.5).points.tolist() == [[2, 3], [1, 4.5], [1, 8]]
-    free = np.ones((4, 9), np.bool_)
-    free[1, 4] = False
-    around = Way([(1, 0), (1, 3), (3, 3), (3, 8)])
-    assert join(around, (1.0, 5.0), free, lookahead=0.0).points.tolist() == [[1, 5], [3, 5], [3, 8]]
-    assert join(Way([(1, 1)]), (1.0, 3.0)).points.tolist() == [[1, 3], [1, 1]]
-
-
-def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times (s), arcs and speeds over the whole motion and a little after it."""
-    times = np.unique(np.linspace(0, motion.duration * 1.05 + 10, count).astype(np.int64))
-    states = np.array([motion.at(int(time)) for time in times])
-    return times / SECOND, states[:, 0], states[:, 1]
-
-
-@given(ways, kinematics, st.floats(0.0, 60.0))
-@settings(max_examples=150, deadline=None)
-def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
-    way: Way, limits: Kinematics, allowed: float
-) -> None:
-    motion = Motion.drive(way, limits, allowed)
-    assert motion is not None
-    assert motion.end == pytest.approx(min(allowed, way.length), abs=NEAR)
-    assert motion.end <= min(allowed, way.length)
-    times, arcs, speeds = sampled(motion)
-    assert (arcs[-1], speeds[-1]) == (motion.end, 0.0)
-    assert (np.diff(arcs) >= 0.0).all()
-    assert speeds.max() <= limits.speed * (1 + 1e-9)
-    # The arc is the integral of the speed: between two times it lies between what their least and most allow.
-    assert (np.diff(arcs) <= limits.speed * np.diff(times) * (1 + 1e-9) + 1e-9).all()
-    if not isinstance(limits, PointDrive):
-        allowed_change = limits.acceleration * np.diff(times) * (1 + 1e-6) + 1e-6
-        assert (np.abs(np.diff(speeds)) <= allowed_change).all()
-        means = (speeds[1:] + speeds[:-1]) / 2
-        bound = limits.acceleration * np.diff(times) ** 2 + 1e-9
-        assert (np.abs(np.diff(arcs) - means * np.diff(times)) <= bound).all()
-
-
-@given(ways, st.sampled_from([OmnidirectionalDrive(1.5, 4.0), DifferentialDrive(0.5, 0.4, 1.5)]))
-@settings(max_examples=100, deadline=None)
-def test_corners_are_taken_as_slowly_as_they_need(
-    way: Way, limits: OmnidirectionalDrive | DifferentialDrive
-) -> None:
-    period = SECOND // 5
-    motion = Motion.drive(way, limits, way.length, control_period=period)
-    assert motion is not None
-    for index in range(1, len(way.arcs) - 1):
-        change = math.remainder(float(way.headings[index] - way.headings[index - 1]), 2 * math.pi)
-        _, speed = motion.at(motion.time_at(float(way.arcs[index])))
-        if isinstance(limits, OmnidirectionalDrive):
-            assert 2 * speed * math.sin(abs(change) / 2) <= limits.acceleration * 0.2 + 1e-6
-        elif abs(change) > limits.smooth:
-            assert speed <= 1e-5
-
-
-def circle(count: int, radius: float) -> Way:
-    """Twice around, ``count`` points a turn."""
-    angle = np.arange(2 * count) * (2 * math.pi / count)
-    return Way(radius * np.column_stack((np.sin(angle), np.cos(angle))))
-
-
-@given(
-    st.integers(10, 200),
-    st.floats(0.5, 20.0),
-    st.sampled_from([OmnidirectionalDrive(0.5, 0.3), OmnidirectionalDrive(2.5, 4.0)]),
-    st.sampled_from([SECOND // 25, SECOND // 10, SECOND // 2]),
-)
-@settings(max_examples=100, deadline=None)
-def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
-    count: int, radius: float, limits: OmnidirectionalDrive, period: int
-) -> None:
-    way = circle(count, radius)
-    motion = Motion.drive(way, limits, way.length, control_period=period)
-    assert motion is not None
-    speeds = np.array([motion.at(motion.time_at(float(arc)))[1] for arc in way.arcs])
-    assert speeds.max() ** 2 / radius <= limits.acceleration * 1.05
-    if 2 * math.pi * radius / count < 0.05 * limits.speed * (period / SECOND):
-        # Finely cut, it is not taken more slowly than that either.
-        reachable = min(limits.speed, math.sqrt(0.9 * limits.acceleration * radius))
-        assert speeds.max() >= min(reachable, math.sqrt(limits.acceleration * way.length) * 0.9)
-
-
-def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> None:
-    limits, period, radius = OmnidirectionalDrive(2.5, 4.0), SECOND // 10, 0.75
-    way = Way(circle(100, radius).points[:76] + 5.0)
-    once = Motion.drive(way, limits, way.length)
-    assert once is not None
-    robot = a_robot(limits, way.point_at(0.0))
-    robot.command(0, way, way.length)
-    for turn in range(1, once.duration // period + 1):
-        robot.advance(turn * period, OPEN)
-        assert (robot.distance, robot.speed) == pytest.approx(once.at(turn * period), abs=1e-3)
-        assert robot.speed**2 / radius <= limits.acceleration * 1.05
-        ahead = join(way, robot.position)
-        assert robot.command(turn * period, ahead, ahead.length) is None
-
-
-@given(ways, kinematics, st.floats(0.0, 1.0))
-@settings(max_examples=100, deadline=None)
-def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
-    way: Way, limits: Kinematics, share: float
-) -> None:
-    motion = Motion.drive(way, limits, way.length)
-    assert motion is not None
-    arc = motion.end * share
-    time = motion.time_at(arc)
-    assert motion.at(time)[0] >= arc - 1e-9
-    assert time == 0 or motion.at(time - 2)[0] <= arc + 1e-12
-
-
-def duration(limits: Kinematics, *points: tuple[float, float], heading: float = 0.0) -> float:
-    motion = Motion.drive(Way(points), limits, math.inf, heading=heading)
-    assert motion is not None
-    return motion.duration / SECOND
-
-
-def test_durations_in_closed_form() -> None:
-    assert duration(PointDrive(2.0), (0, 0), (3, 4), (3, 10)) == pytest.approx(5.5)
-    trapezoid = OmnidirectionalDrive(2.0, 1.0)
-    assert duration(trapezoid, (0, 0), (0, 10)) == pytest.approx(10 / 2 + 2 / 1)
-    assert duration(trapezoid, (0, 0), (0, 1), (0, 3), (0, 10)) == pytest.approx(10 / 2 + 2 / 1)
-    assert duration(trapezoid, (0, 0), (0, 1)) == pytest.approx(2 * math.sqrt(1 / 1))
-    wheels = DifferentialDrive(2.0, 1.0, math.pi / 4)
-    assert duration(wheels, (0, 0), (0, 10)) == pytest.approx(7)
-    assert duration(wheels, (0, 0), (0, 10), heading=math.pi) == pytest.approx(7 + 4), "turns about first"
-    assert duration(wheels, (0, 0), (0, 10), (10, 10)) == pytest.approx(7 + 2 + 7)
-
-
-def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
-    motion = Motion.drive(
-        Way([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
-    )
-    assert motion is not None
-    assert [motion.heading_at(time * SECOND) for time in (0, 8, 10, 20)] == pytest.approx(
-        [0.0, -math.pi / 4, -math.pi / 2, -math.pi / 2]
-    )
-    assert motion.at(8 * SECOND) == (10.0, 0.0)
-
-
-def test_a_speed_that_a_way_cannot_take_over_is_refused() -> None:
-    limits = OmnidirectionalDrive(2.0, 1.0)
-    straight, back = Way([(0, 0), (0, 10)]), Way([(0, 0), (0, -10)])
-    assert Motion.drive(straight, limits, 10.0, speed=2.0) is not None
-    assert Motion.drive(straight, limits, 2.0, speed=2.0) is not None, "exactly the braking distance"
-    assert Motion.drive(straight, limits, 1.99, speed=2.0) is None
-    assert Motion.drive(straight, limits, 0.0, speed=1.0) is None
-    assert Motion.drive(back, limits, 10.0, speed=2.0) is None
-    assert Motion.drive(back, limits, 10.0, speed=0.04) is not None, "2 v ≤ acceleration × control period"
-    assert Motion.drive(back, PointDrive(2.0), 10.0, speed=2.0) is not None
-
-
-@pytest.mark.parametrize("build", [PointDrive, lambda speed: OmnidirectionalDrive(1.0, speed)])
-def test_limits_that_cannot_be_are_refused(build: type[PointDrive]) -> None:
-    for value in (0.0, -1.0, math.nan, math.inf):
-        with pytest.raises(InputError, match="finite number above 0"):
-            build(value)
-
-
-def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> Robot:
-    return Robot(simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position)
-
-
-OPEN = np.zeros((SIDE, SIDE), np.bool_)
 
 
 def test_metres_become_cells() -> None:
@@ -562,3 +268,18 @@ def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
     robot.advance(now + 100 * SECOND, ~free)
     assert robot.speed == 0.0
     assert robot.contacts == []
+
+
+def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> None:
+    limits, period, radius = OmnidirectionalDrive(2.5, 4.0), SECOND // 10, 0.75
+    way = Way(circle(100, radius).points[:76] + 5.0)
+    once = Motion.drive(way, limits, way.length)
+    assert once is not None
+    robot = a_robot(limits, way.point_at(0.0))
+    robot.command(0, way, way.length)
+    for turn in range(1, once.duration // period + 1):
+        robot.advance(turn * period, OPEN)
+        assert (robot.distance, robot.speed) == pytest.approx(once.at(turn * period), abs=1e-3)
+        assert robot.speed**2 / radius <= limits.acceleration * 1.05
+        ahead = join(way, robot.position)
+        assert robot.command(turn * period, ahead, ahead.length) is None

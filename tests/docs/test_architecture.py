@@ -7,9 +7,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from levels import LEVEL, ROOM_ORDER, ROOMS
 from places import ROOT
-
-from tests.test_layers import LEVEL, ROOM_ORDER, ROOMS
 
 PACKAGE = ROOT / "codesign"
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")

@@ -58,7 +58,7 @@ def test_folders_exist(folder: str) -> None:
 
 
 def test_the_order_of_a_room_is_that_of_the_layers() -> None:
-    from tests.test_layers import ROOM_ORDER
+    from levels import ROOM_ORDER
 
     (said,) = re.findall(r"order is (`published`.*?), and imports go to the left", CONTRIBUTING)
     names = re.findall(r"`(\w+)`", said)

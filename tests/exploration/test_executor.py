@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 from explore_fakes import Fake, computed
 from places import ROOT
+from processes import gone
 
 from codesign.errors import RunError
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
@@ -111,7 +112,8 @@ class TestProcessExecutor(Contract):
 
 def test_several_processes_share_the_work(tmp_path: Path) -> None:
     log = tmp_path / "log"
-    run(ProcessExecutor(2), {"do": ["meet"], "slices": list(range(20))}, log, limit=2)
+    # One worker is alone until a point is run; from the fifth on each waits for company.
+    run(ProcessExecutor(2), {"slices": list(range(20))}, log, limit=2, at=dict.fromkeys(range(4, 20), "meet"))
     workers = {line.split()[1] for line in log.read_text().splitlines()}
     assert len(workers) == 2
     assert str(os.getpid()) not in workers
@@ -184,16 +186,6 @@ def start(tmp_path: Path) -> tuple[subprocess.Popen[str], list[int]]:
     return process, sorted({int(line.split()[1]) for line in log.read_text().splitlines()})
 
 
-def gone(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return True
-    # A process that ended but was not yet waited for by whoever adopted it is gone too.
-    stat = Path(f"/proc/{pid}/stat")
-    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] == "Z"
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
 def test_ctrl_c_ends_the_workers_without_a_word_of_theirs(tmp_path: Path) -> None:
     process, workers = start(tmp_path)
@@ -210,7 +202,7 @@ from concurrent.futures import ProcessPoolExecutor
 from explore_fakes import Fake
 from codesign.exploration.executor import ProcessExecutor
 from codesign.exploration.space import Space, group
-from tests.exploration.test_executor import gone
+from processes import gone
 
 class Pool(ProcessPoolExecutor):
     submissions = 0

@@ -4,8 +4,13 @@ import sys
 from pathlib import Path
 
 import pytest
+from small_maps import MAP, Specs, put_map
 
+import codesign
+from codesign.errors import RunError
+from codesign.exploration import Progress, explore, load_study
 from codesign.exploration.identity import code_digest
+from codesign.inputs.part_file import parts_folder
 from codesign.planners.plug_in import GROUP
 from codesign.system import catalog
 
@@ -90,3 +95,38 @@ def test_a_plug_in_that_is_not_there_does_not_end_the_digest(
     without = digest()
     install(tmp_path, GROUP, value="made_up_nowhere.inside:ALL")
     assert digest() != without
+
+
+def test_a_map_that_changes_meanwhile_leaves_the_points_as_they_were_keyed(specs: Specs) -> None:
+    file = put_map(specs)
+    platform, workload = codesign.load_platform(specs[0]), codesign.load_workload(specs[1])
+    before = explore(platform, workload, workers=1).to_json()
+    changed = MAP.replace("@", ".")
+
+    def change(_progress: Progress) -> None:
+        file.write_text(changed, encoding="utf-8")
+
+    for workers in (1, 2):
+        file.write_text(MAP, encoding="utf-8")
+        assert explore(platform, workload, workers=workers, progress=change).to_json() == before
+    assert explore(platform, workload, workers=1).to_json() != before
+
+
+def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(
+    specs: Specs, tmp_path: Path
+) -> None:
+    put_map(specs)
+    source = parts_folder() / "XC2V6000.yaml"
+    folder = specs[0].parent / "parts"
+    folder.mkdir()
+    part = folder / "XC2V6000.yaml"
+    part.write_bytes(source.read_bytes())
+    platform, workload = codesign.load_platform(specs[0]), codesign.load_workload(specs[1])
+    store = tmp_path / "points.sqlite"
+
+    def change(_progress: Progress) -> None:
+        part.write_bytes(source.read_bytes() + b"# changed\n")
+
+    with pytest.raises(RunError, match="part file changed"):
+        explore(platform, workload, workers=1, store=store, progress=change)
+    assert len(load_study(store).missing) == 2

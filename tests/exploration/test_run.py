@@ -4,12 +4,15 @@ import json
 import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from explore_fakes import Fake, computed
+from click.testing import Result
+from explore_fakes import AXES, OBJECTIVES, Fake, computed, exploring
 from places import ROOT
+from small_maps import AXES_TEXT, Specs, put_map
 
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
@@ -17,12 +20,9 @@ from codesign.exploration import FileStore, MemoryStore, Progress, Space, State,
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
-from codesign.inputs import Constraint, Exploration, Platform, ResultFigure, Workload, override
+from codesign.inputs import Constraint, Platform, ResultFigure, Workload, override
 from codesign.memo import Memo
-
-# Valid names of axes, which only the stand-in for the simulation reads.
-AXES = {"bench.slices": [10, 50, 2000], "bench.share": [0.5, 1.0], "bench.seconds": [1.0, 1e-3]}
-OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES)
+from codesign.system import simulate
 
 
 @pytest.fixture(scope="module")
@@ -38,11 +38,6 @@ def labyrinth() -> Workload:
 @pytest.fixture(scope="module")
 def workload(labyrinth: Workload) -> Workload:
     return exploring(labyrinth, AXES)
-
-
-def exploring(workload: Workload, axes: dict[str, list[Any]], **more: Any) -> Workload:
-    section = Exploration(axes=axes, **({"objectives": OBJECTIVES} | more))
-    return workload.model_copy(update={"explore": section})
 
 
 def test_every_point_in_the_order_of_enumeration(platform: Platform, workload: Workload) -> None:
@@ -86,11 +81,9 @@ def test_after_an_interrupt_the_next_run_goes_on(
 SCRIPT = """
 import sys
 from pathlib import Path
-from explore_fakes import Fake
 import codesign
-from codesign.inputs import Exploration
 from codesign.exploration import explore
-from tests.exploration.test_run import AXES, exploring
+from explore_fakes import AXES, Fake, exploring
 
 workload = exploring(codesign.load_workload("labyrinth"), AXES)
 platform = codesign.load_platform("virtex4-pci")
@@ -292,7 +285,6 @@ def small(tmp_path: Path) -> Workload:
 def test_simulated_points_do_not_depend_on_workers_memo_or_store(
     platform: Platform, small: Workload, tmp_path: Path
 ) -> None:
-    from codesign.system import simulate
 
     file = tmp_path / "points.sqlite"
     study = explore(platform, small, workers=2, store=file)
@@ -317,3 +309,33 @@ def test_points_that_share_their_functional_work_do_it_once(
     assert study.failed == ()
     assert made[0].misses < 2 * len(study.points)
     assert made[0].hits >= len(study.feasible) - len(functional)
+
+
+def test_faults_of_axes_are_told_at_their_places(specs: Specs) -> None:
+    put_map(specs)
+    text = specs[1].read_text(encoding="utf-8").replace(AXES_TEXT, "{fpga.clock: [100 MHz, 3 parsecs]}")
+    specs[1].write_text(text, encoding="utf-8")
+    with pytest.raises(SpecError, match=r"rooms\.yaml:\d+:\d+: explore\.axes\.fpga\.clock\[1\]"):
+        explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1)
+
+
+def test_more_points_than_memory_allows_are_refused(specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
+    values = list(range(1, 501))
+    text += f"explore: {{axes: {{relax.iterations: {values}, relax.schedule: {[[n] for n in values]}}}}}\n"
+    specs[1].write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="250,000 points"):
+        explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1)
+
+
+def test_where_every_point_failed_the_run_failed(
+    specs: Specs, hwsw: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    put_map(specs)
+
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("broken")
+
+    monkeypatch.setattr("codesign.system.simulate", fail)
+    ran = hwsw("explore", *specs, "--workers", 1)
+    assert ran.exit_code == 1

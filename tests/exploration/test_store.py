@@ -74,12 +74,19 @@ class TestFileStore(Contract):
             yield store
 
 
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    path = tmp_path / "points.sqlite"
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    path = tmp_path_factory.mktemp("store") / "points.sqlite"
     with FileStore(path) as store:
         store.begin("study", "definition")
         store.put([DONE, FAILED])
+    return path.read_bytes()
+
+
+@pytest.fixture
+def file(tmp_path: Path, written: bytes) -> Path:
+    path = tmp_path / "points.sqlite"
+    path.write_bytes(written)
     return path
 
 
@@ -90,8 +97,10 @@ def test_what_was_put_is_there_the_next_time(file: Path) -> None:
             assert store.latest() == "definition"
 
 
-def test_one_file_is_left(file: Path) -> None:
-    assert os.listdir(file.parent) == [file.name]
+def test_one_file_is_left(tmp_path: Path) -> None:
+    with FileStore(tmp_path / "points.sqlite") as store:
+        store.put([DONE])
+    assert os.listdir(tmp_path) == ["points.sqlite"]
 
 
 def die_after_put(path: Path) -> None:
@@ -224,3 +233,11 @@ def test_whatever_happens_to_the_bytes_no_wrong_entry_comes_out(file: Path, seed
         return
     assert found.items() <= truth.items()
     assert latest in (None, "definition")
+
+
+def test_what_is_no_regular_file_is_no_store(tmp_path: Path) -> None:
+    fifo = tmp_path / "points.sqlite"
+    os.mkfifo(fifo)
+    for read_only in (True, False):
+        with pytest.raises(StoreError, match="not a regular file"):
+            FileStore(fifo, read_only=read_only)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import sqlite3
 from collections.abc import Callable, Iterator
@@ -13,23 +14,20 @@ from typing import Any
 import pytest
 from click.testing import Result as Invoked
 from drive_fuzz import bounded
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import Ground
+from small_maps import put_map
 
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
-from codesign.exploration import FileStore, State, explore, load_study
+from codesign.exploration import Entry, FileStore, Space, State, explore, load_study
 from codesign.exploration.store import _checksum as checksum
 
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]
 
-fuzzed = settings(
-    max_examples=8,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+fuzzed = settings(max_examples=8, deadline=None)
 
 WILD: tuple[Any, ...] = (
     None,
@@ -254,3 +252,55 @@ def test_a_row_in_an_unknown_state_is_told(explored: tuple[Path, Specs], tmp_pat
     keys = [key for key, *_ in rows(file, "point")]
     with FileStore(file) as store, pytest.raises(StoreError, match=", ".join(State)):
         store.find(keys)
+
+
+def kept(specs: Specs, tmp_path: Path) -> tuple[Path, str, str]:
+    """A file of two points, the definition of its study, and the key of a point."""
+    put_map(specs)
+    file = tmp_path / "points.sqlite"
+    study = explore(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), workers=1, store=file)
+    assert len(study.feasible) == 2
+    with FileStore(file, read_only=True) as store:
+        definition = store.latest()
+    assert definition is not None
+    known = json.loads(definition)
+    return file, definition, Space(known["axes"], known["fingerprint"]).point(0).key
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (
+            '"axes": {"relax.iterations": [1, 4]}',
+            '"axes": {"relax.iterations": ' + "[" * 9000 + "]" * 9000 + "}",
+        ),
+        ('"axes": {"relax.iterations": [1, 4]}', '"axes": {"a.b": [1e999]}'),
+        ('"axes": {"relax.iterations": [1, 4]}', '"axes": [[1, 2]]'),
+        (
+            '"axes": {"relax.iterations": [1, 4]}',
+            '"axes": ' + json.dumps({f"a.x{axis}": list(range(1000)) for axis in range(9)}),
+        ),
+        ('"platform": {', '"platform": {}, "other": {'),
+        ('"workload": {', '"workload": 7, "others": {'),
+        ('"constraints": []', '"constraints": 7'),
+    ],
+)
+def test_a_tampered_study_is_told(specs: Specs, tmp_path: Path, old: str, new: str) -> None:
+    file, definition, _ = kept(specs, tmp_path)
+    assert old in definition
+    with FileStore(file) as store:
+        store.begin("tampered", definition.replace(old, new))
+    with pytest.raises(StoreError):
+        load_study(file)
+
+
+@pytest.mark.parametrize("number", ["1e999", "Infinity", "NaN", "9" * 400, "[" * 100_000])
+def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) -> None:
+    file, _, key = kept(specs, tmp_path)
+    with FileStore(file) as store:
+        text = store.find([key])[key].text
+        changed = re.sub(r'"total_j":[^,}]*', f'"total_j":{number}', text)
+        assert changed != text
+        store.put([Entry(key, State.DONE, changed)])
+    with pytest.raises(StoreError):
+        load_study(file)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 import re
 import subprocess
 import sys
 from pathlib import Path
 
-import jsonschema
 import pytest
-from jsonschema import Draft202012Validator
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
@@ -24,7 +21,6 @@ from codesign.inputs import (
     Workload,
     cross_check,
     fault,
-    json_schema,
     list_parts,
     list_platforms,
     list_workloads,
@@ -39,9 +35,7 @@ from codesign.inputs.files import data_folder
 from codesign.inputs.links import BusLink
 from codesign.inputs.part_file import load_part_file
 from codesign.inputs.problem import MAPS, SampledStarts
-from codesign.inputs.workload import PLACE_KEYS
 from codesign.models import TaskParameters
-from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.system import catalog
 
 SHIPPED_TASKS = catalog.task_models()
@@ -325,47 +319,6 @@ def test_starting_files_load(tmp_path: Path) -> None:
     workload = load_workload(tmp_path / "my-workload.yaml", SHIPPED_TASKS)
     assert (platform.name, workload.name) == ("my-platform", "my-workload")
     cross_check(platform, workload)
-
-
-@pytest.mark.parametrize("kind", ["platform", "workload", "part"])
-def test_schemas(kind: str) -> None:
-    schema = json_schema(kind, SHIPPED_TASKS)
-    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
-    text = json.dumps(schema)
-    defined = {f"#/$defs/{name}" for name in schema["$defs"]}
-    assert set(re.findall(r'"\$ref": "([^"]+)"', text)) <= defined
-    assert schema["additionalProperties"] is False
-    assert all(
-        "description" in field for name, field in schema["properties"].items() if "$ref" not in field
-    ) or (kind == "part")
-
-
-def test_the_schema_of_a_workload_knows_the_planners_parameters() -> None:
-    schema = json_schema("workload", SHIPPED_TASKS)
-    assert "harmonic" in schema["properties"]["planner"]["enum"]
-    (rule,) = (rule for rule in schema["allOf"] if rule["if"]["properties"]["planner"]["const"] == "harmonic")
-    assert rule["then"]["properties"]["mapping"] == {"$ref": "#/$defs/harmonic.mapping"}
-    relax = schema["$defs"]["harmonic.mapping"]["properties"]["relax"]
-    assert set(relax["properties"]) == {*PLACE_KEYS, *RelaxParameters.model_fields}
-    assert relax["required"] == ["component", "iterations", "schedule"]
-    with pytest.raises(InputError, match="no kind of file"):
-        json_schema("plattform")
-
-
-def test_schemas_accept_the_shipped_files() -> None:
-    for kind, documents in (
-        ("platform", [load_platform(name).document for name in list_platforms()]),
-        ("workload", [catalog.load_workload(name).document for name in list_workloads()]),
-        (
-            "part",
-            [load_part_file(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")],
-        ),
-    ):
-        schema = json_schema(kind, SHIPPED_TASKS, catalog.problem_models())
-        Draft202012Validator.check_schema(schema)
-        assert documents
-        for document in documents:
-            jsonschema.validate(document.tree, schema)
 
 
 def test_scalars_are_strict_however_a_field_is_annotated(tmp_path: Path) -> None:

@@ -3,83 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
+from input_fuzz import faults_of, paths, quietly, replaced, trees
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
-from codesign.errors import CodesignError, Fault, SpecError
+from codesign.errors import CodesignError, SpecError
 from codesign.inputs import cross_check, load_platform, load_workload, override
 from codesign.inputs.yaml_tree import parse_document
 
-quietly = settings(
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], deadline=None
-)
-
 SYNTAX = st.text(alphabet="ab01.: -[]{}&*!|>%@`\"'#,?\n\t\\<~é\ud7ff\u2028\x00", max_size=60)
-
-scalars = st.one_of(
-    st.none(),
-    st.booleans(),
-    st.integers(-(10**20), 10**20),
-    st.floats(allow_nan=False, allow_infinity=False),
-    st.text(max_size=8),
-    st.sampled_from(
-        ["1 MHz", "fpga", "maze", "relax", "XC4VLX160-12", "x.yaml", "010", "1 us", "time", "sound"]
-    ),
-)
-trees = st.recursive(
-    scalars,
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=3),
-        st.dictionaries(
-            st.one_of(
-                st.text(max_size=6),
-                st.sampled_from(
-                    ["type", "value", "source", "generate", "file", "first", "count", "figure", "at_most"]
-                ),
-            ),
-            inner,
-            max_size=3,
-        ),
-    ),
-    max_leaves=8,
-)
 
 
 def load(file: Path) -> object:
     """The spec in a file, a platform or a workload by what the file says it is."""
     is_platform = b"platform" in file.read_bytes()[:30]
     return load_platform(file) if is_platform else load_workload(file, TASKS)
-
-
-def faults_of(action: Callable[[], object]) -> tuple[Fault, ...]:
-    """The faults of an action that may succeed; any other exception is let through."""
-    try:
-        action()
-    except SpecError as error:
-        return error.faults
-    return ()
-
-
-def paths(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    inner: list[tuple[Any, ...]] = [path]
-    entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
-    for key, value in entries:
-        inner += paths(value, (*path, key))
-    return inner
-
-
-def replaced(tree: Any, path: tuple[Any, ...], value: Any) -> Any:
-    if not path:
-        return value
-    made = dict(tree) if isinstance(tree, dict) else list(tree)
-    made[path[0]] = replaced(tree[path[0]], path[1:], value)
-    return made
 
 
 PLATFORM_TREE = parse_document(PLATFORM.encode(), "p.yaml", Path()).tree

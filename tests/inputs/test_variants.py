@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from input_fuzz import faults_of, paths, quietly, replaced, trees
 from spec_texts import PLATFORM, TASKS, WORKLOAD, Decide, Relax
 
 from codesign.errors import SpecError
@@ -28,7 +29,6 @@ from codesign.inputs.scenario import Drive, ReplanPolicy
 from codesign.inputs.workload import TaskModels
 from codesign.inputs.yaml_tree import parse_document
 from codesign.models import TaskParameters
-from tests.inputs.test_fuzz import faults_of, paths, quietly, replaced, trees
 
 
 class Search(TaskParameters):

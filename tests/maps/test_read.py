@@ -263,3 +263,10 @@ def test_a_cut_png_is_refused(tmp_path: Path) -> None:
     pixels = np.random.default_rng(1).integers(0, 255, (50, 50), dtype=np.uint8)
     content = image_file(tmp_path / "whole.png", pixels).read_bytes()
     check_fault(tmp_path / "a.png", content[: len(content) // 2], "", "cannot be decoded")
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le"])
+def test_a_text_map_in_utf_16_is_told_to_be_one(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "map.txt").write_bytes("..#\n...\n".encode(encoding))
+    with pytest.raises(MapError, match="UTF-16"):
+        maps.read_map(tmp_path / "map.txt")

@@ -165,3 +165,10 @@ def test_real_ros_maps(name: str, shape: tuple[int, int], free: int, unknown: in
     assert grid.unknown is not None
     assert int(grid.free.sum()) == free == int((occupancy < free_below).sum())
     assert int(grid.unknown.sum()) == unknown == int(((occupancy >= free_below) & (occupancy <= 0.65)).sum())
+
+
+@pytest.mark.parametrize("image", [r'"a\0b"', r'"a\ud800b"', r'"a\nb"'])
+def test_an_image_name_that_no_file_has_is_refused_at_its_place(tmp_path: Path, image: str) -> None:
+    with pytest.raises(MapError, match="no file name should") as caught:
+        maps.read_map(write_ros(tmp_path, image=image))
+    assert str(caught.value.where).endswith("map.yaml:1:8")

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,7 @@ def evil_study() -> Study:
     )
 
 
+@cache
 def evil_pages() -> dict[str, str]:
     rows = (SampleRow(EVIL, EVIL, EVIL, EVIL, None, EVIL, EVIL, EVIL, EVIL, EVIL),)
     result = a_result(platform=EVIL, workload=EVIL, part=EVIL, parameters={EVIL: {EVIL: EVIL}})

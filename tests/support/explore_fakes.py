@@ -10,6 +10,7 @@ from typing import Any
 
 from codesign.errors import InputError
 from codesign.exploration.space import DesignPoint
+from codesign.inputs import Exploration, ResultFigure, Workload
 from codesign.planners.interface import Quality
 from codesign.results.mission import Mission, MissionEnergy
 from codesign.results.result import Reason, ResourceUse, Result, Times
@@ -142,3 +143,13 @@ def computed(log: Path) -> list[int]:
     if not log.exists():
         return []
     return [int(line.split()[0]) for line in log.read_text(encoding="utf-8").splitlines()]
+
+
+# Valid names of axes, which only the stand-in for the simulation reads.
+AXES = {"bench.slices": [10, 50, 2000], "bench.share": [0.5, 1.0], "bench.seconds": [1.0, 1e-3]}
+OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES)
+
+
+def exploring(workload: Workload, axes: dict[str, list[Any]], **more: Any) -> Workload:
+    section = Exploration(axes=axes, **({"objectives": OBJECTIVES} | more))
+    return workload.model_copy(update={"explore": section})

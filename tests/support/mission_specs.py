@@ -304,3 +304,7 @@ class Ground:
 def rectangle(row: int, column: int, rows: int = 1, columns: int = 1, **more: Any) -> dict[str, Any]:
     """A rectangle as YAML has it."""
     return {"row": row, "column": column, "rows": rows, "columns": columns, **more}
+
+
+OPEN = "\n".join(["." * 16] * 16) + "\n"
+ENDS = {"goals": [(10, 10)], "start": (1, 1)}

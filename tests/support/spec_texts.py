@@ -47,6 +47,18 @@ explore:
 """
 
 
+ON_A_MAP = """\
+kind: workload
+name: w
+planner: harmonic
+problem:
+  map: {{file: {file}}}
+  goals: [[0, 0]]
+mapping:
+  relax: {{component: fpga, block: [1, 2], iterations: 4, schedule: [7]}}
+"""
+
+
 class Range(SpecModel):
     first: Annotated[int, Field(ge=1)]
     step: Annotated[int, Field(ge=1)]

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import PLACEMENTS, Ground
 
@@ -56,12 +56,7 @@ def check_boards(result: Result, records: list[Any], boards: tuple[str, ...]) ->
         assert result.mission.energy.idle_fpgas_j == energy.idle_fpgas_j
 
 
-@settings(
-    max_examples=12,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=12, derandomize=True)
 @given(placement=st.sampled_from(sorted(PLACEMENTS)), spare=st.booleans(), drives=st.booleans())
 def test_every_declared_fpga_draws_its_static_power(
     tmp_path: Path, placement: str, spare: bool, drives: bool

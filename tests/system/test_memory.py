@@ -8,16 +8,19 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import Result
 from hypothesis import given
 from hypothesis import strategies as st
+from small_maps import Specs
 
 import codesign
 from codesign.errors import SpecError
 from codesign.exploration import explore
+from codesign.maps import OccupancyGrid
 from codesign.planners.interface import Planner
-from codesign.system import catalog
+from codesign.system import catalog, simulate
 from codesign.system import memory as machine
 from codesign.system.bind import bind
 from codesign.system.memory import estimate, free_bound, share_of_memory
@@ -243,3 +246,21 @@ def test_an_exploration_of_what_fits_no_worker_is_refused_and_a_single_point_fai
     specs[1].write_text((text + axes).rpartition("    - ")[0], encoding="utf-8")
     with pytest.raises(SpecError, match="the run would need about"):
         explore(platform, codesign.load_workload(specs[1]), workers=1, memory=2**28)
+
+
+def test_a_run_that_no_memory_holds_is_refused_with_its_size(specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8").partition("explore:")[0]
+    text = text.replace(
+        "generate: rooms, rows: 24, columns: 36, room: [11, 17], door: 2, seed: 3", "file: m.txt"
+    )
+    text = text.replace("{first: 7, step: 8, last: 63}", "[1023]").replace("{count: 12, seed: 1}", "[[3, 3]]")
+    text = text.replace("component: fpga", "component: host").replace("[12, 18]", "[64, 64]")
+    specs[1].write_text(text, encoding="utf-8")
+    (specs[1].parent / "m.txt").write_text("...\n...\n...\n", encoding="utf-8")
+    big = OccupancyGrid(np.ones((4096, 4096), np.bool_))
+    with pytest.raises(
+        SpecError, match=r"the run would need about \d+\.\d GiB of memory .*, more than 4\.0 GiB"
+    ):
+        simulate(
+            codesign.load_platform(specs[0]), codesign.load_workload(specs[1]), grid=big, memory=4 * 2**30
+        )

@@ -11,6 +11,9 @@ import pytest
 import yaml
 from click.testing import Result
 from places import ROOT
+from small_maps import Specs, put_map
+
+from codesign.system import check_files
 
 Run = Callable[..., Result]
 
@@ -211,3 +214,19 @@ def test_a_cost_that_only_the_method_needs_is_named_beforehand(hwsw: Run, tmp_pa
         )
     write("jacobi")
     assert hwsw("check", poor, file).exit_code == 0
+
+
+def test_what_a_platform_lacks_for_a_workload_is_told_by_check(specs: Specs) -> None:
+    put_map(specs)
+    platform = specs[0].read_text(encoding="utf-8")
+    specs[0].write_text(platform.partition("links:")[0], encoding="utf-8")
+    (fault,) = check_files(specs)
+    assert fault.file == str(specs[0])
+    assert "no link joins host" in fault.what
+    assert "between: [host, fpga]" in str(fault.hint)
+    specs[0].write_text(platform.replace("costs: {harmonic_node_update: 40 ns}, ", ""), encoding="utf-8")
+    text = specs[1].read_text(encoding="utf-8").replace("component: fpga", "component: host")
+    specs[1].write_text(text, encoding="utf-8")
+    (fault,) = check_files(specs)
+    assert fault.line == 5
+    assert "harmonic_node_update" in str(fault.hint)

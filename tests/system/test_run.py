@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from small_maps import put_map
 
 import codesign
 from codesign.errors import SpecError
@@ -227,3 +228,21 @@ def test_a_task_is_told_once_wherever_it_is_done(
         # In cycles of the host, as all that it does, not in units of a kernel.
         clock = codesign.load_platform(specs[0]).components["host"].clock  # type: ignore[union-attr]
         assert told.cycles == -(-(told.end - told.time) * int(clock.value) // 10**12)
+
+
+def test_a_share_of_no_cells_is_no_success(specs: Specs) -> None:
+    put_map(specs, ".@\n@@\n", starts="[[0, 0]]")
+    result = codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    assert result.quality.reachable_cells == 0
+    assert result.quality.share_reaching_goal is None
+
+
+def test_a_host_that_costs_nothing_keeps_nobody_busy(specs: Specs) -> None:
+    put_map(specs)
+    text = specs[0].read_text(encoding="utf-8").replace("40 ns", "0 ns").partition("links:")[0]
+    specs[0].write_text(text.replace("  fpga:", "  # fpga:"), encoding="utf-8")
+    text = specs[1].read_text(encoding="utf-8").replace("component: fpga", "component: host")
+    specs[1].write_text(text, encoding="utf-8")
+    result = codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
+    assert result.time.first_plan_ps == 0
+    assert result.utilisation == {"host": 0.0}

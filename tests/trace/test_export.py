@@ -13,11 +13,11 @@ import numpy as np
 from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
+from trace_samples import a_mission, a_run, write
 
 from codesign.cli import main
 from codesign.records import MessageRecord, MissionRecord, PoseRecord, PositionsRecord, Record, TaskRecord
 from codesign.trace import perfetto, poses_csv
-from tests.trace.test_mcap import a_mission, a_run, write
 
 
 def events_of(records: list[Record]) -> list[dict[str, Any]]:

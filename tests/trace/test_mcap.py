@@ -5,116 +5,32 @@ from __future__ import annotations
 import base64
 import errno
 import json
+import math
+import os
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from trace_samples import FREE, PluginRecord, a_mission, a_run, write
 
 from codesign.errors import TraceError
 from codesign.records import (
-    BeliefRecord,
-    CommandRecord,
-    FieldRecord,
     MapRecord,
-    MessageRecord,
-    MissionRecord,
     ObstacleRecord,
-    PlanRecord,
     PoseRecord,
-    PositionsRecord,
     Record,
     StageRecord,
     SummaryRecord,
     TaskRecord,
-    TrajectoryRecord,
-    UtilisationRecord,
     VisitsRecord,
 )
-from codesign.trace import McapListener, MemoryListener
-from codesign.trace.encoding import RECORD_TYPES, bared, encode, schema_of
+from codesign.trace import McapListener, MemoryListener, open_trace
+from codesign.trace.encoding import MAX_ELEMENTS, MAX_MESSAGE_BYTES, RECORD_TYPES, encode, schema_of
 from codesign.trace.foxglove import Floor
+from codesign.trace.scan import MAX_RECORD_BYTES
 from codesign.trace.views import SCENE_SCHEMA
-
-FREE = np.array([[True, False, True], [True, True, True]])
-
-
-def a_run(seed: int = 1) -> list[Record]:
-    """One record of every class, times not in order, ps that are no whole ns, an array of every dtype."""
-    rng = np.random.default_rng(seed)
-    block = rng.integers(0, 4, 50, dtype=np.int32)
-    iterations = rng.integers(1, 9, 50, dtype=np.int32)
-    potential = rng.random((2, 3), dtype=np.float64)
-    return [
-        MapRecord(0, "host", FREE, np.array([[0, 2], [1, 1]], dtype=np.int32), 0.05),
-        MessageRecord(0, "pci", "host", "fpga", "map", 9504, 12, 1_234_567),
-        VisitsRecord(1_234_567, "fpga", 8_000_001, 0, 7, block, iterations),
-        StageRecord(8_000_001, "fpga", 1_234_567, 0, 7, 3, 50, 222, 1998, 4, potential),
-        VisitsRecord(8_000_001, "fpga", 8_000_001, 1, 15, block[:0], iterations[:0]),
-        StageRecord(9_000_001, "fpga", 8_000_001, 1, 15, 1, 0, 0, 0, 0, potential / 2),
-        TaskRecord(9_000_001, "host", "decide", 9_100_000, 99),
-        TrajectoryRecord(9_100_000, "host", np.array([[1.0, 0.25], [0.0, 2.0]]), True),
-        UtilisationRecord(10_000_000, "fpga", 7_000_000, 10_000_000),
-        UtilisationRecord(10_000_000, "pci", 0, 0),
-        SummaryRecord(10_000_000, "system", {"time_ps": 10_000_000, "quality": {"share": 0.5, "note": "è"}}),
-    ]
-
-
-def a_mission() -> list[Record]:
-    """A small drive with a record of every class that a mission adds; it ends early, with no result."""
-    free = np.ones((4, 6), bool)
-    free[1, 1:5] = False
-    cells = np.array([[2, 2], [2, 3]], np.int32)
-    field = np.full((4, 6), np.inf)
-    field[0] = np.arange(6.0)
-    way = np.array([[0.0, 0.0], [3.0, 0.25], [3.0, 5.0]])
-    return [
-        MapRecord(0, "map", free, np.array([[3, 5]], np.int32), 0.5),
-        BeliefRecord(0, "robot", np.array([[0, 0], [1, 1]], np.int32), np.array([False, True]), 0),
-        MissionRecord(0, "robot", "plan_requested", "the first"),
-        MessageRecord(10, "uart", "host", "fpga", "map", 24, 20, 2_000_000, "dropped", "link down", 3),
-        FieldRecord(3_000_000, "fpga", "distance", "cells", field),
-        PlanRecord(3_000_000, "fpga", 1, 10, 0, 2_000_000, 2_500_000),
-        TrajectoryRecord(3_000_000, "robot", way, True),
-        CommandRecord(4_000_000, "robot", 1, 0, 3_000_000, way, 2.5),
-        MissionRecord(3_000_000, "robot", "plan_ready", "3 us"),
-        PoseRecord(10**11, "robot", 1 / 3, 0.0, np.pi / 2, 0.5),
-        ObstacleRecord(2 * 10**11, "world", cells, True),
-        BeliefRecord(3 * 10**11, "robot", cells, np.array([True, True])),
-        ObstacleRecord(15 * 10**11, "world", cells[:1], False),
-        PositionsRecord(16 * 10**11, "fleet", 7, np.array([[1.0, 2.5], [3.0, 0.0]])),
-        PoseRecord(17 * 10**11, "robot", 2.0, 0.5, 0.0, 0.0),
-        MissionRecord(17 * 10**11, "robot", "contact", "an obstacle came"),
-        MissionRecord(18 * 10**11, "robot", "ended", "the robot is walled in"),
-    ]
-
-
-def as_told(records: list[Record]) -> list[Record]:
-    """The records as a trace keeps them: once a mission has begun, without the fields of its plans."""
-    began = next((place for place, one in enumerate(records) if isinstance(one, MissionRecord)), len(records))
-    return [*records[:began], *map(bared, records[began:])]
-
-
-def same(first: Record, second: Record) -> bool:
-    """Whether two records are equal, arrays with their dtypes and shapes included."""
-    if type(first) is not type(second):
-        return False
-    for item in fields(first):
-        one, other = getattr(first, item.name), getattr(second, item.name)
-        if isinstance(one, np.ndarray):
-            if one.dtype != other.dtype or one.shape != other.shape or one.tobytes() != other.tobytes():
-                return False
-        elif type(one) is not type(other) or one != other:
-            return False
-    return True
-
-
-def write(path: Path, records: list[Record], **identity: str) -> Path:
-    with McapListener(path, identity) as listener:
-        for record in records:
-            listener(record)
-    return path
 
 
 def test_every_class_of_record_is_written_here() -> None:
@@ -299,13 +215,6 @@ class StrangeRecord(Record):
     what: list[int]
 
 
-@dataclass(frozen=True)
-class PluginRecord(Record):
-    """A record of somebody else's component."""
-
-    temperature: float | None
-
-
 @pytest.mark.parametrize(
     ("record", "why"),
     [
@@ -350,3 +259,57 @@ def test_the_memory_listener_keeps_all_in_order() -> None:
         listener(record)
     assert [type(record) for record in listener.records] == [type(record) for record in a_run()]
     assert [record.stage for record in listener.of(StageRecord)] == [0, 1]
+
+
+def test_a_trace_follows_links_and_replaces_no_fifo(tmp_path: Path) -> None:
+    pipe, real, link = tmp_path / "pipe", tmp_path / "real.mcap", tmp_path / "link.mcap"
+    os.mkfifo(pipe)
+    with pytest.raises(TraceError, match="no regular file"):
+        McapListener(pipe)
+    assert pipe.is_fifo()
+    link.symlink_to(real)
+    with McapListener(link):
+        pass
+    assert link.is_symlink()
+    assert real.stat().st_size > 0
+
+
+def test_messages_and_records_may_hold_the_potential_of_the_largest_map() -> None:
+    """2^24 float64 cells, as base64 in JSON above the 2^27 bytes that once were the bound."""
+    base64_bytes = 4 * math.ceil(MAX_ELEMENTS * 8 / 3)
+    assert base64_bytes > 2**27
+    assert base64_bytes + 2**20 < MAX_MESSAGE_BYTES < MAX_RECORD_BYTES
+
+
+@pytest.mark.parametrize("side", [512, pytest.param(4096, marks=pytest.mark.slow)])
+def test_a_potential_of_a_large_map_is_written_and_read_back(tmp_path: Path, side: int) -> None:
+    potential = np.zeros((side, side))
+    potential[0, 1] = 0.25
+    potential[-1, -1] = 1.0
+    with McapListener(tmp_path / "large.mcap") as listener:
+        listener(TaskRecord(0, "fpga", "load", 5, 1))
+        listener(StageRecord(9, "fpga", 0, 0, 7, 1, 1, 1, 1, 0, potential))
+    trace = open_trace(tmp_path / "large.mcap")
+    assert trace.complete
+    _, stage = trace.records()
+    assert isinstance(stage, StageRecord)
+    assert np.array_equal(stage.potential, potential)
+
+
+@pytest.mark.parametrize("time", [2**63, 2**64 * 1000, -1])
+def test_a_time_that_no_trace_holds_is_refused_with_a_remedy(tmp_path: Path, time: int) -> None:
+    with (
+        pytest.raises(TraceError, match="no TaskRecord: time") as caught,
+        McapListener(tmp_path / "late.mcap") as listener,
+    ):
+        listener(TaskRecord(time, "fpga", "load", 5, 1))
+    assert time < 0 or "shorter run" in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_latest_time_that_is_written_is_read_back(tmp_path: Path) -> None:
+    """Writer and reader share one bound."""
+    record = TaskRecord(2**63 - 1, "fpga", "load", 2**63 - 1, 1)
+    with McapListener(tmp_path / "late.mcap") as listener:
+        listener(record)
+    assert list(open_trace(tmp_path / "late.mcap").records()) == [record]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from trace_samples import a_mission, a_run, write
 
 from codesign.cli import main
 from codesign.errors import TraceError
@@ -25,7 +26,6 @@ from codesign.records import (
 )
 from codesign.trace import MOMENT_KINDS, moment, moment_lines, open_trace, timeline, trace_thumbnail
 from codesign.trace.show import SHADES, row_of
-from tests.trace.test_mcap import a_mission, a_run, write
 
 SECOND = 10**12
 

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 from places import ROOT
+from trace_samples import PluginRecord, a_run, write
 
 from codesign.errors import TraceError
 from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
@@ -18,7 +19,6 @@ from codesign.trace import open_trace, thumbnail, timeline, trace_info, trace_th
 from codesign.trace.encoding import RECORD_TYPES, schema_name, topic_of
 from codesign.trace.info import printable
 from codesign.trace.show import SHADES, WALL, row_of
-from tests.trace.test_mcap import PluginRecord, a_run, write
 
 TIMELINE = """
 0 ps||host|map|2 × 3 cells, 5 free, 2 goals, 0.05 m a cell

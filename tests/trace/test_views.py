@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from trace_samples import a_mission, write
 
 from codesign.records import (
     BeliefRecord,
@@ -26,7 +27,6 @@ from codesign.trace import McapListener, open_trace
 from codesign.trace.encoding import encode
 from codesign.trace.foxglove import Floor
 from codesign.trace.views import MOST_CUBES, Views
-from tests.trace.test_mcap import a_mission, write
 
 SECOND = 10**12
 NO_GOALS = np.zeros((0, 2), np.int32)

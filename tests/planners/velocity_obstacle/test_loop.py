@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from avoidance_scenes import assert_same_run, scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
@@ -27,7 +28,6 @@ from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import Gains, Responsibility
 from codesign.planners.velocity_obstacle.plan.quality import arrival_steps, run_gaps
 from codesign.planners.velocity_obstacle.plan.shortfall import MOST_TRIED
-from tests.planners.velocity_obstacle.test_planner import assert_same_run, scenes
 
 # Late decisions
 

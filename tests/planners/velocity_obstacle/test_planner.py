@@ -1,4 +1,4 @@
-"""The planner of Dubey et al. (2013): kernel against reference, equation 4 by geometry, whole runs, bad input."""
+"""The planner of Dubey et al. (2013): kernel against reference, equation 4 by geometry, whole runs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from avoidance_scenes import assert_same_run, scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pydantic import ValidationError
 
-from codesign.errors import InputError
 from codesign.planners.velocity_obstacle.paper import agreement
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, bounds, compare
 from codesign.planners.velocity_obstacle.plan import (
-    Avoidance,
     AvoidParameters,
     RobotsProblem,
-    RobotsWorkload,
     avoid,
     generate,
     quality,
@@ -28,45 +25,10 @@ from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import (
     double,
     fixed,
-    fraction_bits,
-    least_width,
 )
-from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains, Responsibility
+from codesign.planners.velocity_obstacle.plan.parameters import Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
-from codesign.planners.velocity_obstacle.plan.problem import distances
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
-
-ALL_TERMS = Gains.model_construct(proportional=0.5, integral=0.05, derivative=0.1)
-"""Refused in a workload, as the sum overshoots; the arithmetic of all three terms is held against its twin anyway."""
-WIDTHS = st.sampled_from([15, 16, 17, 18, 21, 24])
-
-
-def given_parameters(draw: Any, **fixed_values: Any) -> AvoidParameters:
-    gains = draw(st.sampled_from([Gains(), Gains(proportional=0.5, derivative=0.1), ALL_TERMS]))
-    checked = AvoidParameters(
-        width=draw(WIDTHS),
-        detection=draw(st.sampled_from(Detection)),
-        responsibility=draw(st.sampled_from(Responsibility)),
-        margin=draw(st.sampled_from([0.0, 1.0, 2.5])),
-        **fixed_values,
-    )
-    return checked.model_copy(update={"gains": gains})
-
-
-@st.composite
-def scenes(draw: Any, updates: int = 60) -> tuple[RobotsProblem, AvoidParameters]:
-    """Robots near each other in a small arena, so that they meet soon."""
-    side = draw(st.sampled_from([60.0, 100.0]))
-    problem = generate(
-        draw(st.sampled_from(["circle", "crossing", "random"])),
-        draw(st.integers(2, 5)),
-        radius=draw(st.sampled_from([2.0, 3.5])),
-        speed=draw(st.sampled_from([3.0, 6.0, 7.3])),
-        acceleration=draw(st.sampled_from([24.0, 29.0])),
-        arena=(side, side),
-        seed=draw(st.integers(0, 1000)),
-    )
-    return problem, given_parameters(draw, updates=updates)
 
 
 @settings(max_examples=25, deadline=None)
@@ -77,20 +39,6 @@ def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidPa
     run = avoid(problem, parameters)
     assert (run.departure is not None) == history.overflow
     assert_same_run(run, history)
-
-
-def assert_same_run(run: Avoidance, history: plain.History) -> None:
-    """All states and decisions up to the last update before a value left its word, or to the end."""
-    rows = len(run.times)
-    assert run.updates == len(history.choices)
-    # The update that ended the run may have left two states: where its robots had decided, and the one out of words.
-    assert len(history.times) - 2 * history.overflow <= rows <= len(history.times)
-    assert np.array_equal(run.positions, np.array(history.positions[:rows]))
-    assert np.array_equal(run.velocities, np.array(history.velocities[:rows]))
-    assert run.times.tolist() == history.times[:rows]
-    for name, field in (("candidates", "candidate"), ("checks", "checks"), ("trials", "trials")):
-        told = [[getattr(choice, field) for choice in choices] for choices in history.choices[: run.updates]]
-        assert np.array_equal(getattr(run, name), np.array(told).reshape(run.updates, -1)), name
 
 
 vectors = st.tuples(st.integers(-(2**24), 2**24), st.integers(-(2**24), 2**24))
@@ -287,169 +235,3 @@ def test_planner_plug_in() -> None:
     assert arrived
     assert way[0] == pytest.approx(problem.positions[1][::-1] - 0.5, abs=0.01)
     assert problem.free[tuple(np.floor(way[-1] + 0.5).astype(int))]
-
-
-def test_digest_is_of_all_that_the_problem_is() -> None:
-    problem = generate("circle", 3)
-    assert problem.digest == generate("circle", 3).digest
-    others = [
-        generate("circle", 3, radius=4.0),
-        generate("circle", 3, speed=5.0),
-        generate("circle", 3, acceleration=23.0),
-        generate("circle", 3, seed=1),
-        generate("circle", 4),
-    ]
-    assert len({problem.digest, *(other.digest for other in others)}) == 6
-
-
-@pytest.mark.parametrize("count", [2, 16, 64])
-@pytest.mark.parametrize("arrangement", ["circle", "crossing", "random"])
-def test_every_arrangement_holds_2_to_64_robots(arrangement: str, count: int) -> None:
-    radius = 5.0 if count <= 16 else 2.0
-    problem = generate(arrangement, count, radius=radius, seed=3)
-    assert problem.count == count
-    apart = distances(problem.positions)
-    assert apart[np.triu_indices(count, 1)].min() >= 2.0 * radius
-
-
-# Bad input
-
-
-GOOD = np.array([[10.0, 10.0], [30.0, 10.0]])
-FAR = np.array([[10.0, 200.0], [30.0, 200.0]])
-
-
-@pytest.mark.parametrize(
-    ("changes", "where", "what"),
-    [
-        ({"positions": [[10.0, 10.0], [13.0, 10.0]]}, "positions", "robots 0 and 1 start in collision"),
-        ({"targets": [[10.0, 10.0], [13.0, 10.0]]}, "targets", "would end in collision"),
-        ({"positions": [[10.0, 10.0], [301.0, 10.0]]}, "positions", "outside of the arena"),
-        ({"positions": [[10.0, 10.0], [math.nan, 10.0]]}, "positions", "outside of the arena"),
-        ({"targets": [[10.0, 10.0], [30.0, -0.1]]}, "targets", "outside of the arena"),
-        ({"positions": [[10.0, 10.0]]}, "positions", "1 robots"),
-        ({"targets": [[10.0, 10.0]]}, "targets", "1 targets for 2 robots"),
-        ({"positions": [10.0, 10.0]}, "positions", "names no robots"),
-        ({"radius": 0.0}, "radius", "radius 0"),
-        ({"acceleration": 0.0}, "acceleration", "acceleration 0"),
-        ({"acceleration": math.inf}, "acceleration", "acceleration inf"),
-        ({"speed": -1.0}, "speed", "speed -1"),
-        ({"arena": (0.0, 300.0)}, "arena", "an arena of 0"),
-    ],
-)
-def test_robots_that_cannot_be_planned_for(changes: dict[str, Any], where: str, what: str) -> None:
-    given_values: dict[str, Any] = {
-        "positions": GOOD,
-        "targets": FAR,
-        "radius": 5.0,
-        "speed": 6.0,
-        "acceleration": 24.0,
-        **changes,
-    }
-    with pytest.raises(InputError) as raised:
-        RobotsProblem(**given_values)
-    assert raised.value.where == where
-    assert what in raised.value.what
-    assert raised.value.hint
-
-
-@pytest.mark.parametrize(
-    ("arguments", "what"),
-    [
-        (("ring", 4), "no arrangement 'ring'"),
-        (("circle", 1), "1 robots"),
-        (("circle", 65), "65 robots"),
-        (("circle", 64), "start in collision"),
-    ],
-)
-def test_arrangements_that_do_not_exist_or_fit(arguments: tuple[str, int], what: str) -> None:
-    with pytest.raises(InputError, match=what):
-        generate(*arguments, radius=9.0)
-
-
-def test_robots_that_find_no_place() -> None:
-    with pytest.raises(InputError, match="find no place"):
-        generate("random", 64, radius=40.0)
-
-
-@pytest.mark.parametrize(
-    ("robots", "what"),
-    [
-        ({"count": 4}, "neither in one form nor in the other"),
-        ({"count": 4, "arrangement": "circle", "positions": [[1, 1], [20, 20]]}, "neither in one form"),
-        ({"count": 4, "arrangement": "circle", "radius": 0.0}, "greater than 0"),
-        ({"count": 4, "arrangement": "circle", "acceleration": 0.0}, "greater than 0"),
-        ({"positions": [[10, 10], [12, 12]], "targets": [[10, 10], [30, 30]]}, "start in collision"),
-        ({"positions": [[10, 10], [312, 12]], "targets": [[10, 10], [30, 30]]}, "outside of the arena"),
-        ({"count": True, "arrangement": "circle"}, "valid integer"),
-    ],
-)
-def test_robots_of_a_workload_are_checked(robots: dict[str, Any], what: str) -> None:
-    with pytest.raises(ValidationError) as raised:
-        RobotsWorkload.model_validate({"robots": robots})
-    assert what in str(raised.value)
-
-
-def test_robots_of_a_workload_become_the_problem() -> None:
-    drawn = RobotsWorkload.model_validate({"robots": {"count": 4, "arrangement": "crossing", "seed": 7}})
-    assert drawn.problem().digest == generate("crossing", 4, seed=7).digest
-    named = {"positions": GOOD.tolist(), "targets": FAR.tolist()}
-    assert RobotsWorkload.model_validate({"robots": named}).problem().count == 2
-
-
-@pytest.mark.parametrize(
-    ("parameters", "key", "what"),
-    [
-        ({"width": 12}, "width", "15 bits or more"),
-        ({"directions": 16}, "directions", "24 directions or more"),
-        ({"speeds": 2}, "speeds", "3 speeds or more"),
-    ],
-)
-def test_arrays_too_coarse_and_words_too_narrow(parameters: dict[str, Any], key: str, what: str) -> None:
-    problem = generate("circle", 4, seed=1)
-    fault = PLANNER.check(problem, AvoidParameters(**parameters))
-    assert fault is not None
-    assert fault[0] == key
-    assert what in fault[1]
-    with pytest.raises(InputError, match=what):
-        avoid(problem, AvoidParameters(**parameters))
-    said = int(what.split(maxsplit=1)[0])
-    assert PLANNER.check(problem, AvoidParameters(**{key: said})) is None
-
-
-def test_the_least_width_is_the_least() -> None:
-    problem, parameters = generate("circle", 2), AvoidParameters()
-    least = least_width(problem, parameters)
-    assert least == 15
-    fixed(problem, parameters, least)
-    with pytest.raises(InputError, match="14 bits"):
-        fixed(problem, parameters, least - 1)
-
-
-@pytest.mark.parametrize("step", ["0 s", "10 ns", "1000 s", "fast", "100"])
-def test_time_steps_that_are_none(step: str) -> None:
-    with pytest.raises(ValidationError):
-        AvoidParameters(time_step=step)
-
-
-def test_a_value_that_leaves_its_word_ends_the_run() -> None:
-    """A robot that gains too large drive off is told of, with the quantity, and never wraps."""
-    problem = generate("circle", 8)
-    gains = Gains.model_construct(proportional=2.0, integral=1.0, derivative=1.0)
-    wild = AvoidParameters().model_copy(update={"gains": gains})
-    run = avoid(problem, wild)
-    assert run.departure is not None
-    assert "left its words of 16 bits" in str(run.departure)
-    history = plain.run(fixed(problem, wild), problem, wild)
-    assert history.overflow
-    assert_same_run(run, history)
-    assert max(np.abs(run.positions).max(), np.abs(run.velocities).max()) < 2**15
-
-
-@settings(max_examples=200, deadline=None)
-@given(st.floats(1e-3, 4096.0), st.integers(8, 24))
-def test_formats_hold_their_greatest_value_and_no_bit_less(greatest: float, width: int) -> None:
-    bits = fraction_bits(greatest, width)
-    limit = 2 ** (width - 1)
-    assert round(math.ldexp(greatest, bits)) < limit
-    assert round(math.ldexp(greatest, bits + 1)) >= limit

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from causality import Arrivals, check_causality
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, SECOND, Ground
 from places import ROOT
@@ -82,12 +82,7 @@ def test_the_variants_of_the_partition_study(variant: str) -> None:
     assert check_point("zynq", "office-partition", values) > 5
 
 
-@settings(
-    max_examples=20,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=20, derandomize=True)
 @given(data=st.data(), placement=st.sampled_from(sorted(PLACEMENTS)))
 def test_drives_over_links_and_planners_of_any_speed(
     tmp_path: Path, data: st.DataObject, placement: str

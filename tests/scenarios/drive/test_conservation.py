@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import PLACEMENTS, SECOND, Ground, rectangle
 
@@ -123,12 +123,7 @@ def test_messages_energy_and_time_add_up(tmp_path: Path, placement: str) -> None
     assert sum(result.links["uart"].dropped.values()) > 0
 
 
-@settings(
-    max_examples=25,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=25, derandomize=True)
 @given(
     placement=st.sampled_from(sorted(PLACEMENTS)),
     limit=st.integers(0, 2_500_000),

@@ -11,7 +11,7 @@ import pytest
 import yaml
 from click.testing import Result as Invoked
 from drive_fuzz import DISPLAY, MEMORY, Change, bounded, changes, files, placements
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from mission_specs import Ground, rectangle
 
 import codesign
@@ -21,11 +21,7 @@ from codesign.system import check_files
 
 Hwsw = Callable[..., Invoked]
 
-fuzzed = settings(
-    max_examples=25,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+fuzzed = settings(max_examples=25, deadline=None)
 
 
 def agree(board: Path, drive: Path) -> list[Fault]:

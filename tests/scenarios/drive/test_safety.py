@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import COSTS, KINEMATICS, Ground, rectangle
 from numpy.typing import NDArray
@@ -183,12 +183,7 @@ def drives(draw: st.DrawFn) -> dict[str, Any]:
     }
 
 
-@settings(
-    max_examples=25,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+@settings(max_examples=25, derandomize=True)
 @given(case=drives())
 def test_the_robot_never_enters_an_obstacle(tmp_path: Path, case: dict[str, Any]) -> None:
     listener = MemoryListener()

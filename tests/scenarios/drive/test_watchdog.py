@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import IDEAL, PLACEMENTS, Ground, rectangle
 
@@ -20,12 +20,7 @@ OBSTACLES = {
 }
 
 
-@settings(
-    max_examples=10,
-    deadline=None,
-    derandomize=True,
-    suppress_health_check=[HealthCheck.function_scoped_fixture],
-)
+@settings(max_examples=10, derandomize=True)
 @given(
     placement=st.sampled_from(sorted(PLACEMENTS)),
     period=st.sampled_from(["1 us", "50 us", "1 ms", "100 ms"]),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, example, given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import CodesignError, InputError, SpecError
@@ -95,11 +95,7 @@ def attempt(action: Callable[[], Any]) -> tuple[Any, CodesignError | None]:
         return None, error
 
 
-@settings(
-    max_examples=150,
-    deadline=None,
-    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
-)
+@settings(max_examples=150, deadline=None)
 @given(fleets(), CLOCKS, st.sampled_from(["sequential", "pipelined"]))
 @example(
     {

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from avoidance_scenes import assert_same_run
+from fleet_specs import STEP, Ground
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components import ClockDomain
@@ -21,11 +23,9 @@ from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.system.run import simulate_system
-from tests.planners.velocity_obstacle.test_planner import assert_same_run
-from tests.scenarios.fleet.test_run import STEP, Ground
 
 CLOCKS = st.sampled_from([300, 700, 1000, 2600, 8000, 50_000_000])
-QUIETLY: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
+QUIETLY: dict[str, Any] = {"deadline": None}
 
 
 @pytest.fixture

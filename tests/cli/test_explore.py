@@ -1,0 +1,130 @@
+"""An exploration on the command line: every point with its figures, kept, and gone on with."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+
+Run = Callable[..., Result]
+
+
+Specs = tuple[Path, Path]
+
+
+def test_explore_lists_feasible_and_infeasible_points_with_all_figures(
+    hwsw: Run, specs: Specs, tmp_path: Path
+) -> None:
+    result = hwsw(
+        "explore",
+        *specs,
+        "--json",
+        "--workers",
+        1,
+        "--csv",
+        tmp_path / "p.csv",
+        "--html",
+        tmp_path / "p.html",
+    )
+    assert result.exit_code == 0, result.output
+    study = json.loads(result.stdout)
+    points = study["points"]
+    assert len(points) == 3 * 2 * 2 * 2 * 2 * 2
+    feasible = [point["result"] for point in points if point["result"]["feasible"]]
+    infeasible = [point["result"] for point in points if not point["result"]["feasible"]]
+    assert feasible
+    assert infeasible
+    for figures in feasible:
+        assert figures["time"]["first_plan_ps"] > 0
+        assert figures["quality"]["reachable_cells"] > 0
+        assert figures["energy"]["total_j"] > 0
+    for figures in infeasible:
+        assert figures["reasons"]
+        assert figures["resources"]
+        assert figures["time"] is None
+    assert study["front"]
+    with (tmp_path / "p.csv").open(encoding="utf-8", newline="") as file:
+        assert len(list(csv.reader(file))) == len(points) + 1
+    # Fields of all partitions, I and schedules that end at one precision are the same under sound termination.
+    sound = [figures for figures in feasible if figures["parameters"]["relax"]["termination"] == "sound"]
+    qualities = {(figures["precision"], json.dumps(figures["quality"])) for figures in sound}
+    assert len(sound) > 2 * len(qualities)
+    assert len({precision for precision, _ in qualities}) == len(qualities) > 1
+
+
+def test_explore_again_computes_nothing_and_says_the_same(hwsw: Run, specs: Specs) -> None:
+    first = hwsw("explore", *specs, "--json", "--workers", 1)
+    again = hwsw("explore", *specs, "--json", "--workers", 1)
+    assert first.stdout == again.stdout
+    assert "96 from the store" in again.stderr
+    report = hwsw("report", "small-board-two-rooms.sqlite", "--json")
+    assert report.stdout == first.stdout
+
+
+def test_explore_with_nothing_feasible_exits_with_3(hwsw: Run, specs: Specs) -> None:
+    text = specs[1].read_text(encoding="utf-8").replace("[XC2V6000-4, XC3S500E-4]", "[XC3S500E-4]")
+    text = text.replace("[[12, 18], [24, 36], [6, 9]]", "[[24, 36]]")
+    specs[1].write_text(text, encoding="utf-8")
+    result = hwsw("explore", *specs, "--workers", 1)
+    assert result.exit_code == 3
+    assert "0 feasible" in result.output
+
+
+def test_interrupted_exploration_keeps_its_points_and_goes_on(specs: Specs, tmp_path: Path) -> None:
+    if os.name == "nt":
+        pytest.skip("SIGINT is sent to a process group here")
+    many = ", ".join(str(value) for value in range(1, 7))
+    text = (
+        specs[1]
+        .read_text(encoding="utf-8")
+        .replace("relax.iterations: [1, 4]", f"relax.iterations: [{many}]")
+    )
+    specs[1].write_text(text, encoding="utf-8")
+    store = tmp_path / "points.sqlite"
+    command = [
+        sys.executable,
+        "-m",
+        "codesign",
+        "explore",
+        *map(str, specs),
+        "--store",
+        str(store),
+        "--workers",
+        "2",
+    ]
+    running = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    try:
+        assert running.stderr is not None
+        for line in running.stderr:
+            if not line.startswith("0/"):
+                break
+        os.killpg(running.pid, signal.SIGINT)
+        _, errors = running.communicate(timeout=60)
+    finally:
+        if running.poll() is None:
+            os.killpg(running.pid, signal.SIGKILL)
+    assert running.returncode == 130, errors
+    assert "Traceback" not in errors
+    kept = _kept(store)
+    assert 0 < kept < 288
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert f"{kept} from the store" in done.stderr
+    assert _kept(store) == 288
+
+
+def _kept(store: Path) -> int:
+    with contextlib.closing(sqlite3.connect(f"file:{store}?mode=ro", uri=True)) as connection:
+        (count,) = connection.execute("select count(*) from point").fetchone()
+    return int(count)

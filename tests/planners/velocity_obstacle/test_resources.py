@@ -1,0 +1,164 @@
+"""What the circuits take of a part: multipliers, slices, block RAM, and the levers of one that does not fit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from codesign.inputs import load_part
+from codesign.part import Part
+from codesign.planners.styles import RESOURCES
+from codesign.planners.velocity_obstacle import published
+from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
+from codesign.planners.velocity_obstacle.plan.parameters import Responsibility, Unit
+from codesign.planners.velocity_obstacle.styles import ARCHITECTURES, Style, levers, resources
+from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE
+from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
+from codesign.system.fit import fit
+
+CIRCUITS = {circuit.style: circuit for circuit in ARCHITECTURES}
+
+
+@pytest.fixture(scope="module")
+def part() -> Part:
+    return load_part("XC3S500E-4")
+
+
+def test_table_i_within_its_rounding(part: Part) -> None:
+    for style, (slices, luts, _) in published.TABLE_I.items():
+        need = levers.totals(style, 2, AvoidParameters(), part)
+        assert abs(100 * need["lut4"] / 9312 - luts) <= 0.5
+        assert abs(100 * need["slices"] / 4656 - slices) <= 0.5
+
+
+@pytest.mark.parametrize(("robots", "wanted"), [(2, 6), (4, 16), (8, 36)])
+def test_multipliers_of_the_hybrid_circuit(robots: int, wanted: int, part: Part) -> None:
+    assert levers.totals(Style.HYBRID, robots, AvoidParameters(), part)["multipliers"] == wanted
+    assert levers.totals(Style.PIPELINED, robots, AvoidParameters(), part)["multipliers"] == 5
+
+
+@pytest.mark.parametrize(("width", "wanted"), [(16, 4), (17, 8), (18, 9)])
+def test_multipliers_of_a_detector_as_synthesised(width: int, wanted: int) -> None:
+    passive = AvoidParameters(width=width, responsibility=Responsibility.FULL)
+    assert resources.unit_multipliers(DETECT, passive) == wanted
+    assert resources.unit_multipliers(UPDATE, passive) == 1
+
+
+def test_parallel_units_as_synthesised() -> None:
+    parallel = AvoidParameters(unit=Unit.PARALLEL)
+    assert resources.unit_multipliers(UPDATE, parallel) == 6
+    assert resources.unit_multipliers(DETECT, parallel) == 18
+    passive = parallel.model_copy(update={"responsibility": Responsibility.FULL})
+    assert resources.unit_multipliers(DETECT, passive) == 18
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(8, 24), st.booleans(), st.data())
+def test_factors_of_a_detector_fit_the_bits_they_are_given(width: int, half: bool, data: Any) -> None:
+    responsibility = Responsibility.HALF if half else Responsibility.FULL
+    bits = resources.factor_bits(AvoidParameters(width=width, responsibility=responsibility))
+    limit = 2 ** (width - 1)
+    component = st.one_of(st.sampled_from([-limit, limit - 1]), st.integers(-limit, limit - 1))
+    x, y = (data.draw(component) - data.draw(component) for _ in range(2))
+    # Velocities are bounded as vectors: each of a length below the limit.
+    lengths = [data.draw(st.tuples(component, component)) for _ in range(3)]
+    own, now, other = ((a * 7 // 10, b * 7 // 10) for a, b in lengths)
+    vx, vy = ((2 * a - b - c) if half else (a - c) for a, b, c in zip(own, now, other, strict=True))
+    values = {
+        "rx": x,
+        "ry": y,
+        "vx": vx,
+        "vy": vy,
+        "r_sq": x * x + y * y,
+        "vab_sq": vx * vx + vy * vy,
+        "dotp": x * vx + y * vy,
+        "cross": x * vy - y * vx,
+    }
+    for name, value in values.items():
+        assert abs(value) <= 2 ** bits[name], name
+
+
+def test_hybrid_with_8_robots_is_infeasible_by_three_budgets_and_says_what_mends_it(part: Part) -> None:
+    parameters = AvoidParameters()
+    problem = generate("circle", 8)
+    circuit = CIRCUITS["hybrid"]
+    held = fit(
+        circuit.demand(problem, parameters, part),
+        part,
+        50_000_000,
+        circuit.clock_limit(problem, parameters, part),
+    )
+    reasons = {reason.name: reason for reason in held.reasons}
+    assert set(reasons) == {"slices", "lut4", "multipliers"}
+    assert (reasons["multipliers"].demand, reasons["multipliers"].limit) == (36, 20)
+    advice = " ".join(reasons["multipliers"].levers)
+    assert "4, with 4 detect_units, fit XC3S500E, 27 cycles" in advice
+    assert "pipelined fits XC3S500E, 84 cycles" in advice
+    assert "at least 36 multipliers" in advice
+    mended = AvoidParameters(update_units=4, detect_units=4)
+    assert not levers.shortages(Style.HYBRID, 8, mended, part)
+    assert cycles_of_trial(Style.HYBRID, 8, mended) == 27
+    for update, detect in ((5, 4), (4, 5)):
+        more = AvoidParameters(update_units=update, detect_units=detect)
+        assert levers.shortages(Style.HYBRID, 8, more, part)
+
+
+@pytest.mark.parametrize("kind", ["update_units", "detect_units"])
+def test_the_sequential_style_refuses_units_that_it_cannot_have(kind: str, part: Part) -> None:
+    problem = generate("circle", 8)
+    for style, circuit in CIRCUITS.items():
+        for count in (None, 1, 2, 4):
+            parameters = AvoidParameters.model_validate({kind: count})
+            limit = circuit.clock_limit(problem, parameters, part)
+            held = fit(circuit.demand(problem, parameters, part), part, 50_000_000, limit)
+            refused = [reason for reason in held.reasons if reason.name == f"{kind} of the sequential style"]
+            assert bool(refused) == (style == "sequential" and (count or 1) > 1)
+            for reason in refused:
+                assert (reason.demand, reason.limit) == (count, 1)
+                assert f"avoid.{kind}: 1, or left out" in " ".join(reason.levers)
+
+
+@pytest.mark.parametrize("robots", [2, 4])
+def test_hybrid_with_2_and_4_robots_fits(robots: int, part: Part) -> None:
+    assert not levers.shortages(Style.HYBRID, robots, AvoidParameters(), part)
+
+
+def test_every_lever_names_a_lanes_that_fits(part: Part) -> None:
+    for robots in (5, 8, 12, 16):
+        for width in (16, 18):
+            parameters = AvoidParameters(width=width)
+            lanes = levers.widest_lanes(robots, parameters, part)
+            assert lanes is not None
+            assert not levers.shortages(Style.HYBRID, robots, lanes, part)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 63), st.sampled_from(Style), st.integers(8, 23))
+def test_demand_never_falls_with_robots_or_width(robots: int, style: Style, width: int) -> None:
+    part = load_part("XC3S500E-4")
+    parameters = AvoidParameters(width=width)
+    need = levers.totals(style, robots, parameters, part)
+    more_robots = levers.totals(style, robots + 1, parameters, part)
+    wider = levers.totals(style, robots, parameters.model_copy(update={"width": width + 1}), part)
+    for kind in RESOURCES:
+        assert more_robots[kind] >= need[kind]
+        assert wider[kind] >= need[kind]
+
+
+def test_the_mapper_packs_denser_only_near_the_end() -> None:
+    ratio = resources.slice_ratio(Style.HYBRID)
+    assert resources.slices_of(Style.HYBRID, 6518, 4656) == int(np.ceil(ratio * 3259))
+    assert resources.slices_of(Style.HYBRID, 8320, 4656) == int(0.97 * 4656)
+    assert resources.slices_of(Style.HYBRID, 9200, 4656) == 4600
+    assert resources.slices_of(Style.HYBRID, 11_924, 4656) == 5962
+
+
+def test_an_array_too_large_for_a_block_ram_is_a_bound(part: Part) -> None:
+    large = AvoidParameters(directions=512, speeds=64)
+    (bound,) = CIRCUITS["pipelined"].demand(generate("circle", 2), large, part).bounds
+    assert bound.demand == 512 * 64 > bound.limit == 16_384
+    assert "at most 32" in bound.levers[0].advice

@@ -1,0 +1,48 @@
+"""The order in which the modules of the package may import each other."""
+
+from __future__ import annotations
+
+# Lowest first. A module imports only from levels below its own, and from its own entry. The longest name that fits
+# decides: `codesign.planners.harmonic.paper` is in the room of harmonic control, `codesign.planners.styles` is not.
+ROOMS = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+
+LEVELS: list[list[str]] = [
+    ["errors"],
+    ["units"],
+    ["figures"],
+    ["memo"],
+    ["files"],
+    ["interrupts"],
+    ["kernel_cache"],
+    ["models", "part"],
+    ["records"],
+    ["inputs", "maps", "trace"],
+    ["planners.task_graph"],
+    ["planners.interface", "planners.reproduction"],
+    ["planners.ways", "planners.styles"],
+    ["planners.external_memory", "planners.host", "planners.plug_in"],
+    [f"planners.{room}" for room in ROOMS],
+    ["plugin"],
+    ["planners", "components"],
+    ["results"],
+    ["mission"],
+    ["system"],
+    ["exploration", "calibrate", "testing"],
+    ["reproduce"],
+    ["report"],
+    [""],
+    ["cli"],
+    ["__main__"],
+]
+
+
+ROOM_NAMES = {f"planners.{room}" for room in ROOMS}
+LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
+
+
+# Within a room, the leftmost first. What stands in none of these is the room itself: it may import them all.
+ROOM_ORDER = ["published", "plan", "styles", "rtl", "paper"]
+
+
+# trace depends on records alone: nothing of the simulation below the command line and the notebook face may know it.
+MAY_USE_TRACE = {"trace", "", "cli", "__main__"}

@@ -1,0 +1,44 @@
+"""Compiled kernels find a private place where there is no other."""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+
+from codesign import kernel_cache
+
+
+def test_kernels_find_a_private_cache_where_there_is_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.delitem(sys.modules, "numba")
+    kernel_cache.provide_kernel_cache()
+    assert "NUMBA_CACHE_DIR" not in os.environ
+    monkeypatch.setattr(kernel_cache, "_may_write", lambda folder: False)
+    seen = []
+    for _ in range(2):
+        kernel_cache.provide_kernel_cache()
+        seen.append(Path(os.environ["NUMBA_CACHE_DIR"]))
+        monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert seen[0] == seen[1]
+    assert seen[0].parent == tmp_path
+    assert stat.S_IMODE(seen[0].stat().st_mode) == 0o700
+    seen[0].chmod(0o777)
+    kernel_cache.provide_kernel_cache()
+    # Others could have put anything there.
+    assert Path(os.environ["NUMBA_CACHE_DIR"]) != seen[0]
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+
+
+def test_a_folder_can_be_written_to_only_below_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    assert kernel_cache._may_write(tmp_path / "new" / "numba")
+    assert not kernel_cache._may_write(tmp_path / "file" / "numba")

@@ -1,0 +1,110 @@
+"""Whatever the bytes of a trace, only the project's own errors come out."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from trace_samples import a_mission, a_run
+
+from codesign.errors import TraceError
+from codesign.records import Record
+from codesign.trace import (
+    MOMENT_KINDS,
+    PERFETTO_KINDS,
+    POSE_KINDS,
+    Trace,
+    moment,
+    moment_lines,
+    open_trace,
+    perfetto,
+    poses_csv,
+    timeline,
+    trace_info,
+    trace_thumbnail,
+)
+from codesign.trace.encoding import decode, encode
+
+
+def exercise(trace: Trace) -> None:
+    """Everything that the command line does with a trace."""
+    info = trace_info(trace)
+    lines = [*map(str, info.rows()), *map(str, info.channel_rows())]
+    lines += [cell for row in timeline(trace, limit=50) for cell in row.cells()]
+    lines += trace_thumbnail(trace)
+    if any(channel.record == "MapRecord" and channel.messages for channel in trace.channels):
+        lines += moment_lines(moment(trace.records(kinds=MOMENT_KINDS), where=str(trace.path)))
+    json.loads("".join(perfetto(trace.records(kinds=PERFETTO_KINDS))))
+    assert "".join(poses_csv(trace.records(kinds=POSE_KINDS)))
+    assert trace.result is None or trace.result
+    assert all(line.isprintable() for line in lines)
+
+
+@given(data=st.data())
+@settings(max_examples=250, deadline=None)
+def test_only_trace_errors_come_out_of_mutated_files(
+    data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Checksums are left out, so that the mutations reach what lies behind them."""
+    folder = tmp_path_factory.getbasetemp()
+    seed = folder / "seed.mcap"
+    if not seed.exists():
+        without_checksums(seed)
+    content = bytearray(seed.read_bytes())
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(content) - 1))
+        new = data.draw(
+            st.binary(max_size=9) | st.sampled_from([b"\xff" * 8, b"\x00" * 8, b"[", b'"', b"-1"])
+        )
+        content[place : place + data.draw(st.sampled_from([0, 1, len(new)]))] = new
+    path = folder / "mutated.mcap"
+    path.write_bytes(content)
+    fault = ""
+    try:
+        exercise(open_trace(path))
+    except TraceError as error:
+        fault = str(error)
+    assert not fault or str(path) in fault
+
+
+def without_checksums(path: Path) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.NONE, enable_crcs=False)
+        writer.start()
+        writer.add_metadata("run", {"format": "1"})
+        for record in a_run() + a_mission():
+            names = {"record": type(record).__name__, "source": record.source}
+            channel = writer.register_channel("/any", "json", 0, names)
+            writer.add_message(channel, record.time // 1000, encode(record), 0)
+        writer.finish()  # type: ignore[no-untyped-call]
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(["dtype", "shape"]), inner),
+    max_leaves=6,
+)  # fmt: skip
+
+
+@given(st.sampled_from(a_run() + a_mission()), st.data())
+@settings(max_examples=250, deadline=None)
+def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
+    """A message with one value replaced, one level down in arrays too, is a good record or an error."""
+    message = json.loads(encode(record))
+    key = data.draw(st.sampled_from(sorted(message)))
+    if isinstance(message[key], dict) and message[key] and data.draw(st.booleans()):
+        message[key][data.draw(st.sampled_from(sorted(message[key])))] = data.draw(values)
+    else:
+        message[key] = data.draw(values)
+    try:
+        back = decode(type(record), json.dumps(message).encode())
+    except TraceError:
+        return
+    for item in fields(back):
+        assert isinstance(getattr(back, item.name), type(getattr(record, item.name)) | type(None))
