@@ -36,8 +36,8 @@ LEVELS: list[list[str]] = [
     ["plugin"],
     ["planners", "components"],
     ["results"],
-    ["mission"],
     ["system"],
+    ["scenarios"],
     ["exploration", "calibrate", "testing"],
     ["reproduce"],
     ["report"],
@@ -141,8 +141,8 @@ def test_imports_point_one_way(module: str) -> None:
     [
         (
             "maps.upward",
-            "def later():\n    from codesign.system import run\n",
-            ":2 imports codesign.system.run",
+            "def later():\n    from codesign.scenarios import run\n",
+            ":2 imports codesign.scenarios.run",
         ),
         (
             "planners.harmonic.plan.upward",

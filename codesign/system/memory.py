@@ -12,7 +12,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from codesign.inputs.scenario import Drive
 from codesign.planners.interface import Problem
 from codesign.system.bind import System
 
@@ -25,8 +24,6 @@ _SMALL_RUN = 64 * 2**20
 _NO_LIMIT = 2**60
 # Measured (traces of harmonic control, relaxation and wavefront on 2048 x 2048 cells: 6 to 20 bytes a cell).
 _TRACE_BYTES_A_CELL = 20
-# Assumed: what a robot believes and what is true, each with its distances, and the plan that it follows.
-_DRIVE_BYTES_A_CELL = 64
 _FIELD_BYTES_A_CELL = 8
 
 
@@ -58,7 +55,7 @@ def estimate(system: System, *, listening: bool = False, keeping: bool = False) 
     return Estimate(
         program=PROGRAM_BYTES,
         planner=planned,
-        scenario=_DRIVE_BYTES_A_CELL * cells if isinstance(system.workload.scenario, Drive) else 0,
+        scenario=system.scenario.bytes_a_cell * cells,
         listeners=recorded * cells,
     )
 

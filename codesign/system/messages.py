@@ -1,15 +1,18 @@
-"""Messages between tasks: over which links they go, and what becomes of what they carry."""
+"""Messages between tasks: the paths that they take over the links, and what becomes of what they carry."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Generator, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from codesign.errors import CodesignError
+from codesign.inputs import Platform
+from codesign.inputs.components import DisplayComponent, MemoryComponent
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger, Spent
-from codesign.system.routes import Hop, Routes
 
 if TYPE_CHECKING:
     from codesign.components import Link
@@ -27,6 +30,51 @@ class Content(Protocol):
 
     def misread(self, wrong: Wrong) -> Content | None:
         """What the receiver reads where these bits are wrong; None where it is what was sent."""
+
+
+class Hop(NamedTuple):
+    """One step of a way: the links that join its two ends, by name; none where one hangs on the other's pins."""
+
+    links: tuple[str, ...]
+    sender: str
+    receiver: str
+
+
+class Routes:
+    """The ways between the components of a platform, over as few links as possible.
+
+    Of equally short ways over other components the first is taken; of links side by side, who sends chooses.
+    """
+
+    def __init__(self, platform: Platform) -> None:
+        import networkx
+
+        self._graph = networkx.MultiGraph()
+        self._graph.add_nodes_from(platform.components)
+        for name, component in platform.components.items():
+            if isinstance(component, MemoryComponent | DisplayComponent):
+                self._graph.add_edge(name, component.beside, link=None)
+        for name, link in platform.links.items():
+            for index, end in enumerate(link.between):
+                for other in link.between[index + 1 :]:
+                    self._graph.add_edge(end, other, link=name)
+        self.between = cache(self._between)
+
+    def joined(self, origin: str, target: str) -> bool:
+        """Whether any way leads from one component to the other."""
+        import networkx
+
+        return bool(networkx.has_path(self._graph, origin, target))
+
+    def _between(self, origin: str, target: str) -> tuple[Hop, ...]:
+        import networkx
+
+        hops = pairwise(networkx.shortest_path(self._graph, origin, target))
+        return tuple(Hop(self._links(a, b), a, b) for a, b in hops)
+
+    def _links(self, one: str, other: str) -> tuple[str, ...]:
+        names = [edge["link"] for edge in self._graph[one][other].values()]
+        return () if None in names else tuple(sorted(names))
 
 
 class Messages:

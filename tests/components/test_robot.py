@@ -23,8 +23,8 @@ from codesign.components.motion import (
 from codesign.components.robot import Robot
 from codesign.components.way import NEAR, STANDING_ROOM, Way, authority, cell_of, join
 from codesign.errors import InputError, RunError
-from codesign.mission import Appearing, Moving, World
-from codesign.mission.obstacles import rectangle
+from codesign.scenarios.drive.world import Appearing, Moving, World
+from codesign.scenarios.drive.world.obstacles import rectangle
 
 SIDE = 12
 # Quarters of a cell: points on borders and on corners are as frequent as others.

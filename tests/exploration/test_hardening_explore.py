@@ -19,7 +19,7 @@ from codesign.inputs import override
 from codesign.inputs.part_file import parts_folder
 from codesign.maps import OccupancyGrid
 from codesign.memo import approximate_bytes
-from codesign.system import check_files, simulate
+from codesign.scenarios import check_files, simulate
 
 Specs = tuple[Path, Path]
 
@@ -219,7 +219,7 @@ def test_where_every_point_failed_the_run_failed(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("broken")
 
-    monkeypatch.setattr("codesign.system.simulate", fail)
+    monkeypatch.setattr("codesign.scenarios.simulate", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1
 

@@ -292,7 +292,7 @@ def small(tmp_path: Path) -> Workload:
 def test_simulated_points_do_not_depend_on_workers_memo_or_store(
     platform: Platform, small: Workload, tmp_path: Path
 ) -> None:
-    from codesign.system import simulate
+    from codesign.scenarios import simulate
 
     file = tmp_path / "points.sqlite"
     study = explore(platform, small, workers=2, store=file)

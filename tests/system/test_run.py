@@ -14,7 +14,8 @@ from codesign.inputs.files import data_folder
 from codesign.memo import Memo
 from codesign.records import MessageRecord, StageRecord, TaskRecord, VisitsRecord
 from codesign.results.result import DisplayUse
-from codesign.system import bind, point_of, simulate
+from codesign.scenarios import bind, simulate
+from codesign.system import point_of
 from codesign.trace import MemoryListener
 
 Specs = tuple[Path, Path]

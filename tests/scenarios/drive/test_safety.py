@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from codesign.components.way import NEAR, cell_of
 from codesign.maps import OccupancyGrid, to_text
-from codesign.mission.inflation import Inflation
 from codesign.records import MapRecord, MissionRecord, ObstacleRecord, PoseRecord, Record
-from codesign.system.scenarios.drive import Drive, drive
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.mission import Drive, drive
+from codesign.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.world.inflation import Inflation
 from codesign.trace import MemoryListener
 
 SIDE = 16

@@ -21,9 +21,10 @@ from codesign.planners.velocity_obstacle.plan import Avoidance, AvoidParameters,
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import run_cycles, update_costs
 from codesign.records import MessageRecord, MissionRecord, PositionsRecord, Record, TaskRecord
-from codesign.system import bind, catalog
+from codesign.scenarios import bind
+from codesign.scenarios.fleet.flight import ARRIVED, Flight, fly
+from codesign.system import catalog
 from codesign.system.build import Machine, build
-from codesign.system.scenarios.fleet import ARRIVED, Flight, fly
 
 PLATFORM = """\
 kind: platform

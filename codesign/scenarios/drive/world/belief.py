@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from codesign.components.sensor import Scan
 from codesign.errors import InputError
-from codesign.mission.inflation import Inflation
+from codesign.scenarios.drive.world.inflation import Inflation
 
 UNKNOWN, FREE, BLOCKED = 0, 1, 2
 """What is believed of a cell."""

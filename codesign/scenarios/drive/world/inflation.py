@@ -55,7 +55,7 @@ class Inflation:
             self.blocked[appeared[:, 0], appeared[:, 1]] = True
             self.blocked[gone[:, 0], gone[:, 1]] = False
             return
-        from codesign.mission import inflation_kernels
+        from codesign.scenarios.drive.world import inflation_kernels
 
         inflation_kernels.stamp(self._covers, self.blocked, appeared, self.footprint, 1)
         inflation_kernels.stamp(self._covers, self.blocked, gone, self.footprint, -1)

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import RunError
 from codesign.memo import Memo
-from codesign.system.progress import EVENTS_OF_A_TURN, MissionProgress
-from codesign.system.scenarios.drive.goals import Exploration, Tour
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.pilot import Pilot
-from codesign.system.scenarios.drive.replanner import Replanner
-from codesign.system.scenarios.drive.request import livelock_text
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.goals import Exploration, Tour
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.pilot import Pilot
+from codesign.scenarios.drive.progress import EVENTS_OF_A_TURN
+from codesign.scenarios.drive.replanner import Replanner
+from codesign.scenarios.drive.request import livelock_text
+from codesign.scenarios.drive.scene import Scene
+from codesign.system.scenario import MissionProgress, ProgressOfMission
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 
 _STEPS_BETWEEN_CALLS = 256
-"""Steps of the simulation between two calls of ``Machine.progress``."""
+"""Steps of the simulation between two calls of ``progress``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,11 @@ def _happened(replanner: Replanner) -> int:
     return replanner.machine.messages_sent + log.asked + scene.changed + EVENTS_OF_A_TURN * log.turns
 
 
-def drive(machine: Machine, memo: Memo | None = None) -> Drive:
-    """Let the robot drive until the mission ends, for a reason that is stated: it always does."""
+def drive(machine: Machine, memo: Memo | None = None, progress: ProgressOfMission | None = None) -> Drive:
+    """Let the robot drive until the mission ends, for a reason that is stated: it always does.
+
+    ``progress`` is called now and then.
+    """
     scene = Scene(machine)
     scenario, log = scene.scenario, Log(scene)
     goals = Exploration(scene) if scenario.purpose == "explore" else Tour(scene)
@@ -74,11 +78,9 @@ def drive(machine: Machine, memo: Memo | None = None) -> Drive:
             except RunError as failed:
                 log.end(failed.what)
             steps += 1
-            if machine.progress is not None and steps % _STEPS_BETWEEN_CALLS == 0:
+            if progress is not None and steps % _STEPS_BETWEEN_CALLS == 0:
                 happened = _happened(replanner)
-                machine.progress(
-                    MissionProgress(machine.now, scenario.limit, happened, scenario.events, log.turns)
-                )
+                progress(MissionProgress(machine.now, scenario.limit, happened, scenario.events, log.turns))
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()

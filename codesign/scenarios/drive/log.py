@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 from codesign.records import MissionRecord
 from codesign.results.ledger import Ledger
 from codesign.results.mission import LIVELOCK
+from codesign.scenarios.drive.request import Closed, Fate, Request, livelock_text
 from codesign.system.chain import Answer
-from codesign.system.scenarios.drive.request import Closed, Fate, Request, livelock_text
 
 if TYPE_CHECKING:
-    from codesign.system.scenarios.drive.scene import Scene
+    from codesign.scenarios.drive.scene import Scene
 
 
 @dataclass

@@ -15,15 +15,15 @@ from codesign.memo import Memo
 from codesign.planners.interface import POSE, Problem
 from codesign.records import PlanRecord, TrajectoryRecord
 from codesign.results.ledger import Spent
+from codesign.scenarios.drive.active import ActivePlan
+from codesign.scenarios.drive.goals import Goals
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.request import Fate, Request, Sight
+from codesign.scenarios.drive.scene import Look, Scene
+from codesign.scenarios.plan_once import tell_field
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError
-from codesign.system.scenarios.drive.active import ActivePlan
-from codesign.system.scenarios.drive.goals import Goals
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.request import Fate, Request, Sight
-from codesign.system.scenarios.drive.scene import Look, Scene
-from codesign.system.scenarios.plan_once import tell_field
 from codesign.system.sent_map import SentMap
 from codesign.units import format_time
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from codesign.components.way import Point, cell_of
 from codesign.errors import InputError, RunError, outside_map
-from codesign.mission.inflation import Inflation
-from codesign.mission.obstacles import Appearing, Cell, Moving, rectangle
+from codesign.scenarios.drive.world.inflation import Inflation
+from codesign.scenarios.drive.world.obstacles import Appearing, Cell, Moving, rectangle
 
 Cells = NDArray[np.int64]
 """int64 n × 2, (row, column)."""
@@ -146,10 +146,6 @@ class World:
         cells, times = np.unique(np.concatenate(changes), axis=0, return_counts=True)
         odd: Cells = cells[times % 2 == 1]
         return odd
-
-    def moving_at(self, index: int) -> Cell | None:
-        """Top left cell of a moving obstacle; None: it has not come yet."""
-        return self._where[index]
 
     def _appear(self, now: int, index: int, robot: Point | None) -> Cells:
         obstacle = self.appearing[index]

@@ -18,10 +18,12 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
 from codesign.inputs.design_point import SCENARIO, override
 from codesign.inputs.links import BusLink, SerialLink
-from codesign.inputs.scenario import Drive, WhenBusy
+from codesign.inputs.scenario import WhenBusy
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
 from codesign.results.result import Result
+from codesign.scenarios.drive.tasks import drive_of
 from codesign.system.bind import System
+from codesign.system.scenario import LeverProgress
 from codesign.units import Dimension, format_quantity
 
 FACTOR = 2
@@ -31,9 +33,6 @@ HELPS = 0.01
 """Share of a mission's time from which what a lever saves is said to be saved. Assumed."""
 
 _TOLD = 3
-
-LeverProgress = Callable[[int, int, str], None]
-"""Is told how many levers are done, of how many, and which comes next."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +58,7 @@ def levers_of(system: System, result: Result) -> tuple[Lever, ...]:
     mission = result.mission
     assert mission is not None, "the caller looks"
     found = [*_of_components(system, result), *_of_links(system, result)]
-    scenario = system.workload.scenario
-    assert isinstance(scenario, Drive), "only drives are missions"
+    scenario = drive_of(system.workload)
     if scenario.replan.when_busy is WhenBusy.RESTART:
         path, after = f"{SCENARIO}.replan.when_busy", WhenBusy.FINISH.value
         found.append(Lever(path, WhenBusy.RESTART.value, after, after))

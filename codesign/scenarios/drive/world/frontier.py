@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.maps.reach import reachable
-from codesign.mission.belief import Belief
+from codesign.scenarios.drive.world.belief import Belief
 
 Cell = tuple[int, int]
 

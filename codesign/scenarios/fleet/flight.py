@@ -1,27 +1,4 @@
-"""Scenario ``fleet``: n robots with an FPGA each, and a line that takes all coordinates to a display.
-
-In an update every robot decides on its own FPGA, all from the same state, in as many cycles as its own candidates
-and trials take. The state is common, so all wait for the last one; how they come to know it the paper does not say,
-and here it takes no time. Then the coordinates of all robots are one message to the component that draws them
-("the co-ordinates of all the robots are being transmitted through an on-board serial port", Dubey et al. 2013, section
-VI): the first robot's board sends it, the one that the platform file declares.
-
-Planner and timing run in step: each update's time follows from its own candidates and trials, and the state that the
-next one is decided from follows from that time.
-
-- ``real_time``: the robots drive in the time of the simulation. An update begins with a time step. One that is decided
-  within it acts in that step, as the planner assumes and as the paper has it. One that takes longer is missed and acts
-  late: the robots drive on with the velocities that they have until the end of the time step in which the last of
-  them has decided, and only then take the new ones, in one more step. The next update begins after that. Nobody waits
-  for the line: while it has not taken over a message, later ones are skipped.
-- ``free_running``: the robots are simulated by the boards themselves, as in the paper's test bed, so they stand still
-  while the boards decide, and every update takes them one time step on. An update begins once all have decided the one
-  before and its message stands in the line's FIFO. So the robots' clock is not that of the boards:
-  ``FleetFigures.robots_ps`` is the one and ``span_ps`` the other.
-
-A run that is stopped reaches up to the end of the last update that was over. FPGAs beyond the first are no components
-of the platform; they tell nobody anything.
-"""
+"""A fleet's run from begin to end, and its figures."""
 
 from __future__ import annotations
 
@@ -29,7 +6,6 @@ from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from codesign.errors import InputError
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND, LOAD
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
@@ -37,10 +13,10 @@ from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
 from codesign.planners.velocity_obstacle.styles.updates import Updates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
+from codesign.scenarios.fleet.frames import FrameSender
+from codesign.scenarios.fleet.trace import FleetTrace
 from codesign.system.messages import LostMessageError
 from codesign.system.place import DISPLAY
-from codesign.system.scenarios.fleet_trace import FleetTrace
-from codesign.system.scenarios.frames import FrameSender
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -70,9 +46,6 @@ def fly(machine: Machine) -> Flight:
     """Run scenario ``fleet`` on a machine that has done nothing yet.
 
     A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
-
-    Raises:
-        InputError: the style does not say what each robot takes for an update.
     """
     return _Run(machine).run()
 
@@ -87,12 +60,7 @@ class _Run:
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
         work: Updates | None = system.architecture.updates(system.problem, system.planning)
-        if work is None:
-            raise InputError(
-                f"style {system.architecture.style} does not say what each robot takes for an update",
-                "scenario",
-                "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once",
-            )
+        assert work is not None, "faults_on refuses a style that plans for one robot only"
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
         self.work = work

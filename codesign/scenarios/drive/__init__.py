@@ -14,7 +14,3 @@ Keeping the map (kernel ``occupancy_cell``, a unit a cell seen) and making a com
 platform's processor costs them, and no time where it gives no cost. Assumed: the robot knows its pose exactly, looking
 around takes no time, and clocks on board agree.
 """
-
-from codesign.system.scenarios.drive.mission import Drive, drive
-
-__all__ = ["Drive", "drive"]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from codesign import maps
 from codesign.inputs.components import RobotComponent
+from codesign.inputs.scenario import ReplanPolicy
 from codesign.memo import Memo
-from codesign.mission.inflation import Inflation
+from codesign.planners.interface import Quality
 from codesign.results.ledger import SPENT, Ledger, Spent
 from codesign.results.mission import (
     CONTACT_POINTS,
@@ -24,11 +25,15 @@ from codesign.results.mission import (
     MissionEnergy,
 )
 from codesign.results.result import Power
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.mission import Drive
+from codesign.scenarios.drive.request import broken_off_text
+from codesign.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.tasks import drive_of
+from codesign.scenarios.drive.world.inflation import Inflation
+from codesign.system.chain import Answer
 from codesign.system.energy import energy
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.mission import Drive
-from codesign.system.scenarios.drive.request import broken_off_text
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.system.outcome import plan_fields, quality_of, use_fields
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -39,6 +44,14 @@ WAITING_MATTERS = 0.05
 
 LATE_MATTERS = 0.05
 """Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
+
+
+def result_fields(
+    machine: Machine, done: Drive, boards: Mapping[str, Power], memo: Memo | None
+) -> dict[str, Any]:
+    """The fields that a drive gives a ``Result``; ``boards``: see ``energy``."""
+    fields = first_plan_fields(machine, done.log.first, done.log.last, memo)
+    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards, memo)}
 
 
 def mission_of(
@@ -96,6 +109,28 @@ def mission_of(
         control=control,
         bottleneck=_with_livelock(_bottleneck(done, latency, control), log.in_a_row),
     )
+
+
+def first_plan_fields(
+    machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None
+) -> dict[str, Any]:
+    """Those of the first plan of a drive; none where there was none.
+
+    Where later plans went on from old values, whose mistakes the first cannot have: how many cells of the last one are
+    wrong, under ``details``.
+    """
+    if first is None or last is None:
+        return {}
+    fields = plan_fields(machine, first, memo)
+    policy = drive_of(machine.system.workload).replan.policy
+    if last is first or policy is not ReplanPolicy.CONTINUE:
+        return fields
+    judged = quality_of(machine, last, memo)
+    if not isinstance(judged, Quality) or judged.wrong_cells is None:
+        return fields
+    return fields | {
+        "details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": judged.wrong_cells}
+    }
 
 
 def _shortest(scene: Scene, memo: Memo) -> float | None:
@@ -180,7 +215,7 @@ def _bottleneck(
 ) -> Bottleneck | None:
     """Where the time was seen to go: what late turns spend it on, or plans that are waited for, or the robot's motion.
 
-    What a change of the design would save is not told from that: see ``system.levers``.
+    What a change of the design would save is not told from that: see ``scenarios.drive.levers``.
     """
     log, robot = done.log, done.scene.robot
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from codesign.mission.frontier import Frontiers
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.world.frontier import Frontiers
 
 Cell = tuple[int, int]
 

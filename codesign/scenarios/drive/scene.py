@@ -16,15 +16,15 @@ from codesign.components.sensor import NOTHING, Scan, Sensor
 from codesign.components.way import Point, cell_of
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import Drive
-from codesign.mission.belief import Belief, Update
-from codesign.mission.clearance import Clearance
-from codesign.mission.obstacles import Appearing, Moving, random_appearing, rectangle
-from codesign.mission.world import World
 from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
+from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
+from codesign.scenarios.drive.tasks import MOVE, resolution_of
+from codesign.scenarios.drive.world.belief import Belief, Update
+from codesign.scenarios.drive.world.clearance import Clearance
+from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
+from codesign.scenarios.drive.world.true_map import World
 from codesign.system.assemble import kinematics_of, sensor_of
-from codesign.system.drive_faults import covered, kept_clear, moving_of
 from codesign.system.messages import Wrong
-from codesign.system.place import MOVE, resolution_of
 
 if TYPE_CHECKING:
     from codesign.system.build import Machine

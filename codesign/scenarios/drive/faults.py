@@ -1,4 +1,4 @@
-"""What a workload says of a drive that its map cannot hold: told before anything runs, at its place in the file."""
+"""Faults of a drive that are known before it runs, each with its place in a file."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.errors import Fault, InputError, outside_map
+from codesign.errors import Fault, InputError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.maps import nearest_free
-from codesign.planners.interface import LOWER_BOUND, Problem
-from codesign.system import catalog
-from codesign.system.assemble import kinematics_of, sensor_of
-from codesign.system.place import resolution_of, robot_of
-from codesign.system.refusals import refused
+from codesign.planners.interface import LOWER_BOUND, Planner, Problem
+from codesign.scenarios.drive.tasks import drive_of, resolution_of, robot_name, robot_of, robots_of
+from codesign.system.assemble import kinematics_of, refused, sensor_of
 
 if TYPE_CHECKING:
-    from codesign.mission.obstacles import Moving
+    from codesign.scenarios.drive.world.obstacles import Moving
 
 _SCENARIO = ("scenario",)
 _OBSTACLES = (*_SCENARIO, "obstacles")
@@ -36,12 +34,11 @@ MAX_OBSTACLE_CELLS = 20_000_000
 """Cells of all obstacles that appear, and steps of all routes: about 1 GiB of memory."""
 
 
-def drive_faults(workload: Workload, problem: Problem) -> list[Fault]:
-    """Every fault of a drive that needs no platform to be told; none where the scenario is another."""
-    scenario = workload.scenario
-    if not isinstance(scenario, Drive):
-        return []
-    faults = _places(workload, scenario, problem) + _planner(workload, problem) + _policy(workload, scenario)
+def drive_faults(workload: Workload, planner: Planner, problem: Problem) -> list[Fault]:
+    """Every fault of a drive that is known without a platform."""
+    scenario = drive_of(workload)
+    faults = _places(workload, scenario, problem) + _planner(workload, planner, problem)
+    faults += _policy(workload, planner, scenario)
     faults += _resolution(workload, scenario, problem) + _amount(workload, scenario)
     if not problem.starts:
         text = "no cell leads to a goal, so that no start can be drawn"
@@ -53,23 +50,35 @@ def drive_faults(workload: Workload, problem: Problem) -> list[Fault]:
     return faults
 
 
-def robot_faults(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
-    """What keeps the robot of a drive from this map: its sensor, its pace, its size.
+def faults_of_robot(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
+    """A platform without the robot of the drive; or what keeps that from this map: its sensor, its pace, its size.
 
-    To be asked where ``drive_faults`` found none. None where the scenario is no drive; ``place`` refuses a platform
-    without a robot.
+    Called where ``drive_faults`` found none.
     """
-    scenario, name = workload.scenario, robot_of(platform, workload)
-    if not isinstance(scenario, Drive) or name is None:
-        return []
-    spec = platform.components[name]
-    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    if robot_name(platform, workload) is None:
+        return [_no_robot(platform, workload)]
+    name, spec = robot_of(platform, workload)
     faults = _pace(platform, name, spec, resolution_of(workload, problem))
     try:
         sensor_of(spec.sensor, resolution_of(workload, problem))
     except InputError as wrong:
         faults.append(refused(platform, ("components", name, "sensor"), spec.sensor, wrong))
-    return faults + _start(platform, workload, scenario, problem)
+    return faults + _start(platform, workload, problem)
+
+
+def _no_robot(platform: Platform, workload: Workload) -> Fault:
+    """No robot can do the drive, or several could."""
+    wanted, robots = drive_of(workload).robot, list(robots_of(platform))
+    if wanted is not None:
+        text = f"platform {platform.name} has no robot {wanted!r}"
+        return fault(workload, (*_SCENARIO, "robot"), text, choose_hint(wanted, robots))
+    text = f"a drive needs a robot, and platform {platform.name} has {len(robots) or 'none'}"
+    hint = (
+        f"set robot to one of {', '.join(robots)}"
+        if robots
+        else "give the platform a component of type robot"
+    )
+    return fault(workload, _SCENARIO, text, hint)
 
 
 def _resolution(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
@@ -112,9 +121,9 @@ def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
     ]
 
 
-def _policy(workload: Workload, scenario: Drive) -> list[Fault]:
-    """A replan policy that the planner does not know, or whose task nobody does."""
-    policy, planner = scenario.replan.policy, catalog.planner(workload.planner)
+def _policy(workload: Workload, planner: Planner, scenario: Drive) -> list[Fault]:
+    """A replan policy that the planner does not know, or that needs a task that nobody does."""
+    policy = scenario.replan.policy
     if policy is None:
         return []
     path = (*_SCENARIO, "replan", "policy")
@@ -160,7 +169,7 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     random = scenario.obstacles.random
     if random is None:
         return []
-    from codesign.mission.obstacles import places_of
+    from codesign.scenarios.drive.world.obstacles import places_of
 
     free = problem.free & ~covered(problem.free.shape, scenario.hidden)
     keep = kept_clear(problem, scenario)
@@ -173,9 +182,8 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     return [fault(workload, (*_SCENARIO, "obstacles", "random", "size"), text, hint)]
 
 
-def _planner(workload: Workload, problem: Problem) -> list[Fault]:
+def _planner(workload: Workload, planner: Planner, problem: Problem) -> list[Fault]:
     """What keeps the planner, as it is mapped, from leading a robot."""
-    planner = catalog.planner(workload.planner)
     wrong = planner.check_drive(problem, workload.mapping[planner.planning_task].parameters)
     if wrong is None:
         return []
@@ -201,7 +209,7 @@ def moving_of(scenario: Drive, index: int, resolution: float) -> Moving:
     Raises:
         InputError: its speed is out of bounds.
     """
-    from codesign.mission.obstacles import Moving
+    from codesign.scenarios.drive.world.obstacles import Moving
 
     one = scenario.obstacles.moving[index]
     return Moving(one.size, one.route, one.speed / resolution, one.begin)
@@ -240,16 +248,13 @@ def _pace(platform: Platform, name: str, spec: RobotComponent, resolution: float
     return faults
 
 
-def _start(platform: Platform, workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
+def _start(platform: Platform, workload: Workload, problem: Problem) -> list[Fault]:
     """A robot that is too large for the map, or for the place where it starts."""
-    name = robot_of(platform, workload)
-    assert name is not None, "robot_faults looks"
-    from codesign.mission.inflation import Inflation
+    from codesign.scenarios.drive.world.inflation import Inflation
 
-    spec = platform.components[name]
-    assert isinstance(spec, RobotComponent), "robot_of names robots"
+    name, spec = robot_of(platform, workload)
     start, resolution = problem.starts[0], resolution_of(workload, problem)
-    obstacles = ~problem.free | covered(problem.free.shape, scenario.hidden)
+    obstacles = ~problem.free | covered(problem.free.shape, drive_of(workload).hidden)
     path = ("problem", "starts", 0)
     radius = float(spec.radius.value) / resolution
     if 2 * radius > min(problem.free.shape):

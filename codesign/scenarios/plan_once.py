@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from typing import Any
 
 import numpy as np
 
 from codesign.memo import Memo
 from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
+from codesign.results.result import Power
 from codesign.system.build import Machine
 from codesign.system.chain import Answer, plan_chain
+from codesign.system.outcome import plan_fields, use_fields
+from codesign.system.scenario import ProgressOfMission, Scenario
 
 TRACED_TRAJECTORIES = 16
+
+
+class PlanOnceScenario(Scenario):
+    """One plan, from a map that does not change."""
+
+    type = "plan_once"
+
+    def run(
+        self,
+        machine: Machine,
+        boards: Mapping[str, Power],
+        memo: Memo | None,
+        progress: ProgressOfMission | None,  # noqa: ARG002
+    ) -> dict[str, Any]:
+        """The figures of the plan."""
+        answer = plan_once(machine, memo)
+        return plan_fields(machine, answer, memo) | use_fields(machine, boards)
 
 
 def plan_once(machine: Machine, memo: Memo | None) -> Answer:

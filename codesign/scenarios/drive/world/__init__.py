@@ -4,11 +4,11 @@ Nothing here knows a spec or a simulation: arrays in, arrays out, times in integ
 robot is a disc, and ``Inflation`` tells what its middle may not enter, of the true map and of the believed one alike.
 """
 
-from codesign.mission.belief import Belief, Update
-from codesign.mission.frontier import Frontiers
-from codesign.mission.inflation import Inflation
-from codesign.mission.obstacles import Appearing, Moving, random_appearing
-from codesign.mission.world import Deferral, World
+from codesign.scenarios.drive.world.belief import Belief, Update
+from codesign.scenarios.drive.world.frontier import Frontiers
+from codesign.scenarios.drive.world.inflation import Inflation
+from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing
+from codesign.scenarios.drive.world.true_map import Deferral, World
 
 __all__ = [
     "Appearing",

@@ -1,27 +1,52 @@
-"""Run one bound system: the host sends the map, the planner works on its clock, the answer comes back."""
+"""Run a design point: bind, fit, build, and let its scenario run the machine."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from codesign.errors import InputError, choose_hint
 from codesign.inputs import Platform, Workload
 from codesign.memo import Memo
 from codesign.records import Listener, SummaryRecord
-from codesign.results.ledger import Ledger
-from codesign.results.result import Power, Result
-from codesign.system.bind import System, bind
-from codesign.system.build import Machine
-from codesign.system.chain import Answer
-from codesign.system.levers import LeverProgress, with_levers
-from codesign.system.outcome import drive_fields, head_fields, plan_fields, use_fields
-from codesign.system.progress import ProgressOfMission
+from codesign.results.result import Result
+from codesign.scenarios.drive.scenario import DriveScenario
+from codesign.scenarios.fleet.scenario import FleetScenario
+from codesign.scenarios.plan_once import PlanOnceScenario
+from codesign.system.bind import System, bind_to
+from codesign.system.outcome import head_fields
 from codesign.system.ready import ready
+from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
+
+SCENARIOS: Mapping[str, Scenario] = {
+    scenario.type: scenario for scenario in (PlanOnceScenario(), DriveScenario(), FleetScenario())
+}
+"""Every scenario by its type. Their models are ``inputs.scenario.SCENARIOS``."""
+
+
+def scenario_of(workload: Workload) -> Scenario:
+    """The scenario that a workload names."""
+    return SCENARIOS[workload.scenario.type]
+
+
+def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
+    """Join platform and workload; see ``system.bind``.
+
+    ``grid``: the workload's map, where it was read already.
+
+    Raises:
+        SpecError: every fault between them. InputError: the planner plug-in lists flows that cannot be.
+    """
+    return bind_to(platform, workload, scenario_of(workload), grid=grid)
+
+
+def outlook(workload: Workload) -> str | None:
+    """A warning that a run may take long, for before it begins; None where it takes no longer than usual."""
+    return scenario_of(workload).outlook(workload)
 
 
 def simulate(
@@ -43,7 +68,8 @@ def simulate(
     ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
     functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
     workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
-    of what the machine has free. ``levers``: run a mission's levers too; ``lever_progress``: see ``with_levers``.
+    of what the machine has free. ``levers``: run a mission's levers too; ``lever_progress``: see
+    ``Scenario.with_levers``.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see
@@ -54,7 +80,7 @@ def simulate(
     if levers:
         memo = Memo() if memo is None else memo
         run = partial(simulate, memo=memo, grid=grid, memory=memory)
-        complete = partial(with_levers, system=system, run=run, progress=lever_progress)
+        complete = partial(system.scenario.with_levers, system=system, run=run, progress=lever_progress)
     return simulate_system(
         system,
         listeners=listeners,
@@ -78,7 +104,9 @@ def simulate_system(
     keeping: bool = False,
     complete: Callable[[Result], Result] | None = None,
 ) -> Result:
-    """Simulate a bound system: fit it, and where it fits, run it. ``complete`` adds to the result before it is told.
+    """Simulate a bound system: fit it, and where it fits, run it.
+
+    ``complete`` adds to the result before listeners get it.
 
     Raises:
         SpecError: see ``ready``. InputError: an unknown granularity.
@@ -95,8 +123,8 @@ def simulate_system(
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)
-    machine.progress = progress
-    result = Result(**head, feasible=True, **_run(machine, prepared.held.boards, memo))
+    fields = system.scenario.run(machine, prepared.held.boards, memo, progress)
+    result = Result(**head, feasible=True, **fields)
     if complete is not None:
         result = complete(result)
     for component in machine.components:
@@ -104,36 +132,3 @@ def simulate_system(
     if listeners:
         machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
     return result
-
-
-def _run(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
-    """Let the machine do what its scenario says; the fields that this gives a result."""
-    run = {"plan_once": _plan_once, "drive": _drive, "fleet": _fleet}[machine.system.workload.scenario.type]
-    return run(machine, boards, memo)
-
-
-def _plan_once(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
-    from codesign.system.scenarios.plan_once import plan_once
-
-    answer = plan_once(machine, memo)
-    return plan_fields(machine, answer, memo) | use_fields(machine, boards)
-
-
-def _drive(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
-    from codesign.system.scenarios.drive import drive
-    from codesign.system.scenarios.drive.summary import mission_of
-
-    done = drive(machine, memo)
-    fields = drive_fields(machine, done.log.first, done.log.last, memo)
-    return {**fields, **use_fields(machine, boards), "mission": mission_of(machine, done, boards, memo)}
-
-
-def _fleet(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> dict[str, Any]:
-    from codesign.system.scenarios.fleet import fly
-
-    flight = fly(machine)
-    problem = machine.system.problem
-    ended = flight.ends[-1] if len(flight.ends) else flight.loaded
-    answer = Answer(problem, flight.plan, flight.loaded, ended, ended, Ledger())
-    fields = plan_fields(machine, answer, memo) | use_fields(machine, boards, flight.fpgas[1:])
-    return {**fields, "fleet": flight.figures}

@@ -8,21 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.components.command import Command
 from codesign.components.way import authority
-from codesign.mission.belief import Update
 from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow
 from codesign.records import CommandRecord
 from codesign.results.ledger import Ledger
+from codesign.scenarios.drive.active import ActivePlan
+from codesign.scenarios.drive.goals import Goals
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.replanner import Replanner
+from codesign.scenarios.drive.request import Sight
+from codesign.scenarios.drive.scene import Look, Scene
+from codesign.scenarios.drive.tasks import MOVE, SEEN, SENSE
+from codesign.scenarios.drive.world.belief import Update
 from codesign.system.build import CONTROL, SIDE
 from codesign.system.messages import Content, LostMessageError
-from codesign.system.place import DISPLAY, MOVE, RENDER_KERNEL, SEEN, SENSE
-from codesign.system.scenarios.drive.active import ActivePlan
-from codesign.system.scenarios.drive.goals import Goals
-from codesign.system.scenarios.drive.log import Log
-from codesign.system.scenarios.drive.replanner import Replanner
-from codesign.system.scenarios.drive.request import Sight
-from codesign.system.scenarios.drive.scene import Look, Scene
+from codesign.system.place import DISPLAY, RENDER_KERNEL
 from codesign.system.sent_map import CHANGE_BITS
 from codesign.units import PICOSECONDS_PER_SECOND
 

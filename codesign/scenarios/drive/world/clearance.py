@@ -34,7 +34,7 @@ class Clearance:
 
     def stand(self, free: NDArray[np.bool_], position: tuple[float, float]) -> None:
         """The robot is at ``position`` (row, column) in a world that is ``free`` (bool, rows × columns) from now on."""
-        from codesign.mission import clearance_kernels
+        from codesign.scenarios.drive.world import clearance_kernels
 
         here = float(clearance_kernels.at_point(free, *position))
         self._first = here if self._first is None else self._first
@@ -44,7 +44,7 @@ class Clearance:
         """The robot drove along ``points``, float64 n × 2, in a world that was ``free`` all the time."""
         if len(points) < 2:
             return
-        from codesign.mission import clearance_kernels
+        from codesign.scenarios.drive.world import clearance_kernels
 
         self.least, integral = clearance_kernels.along_path(free, points, self.least, STEP)
         self._integral += integral
