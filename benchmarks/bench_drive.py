@@ -16,7 +16,7 @@ from codesign import load_platform, load_workload, maps
 from codesign.components import Granularity
 from codesign.records import MessageRecord, PoseRecord, Record, TaskRecord
 from codesign.scenarios import bind
-from codesign.scenarios.drive.mission import Drive, drive
+from codesign.scenarios.drive.mission import FinishedDrive, drive
 from codesign.system.build import build
 from codesign.trace import McapListener, MemoryListener
 
@@ -97,7 +97,7 @@ def workload_text(planner: str) -> str:
 class Timed:
     """A drive, its wall time in seconds, and what it told."""
 
-    done: Drive
+    done: FinishedDrive
     seconds: float
     records: list[Record]
 

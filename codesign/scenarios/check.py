@@ -26,7 +26,7 @@ def check_files(
 ) -> list[Fault]:
     """Every fault of the named files, and of each platform with each workload among them, in file order.
 
-    A source is a shipped name or a path; its kind is told from what it is. A platform and a workload are bound and
+    A source is a shipped name or a path; its content gives its kind. A platform and a workload are bound and
     built as ``simulate`` does it, so that both refuse the same; ``memory`` as there. Each variant of a workload is
     checked too, unless ``settings``, raw values by axis that are put into both, choose one. Files of one kind are
     checked as far as that is possible without the other kind. ``tell`` takes each note (``Architecture.notes``) of
@@ -54,13 +54,13 @@ def check_files(
         raise InputError("settings go into a platform and a workload", "--set", "name one of each")
     pairs = list(itertools.product(workloads, platforms))
     notes: dict[str, None] = {}
-    found = [
+    checks = [
         _faults_of_pair(platform, workload, settings or {}, memory, notes) for workload, platform in pairs
     ]
     if not pairs:
-        found += [iter(platform_faults(platform)) for platform in platforms]
-        found += [_faults_of_workload(workload) for workload in workloads]
-    for fault in itertools.chain.from_iterable(found):
+        checks += [iter(platform_faults(platform)) for platform in platforms]
+        checks += [_faults_of_workload(workload) for workload in workloads]
+    for fault in itertools.chain.from_iterable(checks):
         faults += [fault] if fault not in faults else []
     if tell is not None:
         for note in notes:
@@ -75,9 +75,9 @@ def _faults_of_pair(
     memory: int | None,
     notes: dict[str, None],
 ) -> Iterator[Fault]:
-    """Whatever keeps the workload, or a variant of it, from being simulated on the platform.
+    """Each fault that keeps the workload, or a variant of it, from being simulated on the platform.
 
-    ``notes`` gets as keys what there is to say of the points that nothing keeps from it.
+    ``notes`` gets the notes of the points without a fault as keys.
     """
     for point in _points_checked(workload, settings):
         # The axes are those of the variants explored: they are held against the first point alone.
@@ -92,13 +92,13 @@ def _faults_of_pair(
 
 
 def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
-    """What can be told of a workload and its variants without a platform."""
+    """The faults of a workload and its variants that are known without a platform."""
     for each in (workload, *(choose_variant(workload, name, "") for name in workload.variants)):
         yield from plannable(each, scenario_of(each))[1]
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What is put into a workload to be checked: the settings, with each variant unless they choose one."""
+    """The points of a workload to be checked: the settings, with each variant unless they choose one."""
     if VARIANT_AXIS in settings:
         return [dict(settings)]
     return [dict(settings), *({**settings, VARIANT_AXIS: name} for name in workload.variants)]

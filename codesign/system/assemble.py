@@ -192,7 +192,7 @@ def sensor_of(spec: Sensor, resolution: float) -> Any:
 def refused(
     spec: Platform | Workload, path: Sequence[str], section: BaseModel, wrong: CodesignError
 ) -> Fault:
-    """The fault that ``wrong`` stands for.
+    """The fault of a spec that a component or a law refused.
 
     Args:
         spec: the file that is at fault.
@@ -206,26 +206,26 @@ def refused(
 
 
 def platform_faults(platform: Platform) -> list[Fault]:
-    """What the components and links of a platform refuse to be built with, whatever the workload.
+    """The faults of components and links of a platform that no workload could build.
 
-    Each is built once and thrown away. What a display takes of an FPGA's block RAM depends on the planner and on the
-    map, so that ``ready`` finds those faults. A robot is built by its scenario.
+    Each is built once and thrown away. The share of a display in an FPGA's block RAM depends on the planner and on the
+    map: ``ready`` finds those faults. A robot is built by its scenario.
     """
     import simpy
 
     environment = simpy.Environment()
-    made: dict[str, components.Component] = {}
+    built: dict[str, components.Component] = {}
     faults: list[Fault] = []
     for name in building_order(platform):
         spec = platform.components[name]
-        if isinstance(spec, DisplayComponent) and spec.beside not in made:
+        if isinstance(spec, DisplayComponent) and spec.beside not in built:
             continue
         try:
-            component = component_of(environment, name, spec, made, ())
+            component = component_of(environment, name, spec, built, ())
         except CodesignError as wrong:
             faults.append(refused(platform, ("components", name), spec, wrong))
         else:
-            made |= {} if component is None else {name: component}
+            built |= {} if component is None else {name: component}
     for name, link in platform.links.items():
         try:
             link_of(environment, name, link, ())
@@ -235,6 +235,6 @@ def platform_faults(platform: Platform) -> list[Fault]:
 
 
 def building_order(platform: Platform) -> list[str]:
-    """The names of the components, those first that others stand beside: FPGAs, then memories, then displays."""
+    """The names of the components in the order to build them: FPGAs and hosts, then memories, then displays."""
     order = {"memory": 1, "display": 2}
     return sorted(platform.components, key=lambda name: order.get(platform.components[name].type, 0))

@@ -152,7 +152,7 @@ def plannable(
 def _architecture(
     platform: Platform, workload: Workload, planner: Planner
 ) -> tuple[Architecture | None, list[Fault]]:
-    """The style that the planning task is mapped to, or why there is none."""
+    """The style of the planning task, or why there is none."""
     task_name = planner.planning_task
     task = workload.mapping[task_name]
     component = platform.components[task.component]

@@ -1,4 +1,4 @@
-"""Messages between tasks: the paths that they take over the links, and what becomes of what they carry."""
+"""Messages between tasks: the links that they go over, and what becomes of their content."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Content(Protocol):
     """What a message carries, where the simulation knows what its bits mean."""
 
     def misread(self, wrong: Wrong) -> Content | None:
-        """What the receiver reads where these bits are wrong; None where it is what was sent."""
+        """The content that the receiver reads where these bits are wrong; None where it equals what was sent."""
 
 
 class Hop(NamedTuple):
-    """One step of a way: the links that join its two ends, by name; none where one hangs on the other's pins."""
+    """One step between two components: the links that join them, by name; none where one is on the other's pins."""
 
     links: tuple[str, ...]
     sender: str
@@ -41,9 +41,9 @@ class Hop(NamedTuple):
 
 
 class Routes:
-    """The ways between the components of a platform, over as few links as possible.
+    """The routes between the components of a platform, over as few links as possible.
 
-    Of equally short ways over other components the first is taken; of links side by side, who sends chooses.
+    Of equally short routes over other components the first is taken. Of links side by side, the sender chooses.
     """
 
     def __init__(self, platform: Platform) -> None:
@@ -61,7 +61,7 @@ class Routes:
         self.between = cache(self._between)
 
     def joined(self, origin: str, target: str) -> bool:
-        """Whether any way leads from one component to the other."""
+        """Whether any route leads from one component to the other."""
         import networkx
 
         return bool(networkx.has_path(self._graph, origin, target))
@@ -72,16 +72,16 @@ class Routes:
         hops = pairwise(networkx.shortest_path(self._graph, origin, target))
         return tuple(Hop(self._links(a, b), a, b) for a, b in hops)
 
-    def _links(self, one: str, other: str) -> tuple[str, ...]:
-        names = [edge["link"] for edge in self._graph[one][other].values()]
+    def _links(self, sender: str, receiver: str) -> tuple[str, ...]:
+        names = [edge["link"] for edge in self._graph[sender][receiver].values()]
         return () if None in names else tuple(sorted(names))
 
 
 class Messages:
     """Carries the messages of a run.
 
-    ``harmed``: by link and message, how many of those that were delivered damaged were read as something else than was
-    sent. All other damage that nobody noticed did no harm: see ``ignored``.
+    ``harmed``: by link and message, how many were delivered damaged and read as something else than was sent. All other
+    damage that nobody noticed did no harm: see ``ignored``.
     """
 
     def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, Link]) -> None:
@@ -122,6 +122,8 @@ class Messages:
         return self.links[name]
 
     def ignored(self, link: str) -> dict[str, int]:
-        """By message: how many were delivered by ``link`` damaged, and yet taken for what was sent."""
-        found = {name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()}
-        return {name: count for name, count in sorted(found.items()) if count}
+        """By message: how many ``link`` delivered damaged, and were yet read as they were sent."""
+        harmless = {
+            name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()
+        }
+        return {name: count for name, count in sorted(harmless.items()) if count}

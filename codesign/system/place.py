@@ -15,6 +15,7 @@ from codesign.planners.styles import Architecture, TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
+from codesign.system.messages import Routes
 from codesign.system.scenario import Scenario
 
 DISPLAY, DETECT = "display", "detect"
@@ -42,8 +43,8 @@ class Placement:
     styles: Mapping[str, TaskStyle]
 
 
-def asker_of(platform: Platform, component: str) -> str:
-    """Who wants the plan: the first processor that is not the planning ``component``, or else that itself."""
+def _asker(platform: Platform, component: str) -> str:
+    """The component that asks for the plan: the first processor besides the planning ``component``, or else that."""
     others = [
         name
         for name, spec in platform.components.items()
@@ -60,7 +61,7 @@ def place(
     architecture: Architecture,
     problem: Problem,
 ) -> tuple[Placement | None, list[Fault]]:
-    """The placement that workload and defaults come to, or every fault of it.
+    """The placement by workload and defaults, or every fault of it.
 
     Raises:
         InputError: the planner lists flows that cannot be.
@@ -79,17 +80,17 @@ def place(
         graph = TaskGraph(tuple(places), flows)
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
-    faults += _way_faults(platform, graph, places)
+    faults += _link_faults(platform, graph, places)
     parameters = workload.mapping[planner.planning_task].parameters
     needed = [
-        (planning, kernel, f"style {architecture.style}") for kernel in _kernels(architecture, parameters)
+        (planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(parameters)
     ]
     again = scenario.asks_again and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], kernel, f"task {task}")
         for task, style in styles.items()
         if task not in inside or (again and task != DETECT)
-        for kernel in _kernels(style, parameters)
+        for kernel in style.kernels(parameters)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
     faults += _cost_faults(platform, needed)
@@ -97,10 +98,10 @@ def place(
 
 
 def _places(platform: Platform, workload: Workload, scenario: Scenario, planner: Planner) -> dict[str, str]:
-    """Every task that is done, with its component, in the order in which data flow."""
+    """The component of every task that is done, in the order in which data flow."""
     mapping = {task: mapped.component for task, mapped in workload.mapping.items()}
     planning = mapping[planner.planning_task]
-    asker = asker_of(platform, planning)
+    asker = _asker(platform, planning)
     extra = [task.name for task in workload.tasks]
     default = {task: asker for task in (LOAD, COMMAND, *extra)}
     default |= scenario.places(platform, workload)
@@ -132,7 +133,7 @@ def _flows(
 
 
 def _undone_faults(workload: Workload, places: Mapping[str, str]) -> list[Fault]:
-    """Tasks of the user that come after one that nothing does."""
+    """Tasks of the user that come after a task that nothing does."""
     faults = []
     for index, task in enumerate(workload.tasks):
         for name in task.after:
@@ -189,13 +190,13 @@ def _styles(
             continue
         mapped = workload.mapping.get(task)
         kind = platform.components[places[task]].type
-        found = {
+        possible = {
             name: style
             for (of, name), style in catalog.task_styles_of(planner.name, task).items()
             if of == kind
         }
         wanted = None if mapped is None or task in inside else mapped.style
-        chosen = found.get(wanted) if wanted is not None else next(iter(found.values()), None)
+        chosen = possible.get(wanted) if wanted is not None else next(iter(possible.values()), None)
         if chosen is not None:
             styles[task] = chosen
         elif task not in inside:
@@ -203,23 +204,23 @@ def _styles(
             if wanted is not None:
                 text = f"task {task} has no style {wanted!r} on a component of type {kind}"
             hint = (
-                choose_hint(wanted, found) if wanted and found else f"place it beside {planner.planning_task}"
+                choose_hint(wanted, possible)
+                if wanted and possible
+                else f"place it beside {planner.planning_task}"
             )
             path = ("mapping", task) if mapped is not None else ("mapping",)
             faults.append(fault(workload, path, text, hint))
     return styles, faults
 
 
-def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]) -> list[Fault]:
+def _link_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]) -> list[Fault]:
     """Flows between components that no links join."""
-    from codesign.system.messages import Routes
-
-    routes, faults, told = Routes(platform), [], set[frozenset[str]]()
+    routes, faults, reported = Routes(platform), [], set[frozenset[str]]()
     for flow in graph.flows:
         ends = places[flow.sender], places[flow.receiver]
-        if routes.joined(*ends) or frozenset(ends) in told:
+        if routes.joined(*ends) or frozenset(ends) in reported:
             continue
-        told.add(frozenset(ends))
+        reported.add(frozenset(ends))
         text = (
             f"no link joins {ends[0]}, which does {flow.sender}, and {ends[1]}, which does {flow.receiver}:"
             f" {flow.name!r} cannot be sent"
@@ -230,23 +231,18 @@ def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str])
     return faults
 
 
-def _kernels(style: Architecture | TaskStyle, parameters: Any) -> tuple[str, ...]:
-    """Every kernel that the steps of a style are counted in."""
-    return style.kernels(parameters)
-
-
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:
-    """Kernels (component, kernel, who is counted in it) that their processor has no cost of."""
-    faults, told = [], set()
+    """Kernels that their processor has no cost of. ``needed``: component, kernel, and what is counted in it."""
+    faults, reported = [], set()
     for name, kernel, user in needed:
         component = platform.components[name]
         if not isinstance(component, ProcessorComponent) or not kernel or kernel in component.costs:
             continue
-        if (name, kernel) not in told:
+        if (name, kernel) not in reported:
             text = f"{name} has no cost of kernel {kernel}, which {user} is counted in"
             hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
             faults.append(fault(platform, ("components", name, "costs"), text, hint))
-        told.add((name, kernel))
+        reported.add((name, kernel))
     return faults
 
 
@@ -290,14 +286,14 @@ def _flow_fault(planner: Planner, flows: Any) -> str | None:
 
 
 def external_of(platform: Platform, workload: Workload) -> ExternalMemoryLaw | None:
-    """What the accesses of the planning task's external memory cost; None where it asks for none."""
+    """The law of the accesses to the planning task's external memory; None where it asks for none."""
     name = workload.mapping[catalog.planner(workload.planner).planning_task].external_memory
     spec = None if name is None else platform.components[name]
     return memory_law(str(name), spec) if isinstance(spec, MemoryComponent) else None
 
 
 def memory_faults(platform: Platform, workload: Workload, architecture: Architecture) -> list[Fault]:
-    """Memories that are none, that hang on another FPGA, or that the task can do nothing with."""
+    """External memories that are no memories, that are beside another FPGA, or that the task has no use for."""
     planning = catalog.planner(workload.planner).planning_task
     memories = {name for name, spec in platform.components.items() if isinstance(spec, MemoryComponent)}
     faults = []

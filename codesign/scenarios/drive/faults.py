@@ -82,7 +82,7 @@ def _no_robot(platform: Platform, workload: Workload) -> Fault:
 
 
 def _resolution(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
-    """Cells whose side is not known, or that are too small or too large."""
+    """Cells that are too small or too large, or that have no known side."""
     declared = scenario.resolution is not None
     side = scenario.resolution if declared else problem.resolution
     least, most = CELL_SIDES
@@ -100,10 +100,10 @@ def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
     """More obstacles, or longer routes, than there is memory for."""
     obstacles, random = scenario.obstacles, scenario.obstacles.random
     counts = {
-        "appearing": sum(one.rows * one.columns for one in obstacles.appearing),
+        "appearing": sum(each.rows * each.columns for each in obstacles.appearing),
         "random": 0 if random is None else random.count * random.size**2,
         "moving": sum(
-            max(abs(one - other) for one, other in zip(begin, end, strict=True))
+            max(abs(first - last) for first, last in zip(begin, end, strict=True))
             for moving in obstacles.moving
             for begin, end in pairwise(moving.route)
         ),
@@ -154,8 +154,8 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
         placed.append(((*_SCENARIO, "hidden", index), hidden))
     for index, appearing in enumerate(scenario.obstacles.appearing):
         placed.append(((*_SCENARIO, "obstacles", "appearing", index), appearing))
-    for path, one in placed:
-        faults += _outside(workload, path, _last(one), shape)
+    for path, rectangle in placed:
+        faults += _outside(workload, path, _last(rectangle), shape)
     for index, moving in enumerate(scenario.obstacles.moving):
         rows, columns = moving.size
         for number, (row, column) in enumerate(moving.route):
@@ -165,7 +165,7 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
 
 
 def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
-    """Random obstacles so large that the map has no place for one."""
+    """Random obstacles that are too large for every place of the map."""
     random = scenario.obstacles.random
     if random is None:
         return []
@@ -173,7 +173,7 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
 
     free = problem.free & ~covered(problem.free.shape, scenario.hidden)
     keep = kept_clear(problem, scenario)
-    # What has a place has one in every smaller size.
+    # An obstacle that has a place has one in every smaller size.
     most = bisect_left(range(1, random.size + 1), True, key=lambda size: not len(places_of(free, size, keep)))
     if most == random.size:
         return []
@@ -211,8 +211,8 @@ def moving_of(scenario: Drive, index: int, resolution: float) -> Moving:
     """
     from codesign.scenarios.drive.world.obstacles import Moving
 
-    one = scenario.obstacles.moving[index]
-    return Moving(one.size, one.route, one.speed / resolution, one.begin)
+    moving = scenario.obstacles.moving[index]
+    return Moving(moving.size, moving.route, moving.speed / resolution, moving.begin)
 
 
 def _over_start(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:
@@ -232,17 +232,15 @@ def _over_start(workload: Workload, scenario: Drive, problem: Problem) -> list[F
 
 def _pace(platform: Platform, name: str, spec: RobotComponent, resolution: float) -> list[Fault]:
     """A robot so slow that it does not leave its cell in 1000 h."""
-    told = kinematics_of(spec)
-    in_cells = told.scaled(1.0 / resolution)
+    declared = kinematics_of(spec)
+    in_cells = declared.scaled(1.0 / resolution)
     faults = []
     for key in type(spec.kinematics).model_fields:
         if key == "type" or vars(in_cells)[key] >= SLOWEST:
             continue
         unit = {"speed": "m/s", "acceleration": "m/s²", "turn_rate": "rad/s"}[key]
-        least = SLOWEST * (vars(told)[key] / vars(in_cells)[key])
-        text = (
-            f"{vars(told)[key]:g} {unit} is too slow: the robot needs 1000 h for a cell of {resolution:g} m"
-        )
+        least = SLOWEST * (vars(declared)[key] / vars(in_cells)[key])
+        text = f"{vars(declared)[key]:g} {unit} is too slow: the robot needs 1000 h for a cell of {resolution:g} m"
         path = ("components", name, "kinematics", key)
         faults.append(fault(platform, path, text, f"at least {least:.3g} {unit}"))
     return faults
@@ -274,8 +272,8 @@ def _start(platform: Platform, workload: Workload, problem: Problem) -> list[Fau
 def covered(shape: tuple[int, ...], rectangles: tuple[Rectangle, ...]) -> NDArray[np.bool_]:
     """Bool, rows × columns: the cells that the rectangles cover."""
     mask = np.zeros(shape, np.bool_)
-    for one in rectangles:
-        mask[one.row : one.row + one.rows, one.column : one.column + one.columns] = True
+    for each in rectangles:
+        mask[each.row : each.row + each.rows, each.column : each.column + each.columns] = True
     return mask
 
 
@@ -288,8 +286,8 @@ def _inside(cell: tuple[int, ...], shape: tuple[int, ...]) -> bool:
     return all(0 <= place < side for place, side in zip(cell, shape, strict=True))
 
 
-def _last(one: Rectangle) -> tuple[int, int]:
-    return one.row + one.rows - 1, one.column + one.columns - 1
+def _last(rectangle: Rectangle) -> tuple[int, int]:
+    return rectangle.row + rectangle.rows - 1, rectangle.column + rectangle.columns - 1
 
 
 def _outside(

@@ -16,7 +16,7 @@ class Goals(ABC):
 
     done: int
     finished: str
-    """Why a mission ended that did all it was to do."""
+    """Why a mission ended that reached all its goals."""
 
     @property
     @abstractmethod
@@ -25,11 +25,11 @@ class Goals(ABC):
 
     @abstractmethod
     def goals(self) -> list[Cell]:
-        """The cells of which one is to be reached now."""
+        """The cells to choose from: one of them is to be reached now."""
 
     @abstractmethod
     def none_left(self) -> str:
-        """What to say where ``goals`` has none."""
+        """The reason to give where ``goals`` has none."""
 
     @abstractmethod
     def arrived(self) -> bool:
@@ -37,7 +37,7 @@ class Goals(ABC):
 
     @abstractmethod
     def obsolete(self, target: Cell) -> bool:
-        """Whether a way to ``target`` has lost its purpose."""
+        """Whether a path to ``target`` has lost its purpose."""
 
     def end_if_over(self, log: Log) -> bool:
         """End the mission where nothing is left to be done; whether it has ended."""
@@ -68,7 +68,7 @@ class Tour(Goals):
         return [goal for goal in self._legs[self.done] if not blocked[goal]]
 
     def none_left(self) -> str:
-        """What to say where ``goals`` has none."""
+        """The reason to give where ``goals`` has none."""
         named = ", ".join(str(goal) for goal in self._legs[self.done][:3])
         near = ", or lies too near to one" if self._scene.robot.radius_cells else ""
         return f"goal {named} is taken by an obstacle{near}"
@@ -108,7 +108,7 @@ class Exploration(Goals):
         return [goal for goal in self._frontiers.goals(here) if goal != here]
 
     def none_left(self) -> str:
-        """What to say where ``goals`` has none."""
+        """The reason to give where ``goals`` has none."""
         return "no frontier can be reached"
 
     def arrived(self) -> bool:

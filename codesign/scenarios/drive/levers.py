@@ -1,7 +1,7 @@
-"""Levers of a mission: what moves its time, found by running it again with one value of the design moved.
+"""Levers of a mission: the values of the design that change its time, found by runs with one value moved.
 
-Time that is spent somewhere does not say what would save it: a robot that drives all the time may take a detour as a
-plan comes late. So each lever is run, and only what its run gives is said.
+The place where time is spent does not show what would save it: a robot that drives all the time may take a detour
+because a plan comes late. So each lever is run, and only the result of its run is reported.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from codesign.system.scenario import LeverProgress
 from codesign.units import Dimension, format_quantity
 
 FACTOR = 2
-"""By how much a lever moves what it moves: twice as fast, or half as long."""
+"""The factor of a lever: twice as fast, or half as long."""
 
 HELPS = 0.01
-"""Share of a mission's time from which what a lever saves is said to be saved. Assumed."""
+"""Least share of a mission's time that a lever must save to be reported as a help. Assumed."""
 
-_TOLD = 3
+_LISTED = 3
 
 
 @dataclass(frozen=True)
@@ -57,15 +57,15 @@ def levers_of(system: System, result: Result) -> tuple[Lever, ...]:
     """
     mission = result.mission
     assert mission is not None, "the caller looks"
-    found = [*_of_components(system, result), *_of_links(system, result)]
+    levers = [*_of_components(system, result), *_of_links(system, result)]
     scenario = drive_of(system.workload)
     if scenario.replan.when_busy is WhenBusy.RESTART:
         path, after = f"{SCENARIO}.replan.when_busy", WhenBusy.FINISH.value
-        found.append(Lever(path, WhenBusy.RESTART.value, after, after))
+        levers.append(Lever(path, WhenBusy.RESTART.value, after, after))
     if mission.broken_off_in_a_row >= LIVELOCK:
         path = f"{SCENARIO}.control_period"
-        found.append(_doubled(path, scenario.control_period, Dimension.TIME, "ps"))
-    return tuple(found)
+        levers.append(_doubled(path, scenario.control_period, Dimension.TIME, "ps"))
+    return tuple(levers)
 
 
 def with_levers(
@@ -76,32 +76,32 @@ def with_levers(
 ) -> Result:
     """The result with its levers run; as it is, where it holds no mission.
 
-    Where a signal ends the command meanwhile (``interrupts``), the result with the levers that were run by then.
+    Where a signal ends the command meanwhile (``interrupts``), the result has the levers that were run before it.
 
     Args:
         result: of ``system``.
         system: the design point.
         run: simulates another design point.
-        progress: is told how many levers are done, of how many, and which comes next.
+        progress: takes how many levers are done, of how many, and which comes next.
     """
     mission = result.mission
     if mission is None:
         return result
-    found = levers_of(system, result)
+    levers = levers_of(system, result)
     runs = []
-    for done, lever in enumerate(found):
+    for done, lever in enumerate(levers):
         if progress is not None:
-            progress(done, len(found), lever.path)
+            progress(done, len(levers), lever.path)
         try:
             runs.append(_run(lever, system, run))
         except KeyboardInterrupt:
-            # A command that a signal ends keeps its mission, which is done; it raises again once that is told.
+            # A command that a signal ends keeps its mission, which is done; it raises again after its report.
             if interrupts.struck() is None:
                 raise
             break
     if progress is not None:
-        progress(len(found), len(found), "")
-    runs.sort(key=lambda one: (one.refused is not None, not one.reached, one.time_s or 0.0, one.path))
+        progress(len(levers), len(levers), "")
+    runs.sort(key=lambda run: (run.refused is not None, not run.reached, run.time_s or 0.0, run.path))
     moved = {"levers": tuple(runs), "bottleneck": _pace(mission, tuple(runs))}
     return result.model_copy(update={"mission": mission.model_copy(update=moved)})
 
@@ -117,11 +117,11 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
         else:
             mission = moved.mission
             refused = "; ".join(map(str, moved.reasons))
-    told: dict[str, Any] = {"path": lever.path, "before": lever.before, "after": lever.after or None}
+    names: dict[str, Any] = {"path": lever.path, "before": lever.before, "after": lever.after or None}
     if mission is None:
-        return LeverRun(**told, refused=refused)
+        return LeverRun(**names, refused=refused)
     return LeverRun(
-        **told,
+        **names,
         reached=mission.reached,
         time_s=mission.time_s,
         energy_j=mission.energy.total_j,
@@ -132,34 +132,34 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
 
 def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
     """What sets the pace, from the runs of its levers; the observation alone where none was run."""
-    seen, tried = mission.bottleneck, [one for one in runs if one.time_s is not None]
+    seen, tried = mission.bottleneck, [run for run in runs if run.time_s is not None]
     if seen is None or not tried:
         return seen
-    helpful = [one for one in tried if _helps(mission, one)]
+    helpful = [run for run in tried if _helps(mission, run)]
     if not helpful:
-        names = ", ".join(f"{one.path} {one.before} → {one.after}" for one in tried)
+        names = ", ".join(f"{run.path} {run.before} → {run.after}" for run in tried)
         what = "ends the mission earlier" if mission.reached else "makes the mission reach its goals"
         text = f"{seen.text}. None of the levers that were run {what}: {names}"
         return seen.model_copy(update={"text": text})
-    told = "; ".join(_told(mission, one) for one in helpful[:_TOLD])
+    savings = "; ".join(_saving(mission, run) for run in helpful[:_LISTED])
     others = f"{len(helpful)} of the {len(tried)} levers that were run, one at a time, help"
     first = helpful[0]
     assert first.time_s is not None, "it was run"
     name = first.path if first.path.startswith(SCENARIO) else first.path.partition(".")[0]
     share = max(0.0, 1.0 - first.time_s / mission.time_s)
-    return Bottleneck(name=name, kind="lever", share=share, text=f"{told}. {others}. Seen: {seen.text}")
+    return Bottleneck(name=name, kind="lever", share=share, text=f"{savings}. {others}. Seen: {seen.text}")
 
 
-def _helps(mission: Mission, one: LeverRun) -> bool:
-    """Whether the mission ends earlier, or reaches what it did not."""
-    if not one.reached or one.time_s is None:
+def _helps(mission: Mission, run: LeverRun) -> bool:
+    """Whether the mission ends earlier, or reaches goals that it did not reach."""
+    if not run.reached or run.time_s is None:
         return False
-    return not mission.reached or one.time_s < (1.0 - HELPS) * mission.time_s
+    return not mission.reached or run.time_s < (1.0 - HELPS) * mission.time_s
 
 
-def _told(mission: Mission, one: LeverRun) -> str:
+def _saving(mission: Mission, run: LeverRun) -> str:
     without = f"{mission.time_s:.4g} s" if mission.reached else f"no end in {mission.time_s:.4g} s"
-    return f"{one.path} {one.before} → {one.after}: {one.time_s:.4g} s in place of {without}"
+    return f"{run.path} {run.before} → {run.after}: {run.time_s:.4g} s in place of {without}"
 
 
 def _of_components(system: System, result: Result) -> Iterator[Lever]:

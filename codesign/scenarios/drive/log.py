@@ -1,4 +1,4 @@
-"""What is noted while a drive goes on, and why it ended."""
+"""The course of a drive: what is counted while it goes on, and why it ended."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ class Log:
 
     - ``first``, ``last``: its first answer and its latest. ``plans``: answers in all. ``latencies``: of replans, ps,
       from the scan to the answer.
-    - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time on the way to the
-      map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
+    - ``requests``: those for plans, closed. ``asking``: where the scans that asked spent their time before they reached
+      the map; ``planning``: where the rest went. The two add up to the time from scan to end of all requests.
     - ``asked``: requests for plans, those asked again included. ``broken_off``: plans broken off; ``in_a_row``: the
       most of them with no answer between them.
     - ``turns``: those of the control loop. ``turns_spent``: where their time went.
@@ -76,7 +76,7 @@ class Log:
     def end(self, why: str, *, reached: bool = False) -> None:
         """The drive ends here; the first reason counts."""
         if self.ended is None:
-            # What the robot ran against until now is told before the end is.
+            # Contacts up to now are reported before the end is.
             self.scene.advance()
             self.ended, self.reached = why, reached
             self.tell("ended", why)

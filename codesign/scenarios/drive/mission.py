@@ -1,4 +1,4 @@
-"""A drive from begin to end, and what watches that it ends."""
+"""A drive from begin to end, and the watchdogs that make it end."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _STEPS_BETWEEN_CALLS = 256
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
-    """A drive that has ended: the scene as it was left, the log, and its events (see ``_happened``)."""
+class FinishedDrive:
+    """A drive that has ended: its scene at the end, its log, and how many events it had (see ``_happened``)."""
 
     scene: Scene
     log: Log
@@ -44,8 +44,10 @@ def _happened(replanner: Replanner) -> int:
     return replanner.machine.messages_sent + log.asked + scene.changed + EVENTS_OF_A_TURN * log.turns
 
 
-def drive(machine: Machine, memo: Memo | None = None, progress: ProgressOfMission | None = None) -> Drive:
-    """Let the robot drive until the mission ends, for a reason that is stated: it always does.
+def drive(
+    machine: Machine, memo: Memo | None = None, progress: ProgressOfMission | None = None
+) -> FinishedDrive:
+    """Let the robot drive until the mission ends. It always ends, and states why.
 
     ``progress`` is called now and then.
     """
@@ -85,7 +87,7 @@ def drive(machine: Machine, memo: Memo | None = None, progress: ProgressOfMissio
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
     replanner.end()
-    return Drive(scene, log, _happened(replanner))
+    return FinishedDrive(scene, log, _happened(replanner))
 
 
 def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
@@ -105,7 +107,7 @@ def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:
 
 
 def _because(replanner: Replanner, pilot: Pilot) -> str:
-    """What kept the robot from doing what it was to do, as far as that is known."""
+    """What kept the robot from its goals, where that is known."""
     active, turn = replanner.active, pilot.turn
     why = livelock_text(replanner.request_under_way) or replanner.refusal or replanner.log.stall
     if not why and replanner.busy:

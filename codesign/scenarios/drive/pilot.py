@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 SPARE_CELLS = 2.0
-"""Cells of way beyond what the robot drives until an answer is overdue and it stands: assumed."""
+"""Cells of the path beyond those that the robot drives until an answer is overdue and it stands: assumed."""
 
 
 OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
-"""Kernels of the host's own work in a turn: a cell that was seen, put into the map; and one command made from a way."""
+"""Kernels of the host's own work in a turn: one seen cell put into the map; and one command made from a path."""
 
 STANDS = 1e-3
 """Cells: with less authority than this a robot is taken to stand."""
@@ -45,8 +45,8 @@ STANDS = 1e-3
 class Turn:
     """A turn of the control loop, begun at ``begin`` (ps); ``answered`` once nothing more is to come of it.
 
-    ``lost``: a message of it was. ``spent``: where its time went. ``plan``: the plan by which it decides and commands,
-    the one that was there when it asked.
+    ``lost``: a message of it was lost. ``spent``: where its time went. ``plan``: the plan by which it decides and
+    commands: the one that was active when it asked.
     """
 
     begin: int
@@ -73,7 +73,7 @@ class Pilot:
         self.turn: Turn | None = None
 
     def run(self) -> Generator[Any, Any, None]:
-        """Process generator: turn after turn; one that takes longer than the period makes later ones fall out."""
+        """Process generator: turn after turn. A turn that takes longer than the period replaces later ones."""
         machine, period = self.machine, self.scene.scenario.control_period
         while True:
             before, turn = self.turn, Turn(machine.now)
@@ -151,7 +151,7 @@ class Pilot:
         yield from self._carry(turn, task, COMMAND)
 
     def _decision_steps(self, task: str, active: ActivePlan, look: Look) -> Generator[Step, None, None]:
-        """The steps of a decision. One of a plan costs what the next one does, so they are worked out once a plan."""
+        """The steps of a decision. All decisions of a plan cost the same, so the steps are computed once a plan."""
         if self._steps is None or self._steps[0] is not active:
             system = self.machine.system
             style = system.placement.styles[task]
@@ -161,7 +161,7 @@ class Pilot:
         yield from self._steps[1]
 
     def _judge(self, update: Update, sight: Sight) -> None:
-        """Look at what was learnt: the first map, a goal reached, a way lost, anything new."""
+        """Act on what was learnt: the first map, a goal reached, a path lost, anything new."""
         scene, replanner, active = self.scene, self.replanner, self.replanner.active
         if not self._begun:
             self._begun = True
@@ -178,12 +178,12 @@ class Pilot:
             replanner.learnt(sight)
 
     def _is_lost(self, active: ActivePlan) -> bool:
-        """Whether the robot was seen where the plan knows no way."""
+        """Whether the robot was seen where the plan knows no path."""
         known = self.scene.known
         return active.lost(known.position, self.scene.belief.planning_free(known.cell))
 
     def _command(self, plan: ActivePlan, look: Look) -> Command:
-        """What the robot is told, by what is known when it is composed: the way from where it was seen, and how far."""
+        """The command to the robot, from what is known now: the path from where it was seen, and how far to go."""
         belief = self.scene.belief
         free = belief.known_free(look.cell)
         way = plan.from_here(look.position, free).head(self._lookahead)
@@ -218,7 +218,7 @@ class Pilot:
         priority: int = CONTROL,
         content: Content | None = None,
     ) -> Generator[Any, Any, Any]:
-        """Process generator: what flows from one task to another in a turn; returns ``content`` as it is read."""
+        """Process generator: the messages from one task to another in a turn; returns ``content`` as it is read."""
         for flow in self._graph.between(sender, receiver):
             bits = flow.bits + (CHANGE_BITS * self._unsent if flow.name == SEEN else 0)
             content = yield from self.machine.carry(
@@ -227,7 +227,7 @@ class Pilot:
         return content
 
     def _reach(self) -> float:
-        """Cells of way that a command covers: until an answer is overdue, to brake from there, and some more."""
+        """Cells of the path that a command covers: until an answer is overdue, to brake from there, and some more."""
         scene = self.scene
         kinematics = scene.robot.kinematics
         seconds = (scene.scenario.control_period + scene.scenario.deadline) / PICOSECONDS_PER_SECOND

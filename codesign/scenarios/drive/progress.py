@@ -6,7 +6,7 @@ from codesign.inputs.scenario import Drive
 from codesign.units import PICOSECONDS_PER_SECOND
 
 EVENTS_OF_A_TURN = 20
-"""Events that a turn of the control loop counts for: its scan and its way take about as long as so many messages."""
+"""Events that a turn of the control loop counts for: its scan and its path take about as long as so many messages."""
 
 LONG_DRIVE = 36_001
 """Turns of the longest drive by default: an hour, ten turns a second, the first at 0. Measured: half a minute on a map

@@ -1,4 +1,4 @@
-"""Plans of a drive: made beside the control loop, one at a time, from what the robot believes when each begins."""
+"""Plans of a drive: made beside the control loop, one at a time, each from what the robot believes at its begin."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Replanner:
         return self._since is not None
 
     def request(self, sight: Sight, why: str, *, seen: bool) -> None:
-        """Ask for a plan; one that waits already is made from what is known when its turn comes."""
+        """Ask for a plan. A request that waits already is answered from what is known when its turn comes."""
         if self._pending is not None:
             return
         self._ask(Request(sight, why, seen))
@@ -82,7 +82,7 @@ class Replanner:
     def learnt(self, sight: Sight) -> None:
         """Something new was seen: ask for a plan where that calls for one.
 
-        While one is under way that is to be finished, it is looked at once that stands.
+        While a plan is under way that is to be finished, this is decided once that plan is made.
         """
         self.ask_again(sight)
         if self.busy and self.scene.scenario.replan.when_busy is WhenBusy.FINISH:
@@ -102,7 +102,7 @@ class Replanner:
             self.request(sight, "what lies beyond the frontier was seen", seen=True)
 
     def _blocked(self, active: ActivePlan) -> bool:
-        """Whether anything believed blocked lies on what is left of the way."""
+        """Whether anything that is believed blocked lies on the rest of the path."""
         known = self.scene.known
         free = self.scene.belief.planning_free(known.cell)
         return active.from_here(known.position, free).first_closed(free, 1) >= 0
@@ -152,7 +152,7 @@ class Replanner:
             self.settle()
             self._since = None
         if answer is None:
-            # Not busy any more: whoever asks meanwhile finds nothing to break off, and is answered after the pause.
+            # Not busy any more: a request made meanwhile has nothing to break off, and is answered after the pause.
             yield from self._rest(machine.environment.timeout(scene.scenario.control_period))
             request.book_rest(Spent.FAILED, where, machine.now)
             if self._pending is None:
@@ -183,7 +183,7 @@ class Replanner:
             machine.tell(PlanRecord(machine.now, machine.system.component, active.number, **times))
 
     def _go_on(self, request: Request) -> None:
-        """Ask again for what was broken off; the request that broke it off is part of it from now on."""
+        """Ask again for the plan that was broken off; the request that broke it off is part of it from now on."""
         newer, self._pending = self._pending, request
         if newer is not None:
             request.why = newer.why
@@ -204,7 +204,7 @@ class Replanner:
             self.log.close(self._pending, Fate.OPEN)
 
     def settle(self) -> None:
-        """Book the waiting for a plan under way up to now: when it stands, or when the mission ends without it."""
+        """Book the waiting for a plan under way up to now: when it is made, or when the mission ends without it."""
         if self._since is None:
             return
         self.scene.advance()
@@ -232,7 +232,7 @@ class Replanner:
         )
 
     def _problem(self) -> Problem | str:
-        """What is to be planned now, or why nothing can be."""
+        """The problem to plan now, or why there is none."""
         system, scene = self.machine.system, self.scene
         here = scene.known.cell
         goals = self.goals.goals()
@@ -255,7 +255,7 @@ class Replanner:
         self.log.tell("no_way", why)
 
     def _rest(self, until: simpy.Event) -> Generator[Any, Any, None]:
-        """Process generator: wait; a plan that is broken off at the moment it stands wakes what comes after it."""
+        """Process generator: wait; a plan that is broken off at the moment it is made wakes what comes after it."""
         with suppress(simpy.Interrupt):
             yield until
 

@@ -1,4 +1,4 @@
-"""Requests for plans: which scan asks, why, where the time until the answer goes, and what becomes of each."""
+"""Requests for plans: the scan that asks, why, where the time until the answer goes, and what becomes of each."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Fate(StrEnum):
 
 @dataclass(frozen=True)
 class Sight:
-    """A scan at ``at`` (ps) that asks for something, and where its way to the map spent its time."""
+    """A scan at ``at`` (ps) that asks for something, and where its time went until it reached the map."""
 
     at: int
     spent: Ledger
@@ -35,7 +35,7 @@ class Sight:
 class Request:
     """A plan that is asked for: by which scan, ``why``, and whether something ``seen`` is why.
 
-    ``spent``: where the time after the scan's way to the map went. ``broken_off``: plans for it that were broken off.
+    ``spent``: where the time went after the scan had reached the map. ``broken_off``: its plans that were broken off.
     """
 
     sight: Sight

@@ -1,4 +1,4 @@
-"""What a drive happens in: the true map, the robot on it, and what it knows."""
+"""The scene of a drive: the true map, the robot on it, and what the robot knows."""
 
 from __future__ import annotations
 
@@ -15,10 +15,9 @@ from codesign.components.robot import PRESSING, Robot
 from codesign.components.sensor import NOTHING, Scan, Sensor
 from codesign.components.way import Point, cell_of
 from codesign.inputs.components import RobotComponent
-from codesign.inputs.scenario import Drive
 from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
-from codesign.scenarios.drive.tasks import MOVE, resolution_of
+from codesign.scenarios.drive.tasks import MOVE, drive_of, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
 from codesign.scenarios.drive.world.clearance import Clearance
 from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
@@ -52,7 +51,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class SentLook:
-    """A look on its way: ``look`` as it is read, the ``sensor``, and the true map when it was taken."""
+    """A look in its message: ``look`` as it is read, the ``sensor``, and the true map when it was taken."""
 
     look: Look
     sensor: Sensor
@@ -71,8 +70,8 @@ class SentLook:
 class Scene:
     """The true map over time, the robot, and its belief.
 
-    ``known``: the latest look that reached the map on board. What keeps the map, plans and commands knows the robot's
-    place by it alone; where the robot is now, only the robot itself and those who draw up the figures know.
+    ``known``: the latest look that reached the map on board. The tasks that keep the map, plan
+    and command know the robot's place by it alone. Only the robot itself and the figures know where it is now.
 
     ``clearance``: how near the robot came to obstacles of the true map.
     ``changed``: times that the world changed, or was to change.
@@ -80,8 +79,7 @@ class Scene:
 
     def __init__(self, machine: Machine) -> None:
         system = machine.system
-        scenario = system.workload.scenario
-        assert isinstance(scenario, Drive), "the caller looks at the scenario"
+        scenario = drive_of(system.workload)
         name = system.placement.places[MOVE]
         spec = system.platform.components[name]
         assert isinstance(spec, RobotComponent), "move is placed on robots only"
@@ -127,7 +125,7 @@ class Scene:
         self._tell_waiting(0)
 
     def advance(self) -> None:
-        """Bring the robot up to now; what it ran against on the way is told."""
+        """Bring the robot up to now, and report what it ran against."""
         robot, machine = self.robot, self.machine
         before, way, arc = len(robot.contacts), robot.way, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
@@ -211,7 +209,7 @@ class Scene:
                         machine.tell(ObstacleRecord(machine.now, "map", some, appeared))
 
     def _tell_waiting(self, before: int) -> None:
-        """Tell listeners which obstacles wait for the robot, beyond the first ``before`` that did."""
+        """Tell listeners of the obstacles that wait for the robot, but for the first ``before`` of them."""
         if self.machine.listening:
             for waiting in self.world.deferrals[before:]:
                 text = f"obstacles.{waiting.kind}[{waiting.index}] waits until the robot has left its place"
@@ -219,13 +217,13 @@ class Scene:
 
     def _appearing(self) -> list[Appearing]:
         obstacles = self.scenario.obstacles
-        made = [
-            Appearing(one.at, rectangle(one.row, one.column, one.rows, one.columns), one.until)
-            for one in obstacles.appearing
+        appearing = [
+            Appearing(each.at, rectangle(each.row, each.column, each.rows, each.columns), each.until)
+            for each in obstacles.appearing
         ]
         random = obstacles.random
         if random is not None:
-            made += random_appearing(
+            appearing += random_appearing(
                 self.true_free,
                 random.count,
                 random.size,
@@ -235,7 +233,7 @@ class Scene:
                 kept_clear(self.machine.system.problem, self.scenario),
                 lasting=random.stay,
             )
-        return made
+        return appearing
 
     def _moving(self) -> list[Moving]:
         count = len(self.scenario.obstacles.moving)

@@ -1,4 +1,4 @@
-"""What a drive came to: its figures, where time and energy went, and what sets the pace."""
+"""The figures of a drive: where time and energy went, and what sets the pace."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from codesign.results.mission import (
 )
 from codesign.results.result import Power
 from codesign.scenarios.drive.log import Log
-from codesign.scenarios.drive.mission import Drive
+from codesign.scenarios.drive.mission import FinishedDrive
 from codesign.scenarios.drive.request import broken_off_text
 from codesign.scenarios.drive.scene import Scene
 from codesign.scenarios.drive.tasks import drive_of
@@ -40,14 +40,14 @@ if TYPE_CHECKING:
     from codesign.system.build import Machine
 
 WAITING_MATTERS = 0.05
-"""Share of a mission that a robot stands waiting, above which what it waits for is told as the bottleneck. Assumed."""
+"""Share of a mission that a robot stands waiting, above which the bottleneck is what it waits for. Assumed."""
 
 LATE_MATTERS = 0.05
-"""Share of turns without an answer in time, above which what turns spend their time on is the bottleneck. Assumed."""
+"""Share of turns without an answer in time, above which the bottleneck is what turns spend their time on. Assumed."""
 
 
 def result_fields(
-    machine: Machine, done: Drive, boards: Mapping[str, Power], memo: Memo | None
+    machine: Machine, done: FinishedDrive, boards: Mapping[str, Power], memo: Memo | None
 ) -> dict[str, Any]:
     """The fields that a drive gives a ``Result``; ``boards``: see ``energy``."""
     fields = first_plan_fields(machine, done.log.first, done.log.last, memo)
@@ -55,7 +55,7 @@ def result_fields(
 
 
 def mission_of(
-    machine: Machine, done: Drive, boards: Mapping[str, Power], memo: Memo | None = None
+    machine: Machine, done: FinishedDrive, boards: Mapping[str, Power], memo: Memo | None = None
 ) -> Mission:
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
@@ -114,10 +114,10 @@ def mission_of(
 def first_plan_fields(
     machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None
 ) -> dict[str, Any]:
-    """Those of the first plan of a drive; none where there was none.
+    """The fields of a drive's first plan; none where it had no plan.
 
-    Where later plans went on from old values, whose mistakes the first cannot have: how many cells of the last one are
-    wrong, under ``details``.
+    Plans that go on from old values may inherit mistakes, which the first cannot have. So under policy ``continue``,
+    ``details`` has how many cells of the last plan are wrong.
     """
     if first is None or last is None:
         return {}
@@ -134,7 +134,7 @@ def first_plan_fields(
 
 
 def _shortest(scene: Scene, memo: Memo) -> float | None:
-    """What the robot cannot undercut from the start over all goals in order, m; None where no path leads there.
+    """The least distance from the start over all goals in order, m; None where no path leads there.
 
     Each leg is the shortest any-angle path from anywhere in a goal's cell to anywhere in the next one's, in the cells
     that the robot's middle may ever enter: what appears or moves may be gone when the robot comes by.
@@ -176,7 +176,7 @@ def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> Miss
     )
 
 
-def _account(machine: Machine, done: Drive) -> dict[str, Account]:
+def _account(machine: Machine, done: FinishedDrive) -> dict[str, Account]:
     """Where the time of each component and link went.
 
     ``wait`` of a component is what the work of plans and turns waited there; of a link, what all messages did.
@@ -187,15 +187,15 @@ def _account(machine: Machine, done: Drive) -> dict[str, Account]:
         / PICOSECONDS_PER_SECOND
         for where in machine.by_name
     }
-    made = {}
+    accounts = {}
     for name, component in machine.by_name.items():
         busy = component.busy / PICOSECONDS_PER_SECOND
-        made[name] = Account(compute_s=busy, transfer_s=0.0, wait_s=waited[name], idle_s=span - busy)
+        accounts[name] = Account(compute_s=busy, transfer_s=0.0, wait_s=waited[name], idle_s=span - busy)
     for name, link in machine.links.items():
         busy = link.busy / PICOSECONDS_PER_SECOND
         wait = link.queued / PICOSECONDS_PER_SECOND
-        made[name] = Account(compute_s=0.0, transfer_s=busy, wait_s=wait, idle_s=span - busy)
-    return made
+        accounts[name] = Account(compute_s=0.0, transfer_s=busy, wait_s=wait, idle_s=span - busy)
+    return accounts
 
 
 def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
@@ -211,11 +211,11 @@ def _shares(*ledgers: Ledger) -> tuple[LatencyShare, ...]:
 
 
 def _bottleneck(
-    done: Drive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
+    done: FinishedDrive, latency: tuple[LatencyShare, ...], control: tuple[LatencyShare, ...]
 ) -> Bottleneck | None:
     """Where the time was seen to go: what late turns spend it on, or plans that are waited for, or the robot's motion.
 
-    What a change of the design would save is not told from that: see ``scenarios.drive.levers``.
+    It does not show what a change of the design would save: see ``scenarios.drive.levers``.
     """
     log, robot = done.log, done.scene.robot
     span = done.scene.machine.now / PICOSECONDS_PER_SECOND

@@ -1,4 +1,4 @@
-"""What a fleet's run tells its listeners: positions, arrivals, contacts, and who was waited for."""
+"""The records of a fleet's run: positions, arrivals, contacts, and the robot that the others wait for."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _SOURCE = "fleet"
 
 
 class FleetTrace:
-    """Tells the listeners of a machine, where it has any; else nothing is made.
+    """Makes records for the listeners of a machine; none where it has no listeners.
 
     ``PositionsRecord`` at the begin, after each update, and where robots that decided late begin to take their new
     velocities; ``TaskRecord`` for each robot and update, or the slowest's; ``MissionRecord`` for ``deadline_missed``,
@@ -39,7 +39,7 @@ class FleetTrace:
         self._problem = problem
         self._touching: set[tuple[int, int]] = set()
         self._arrived = np.zeros(problem.count, np.bool_)
-        # The state that was told last, and its time in time steps.
+        # The state that was recorded last, and its time in time steps.
         self._cells, self._speeds, self._steps = work.loop.cells, work.loop.speeds, 0
 
     def begin(self) -> None:

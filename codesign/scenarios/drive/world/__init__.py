@@ -1,7 +1,7 @@
-"""A robot's mission, apart from hardware: the true map over time, what is believed of it, what is left to explore.
+"""The world of a drive, apart from hardware: the true map over time, what is believed of it, what is left to explore.
 
-Nothing here knows a spec or a simulation: arrays in, arrays out, times in integer picoseconds. Obstacles are cells; the
-robot is a disc, and ``Inflation`` tells what its middle may not enter, of the true map and of the believed one alike.
+Nothing here knows a spec or a simulation: arrays in, arrays out, times in integer picoseconds. Obstacles are cells and
+the robot is a disc. ``Inflation`` has the cells that its middle may not enter, on the true map and the believed one.
 """
 
 from codesign.scenarios.drive.world.belief import Belief, Update

@@ -38,13 +38,13 @@ class Update:
 class Belief:
     """Unknown, free or blocked, for each cell; a cell keeps what was last seen of it. Outside of the map is blocked.
 
-    Two maps follow from it, both for the middle of the robot: the optimistic ``planning_free``, in which what is not
-    known counts as free, and ``known_free``, through which it may be given authority.
+    Two maps follow from it, both for the middle of the robot: the optimistic ``planning_free``, in which unknown cells
+    count as free, and ``known_free``, the cells through which the robot may be given authority.
 
     Args:
         rows, columns: of the map.
         known: bool, rows × columns, true where free: a map known from the start; None: nothing is known.
-        unknown: bool, rows × columns: cells of which ``known`` does not tell; None: it tells all.
+        unknown: bool, rows × columns: cells that ``known`` says nothing of; None: it covers all.
         radius_cells: of the robot.
 
     Attributes:

@@ -42,8 +42,8 @@ def along_path(
 ) -> tuple[float, float]:
     """The least distance to a blocked cell or the rim along a polyline, and the integral of that distance over it.
 
-    The first is exact, and never above ``least``, the least known before. Of two convex figures that do not meet the
-    nearest points lie at an end or corner of one of them: an end of the segment and the square, or a corner of the
+    The first is exact, and never above ``least``, the least known before. The nearest points of two convex figures that
+    do not meet lie at an end or corner of one of them: an end of the segment and the square, or a corner of the
     square and the segment. The second is by the trapezoid rule with steps of at most ``step`` cells.
 
     Args:

@@ -1,4 +1,4 @@
-"""Frontiers (Yamauchi 1997): where what is known to be free borders on what is not known; an exploration's goals."""
+"""Frontiers (Yamauchi 1997): known free cells that border on unknown ones; the goals of an exploration."""
 
 from __future__ import annotations
 

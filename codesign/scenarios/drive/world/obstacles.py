@@ -157,7 +157,7 @@ def random_appearing(
         count: how many, 0 or more.
         size: side of each, cells.
         begin, end: ps, the first and the last time possible.
-        seed: of ``PCG64([seed])``, of which the raw stream alone is used: numpy keeps it from version to version.
+        seed: of ``PCG64([seed])``. Only its raw stream is used, which numpy keeps from version to version.
         keep_clear: cells that none of them covers: (row, column) pairs, or a mask.
         lasting: ps after which each is gone; None: it stays.
 
@@ -179,13 +179,13 @@ def random_appearing(
             f"no place for an obstacle of {size} × {size} cells on this map", "random.size", "make it smaller"
         )
     random = np.random.PCG64([seed])
-    found = []
+    obstacles = []
     for _ in range(count):
         time = begin + _below(random, end - begin + 1)
         top, left = places[_below(random, len(places))].tolist()
         until = None if lasting is None else time + lasting
-        found.append(Appearing(time, rectangle(top, left, size, size), until))
-    return sorted(found, key=lambda obstacle: obstacle.at)
+        obstacles.append(Appearing(time, rectangle(top, left, size, size), until))
+    return sorted(obstacles, key=lambda obstacle: obstacle.at)
 
 
 def _below(random: np.random.PCG64, bound: int) -> int:
