@@ -29,6 +29,7 @@ from codesign.results.result import Result
 from codesign.scenarios import bind, scenario_of
 from codesign.system.bind import grid_of
 from codesign.system.memory import share_of_memory
+from codesign.system.ready import ready
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
@@ -172,9 +173,8 @@ def _section(workload: Workload) -> Exploration:
             "explore.axes",
             f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
         )
-    if "objectives" not in section.model_fields_set:
-        return section.model_copy(update={"objectives": scenario_of(workload).objectives})
-    return section
+    named = "objectives" in section.model_fields_set
+    return section if named else section.model_copy(update={"objectives": scenario_of(workload).objectives})
 
 
 def _opened(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
@@ -372,8 +372,6 @@ def _check_some_point(
     Raises:
         SpecError, InputError: those of the first point.
     """
-    from codesign.system.ready import ready
-
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:

@@ -28,29 +28,22 @@ from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
 from codesign.system.place import Placement, a_type, external_of, memory_faults, place
-from codesign.system.scenario import Scenario
+from codesign.system.scenario import Draft, Scenario
 
 _grids = Memo(max_bytes=256 * 2**20)
 
 
 @dataclass(frozen=True, eq=False)
-class System:
-    """One design point, all settled: what ``fit`` and ``run`` take.
+class System(Draft):
+    """One design point, all settled: what ``fit`` and a run take.
 
-    - ``scenario``: the one that the workload names.
     - ``component``: the name of the component that plans. ``part``: its chip, or None on a processor. ``clock``: in Hz.
     - ``placement``: the component of each task.
     - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
-    - ``parameters``: those of each mapped task, as the style runs with them. ``planning``: of the planning task.
+    - ``parameters``: those of each mapped task, as the style runs with them.
     - ``notes``: see ``Architecture.notes``.
     """
 
-    platform: Platform
-    workload: Workload
-    scenario: Scenario
-    problem: Problem
-    planner: Planner
-    architecture: Architecture
     component: str
     part: Part | None
     clock: int
@@ -58,11 +51,6 @@ class System:
     external: ExternalMemoryLaw | None
     parameters: Mapping[str, TaskParameters]
     notes: tuple[str, ...]
-
-    @property
-    def planning(self) -> Any:
-        """The parameters of the planning task."""
-        return self.parameters[self.planner.planning_task]
 
 
 def bind_to(
@@ -90,32 +78,28 @@ def bind_to(
         workload = workload.model_copy(update={"mapping": {**workload.mapping, planner.planning_task: task}})
     problem, of_workload = plannable(workload, scenario, grid=grid)
     faults += [*of_workload, *platform_faults(platform)]
-    placement = None
+    draft = placement = None
     if problem is not None and architecture is not None and not of_workload:
-        of_scenario = scenario.faults_on(platform, workload, planner, architecture, problem)
+        draft = Draft(platform, workload, scenario, planner, architecture, problem)
+        of_scenario = scenario.faults_on(draft)
         faults += of_scenario
         if not of_scenario:
-            placement, more = place(platform, workload, scenario, planner, architecture, problem)
+            placement, more = place(draft)
             faults += more
-        faults += memory_faults(platform, workload, architecture)
-    if faults or problem is None or architecture is None or placement is None:
+        faults += memory_faults(draft)
+    if faults or draft is None or placement is None:
         raise SpecError(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
     return System(
-        platform=platform,
-        workload=workload,
-        scenario=scenario,
-        problem=problem,
-        planner=planner,
-        architecture=architecture,
+        **vars(draft),
         component=task.component,
         part=component.chip if isinstance(component, FpgaComponent) else None,
         clock=int(component.clock.value),
         placement=placement,
-        external=external_of(platform, workload),
+        external=external_of(draft),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
-        notes=architecture.notes(problem, declared),
+        notes=draft.architecture.notes(draft.problem, declared),
     )
 
 

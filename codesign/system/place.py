@@ -10,13 +10,13 @@ from codesign.errors import Fault, InputError, choose_hint
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import MemoryComponent, ProcessorComponent
 from codesign.planners.external_memory import ExternalMemoryLaw
-from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Problem
-from codesign.planners.styles import Architecture, TaskStyle
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner
+from codesign.planners.styles import TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
 from codesign.system.assemble import memory_law
 from codesign.system.messages import Routes
-from codesign.system.scenario import Scenario
+from codesign.system.scenario import Draft
 
 DISPLAY, DETECT = "display", "detect"
 
@@ -53,39 +53,33 @@ def _asker(platform: Platform, component: str) -> str:
     return others[0] if others else component
 
 
-def place(
-    platform: Platform,
-    workload: Workload,
-    scenario: Scenario,
-    planner: Planner,
-    architecture: Architecture,
-    problem: Problem,
-) -> tuple[Placement | None, list[Fault]]:
+def place(draft: Draft) -> tuple[Placement | None, list[Fault]]:
     """The placement by workload and defaults, or every fault of it.
 
     Raises:
         InputError: the planner lists flows that cannot be.
     """
-    places = _places(platform, workload, scenario, planner)
-    faults = _type_faults(platform, workload, scenario, places)
+    platform, workload, planner = draft.platform, draft.workload, draft.planner
+    places = _places(draft)
+    faults = _type_faults(draft, places)
     planning = places[planner.planning_task]
     inside = frozenset(task for task in planner.tasks if places.get(task) == planning)
-    styles, style_faults = _styles(platform, workload, planner, places, inside)
+    styles, style_faults = _styles(draft, places, inside)
     faults += style_faults
     undone = _undone_faults(workload, places)
     if undone:
         return None, [*faults, *undone]
-    flows = _flows(platform, workload, scenario, planner, problem, places)
+    flows = _flows(draft, places)
     try:
         graph = TaskGraph(tuple(places), flows)
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
     faults += _link_faults(platform, graph, places)
-    parameters = workload.mapping[planner.planning_task].parameters
+    parameters, architecture = draft.planning, draft.architecture
     needed = [
         (planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(parameters)
     ]
-    again = scenario.asks_again and any(flow.name == POSE for flow in graph.flows)
+    again = draft.scenario.asks_again and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], kernel, f"task {task}")
         for task, style in styles.items()
@@ -97,14 +91,15 @@ def place(
     return (None if faults else Placement(places, graph, inside, styles)), faults
 
 
-def _places(platform: Platform, workload: Workload, scenario: Scenario, planner: Planner) -> dict[str, str]:
+def _places(draft: Draft) -> dict[str, str]:
     """The component of every task that is done, in the order in which data flow."""
+    workload, planner = draft.workload, draft.planner
     mapping = {task: mapped.component for task, mapped in workload.mapping.items()}
     planning = mapping[planner.planning_task]
-    asker = _asker(platform, planning)
+    asker = _asker(draft.platform, planning)
     extra = [task.name for task in workload.tasks]
     default = {task: asker for task in (LOAD, COMMAND, *extra)}
-    default |= scenario.places(platform, workload)
+    default |= draft.scenario.places(draft)
     tasks = workload.scenario.tasks
     planned = tasks.index(LOAD) + 1
     ordered = (*tasks[:planned], *planner.tasks, *tasks[planned:], *extra)
@@ -115,19 +110,11 @@ def _places(platform: Platform, workload: Workload, scenario: Scenario, planner:
     }
 
 
-def _flows(
-    platform: Platform,
-    workload: Workload,
-    scenario: Scenario,
-    planner: Planner,
-    problem: Problem,
-    places: Mapping[str, str],
-) -> tuple[Flow, ...]:
-    parameters = workload.mapping[planner.planning_task].parameters
-    planned = sound_flows(planner, problem, parameters)
+def _flows(draft: Draft, places: Mapping[str, str]) -> tuple[Flow, ...]:
+    planned = sound_flows(draft.planner, draft.problem, draft.planning)
     flows = [flow for flow in planned if {flow.sender, flow.receiver} <= set(places)]
-    flows += scenario.flows(platform, workload, problem, places, tuple(flows))
-    for task in workload.tasks:
+    flows += draft.scenario.flows(draft, places, tuple(flows))
+    for task in draft.workload.tasks:
         flows += [Flow(sender, task.name, task.name, bits) for sender, bits in task.after.items()]
     return tuple(flows)
 
@@ -148,11 +135,10 @@ def _undone_faults(workload: Workload, places: Mapping[str, str]) -> list[Fault]
     return faults
 
 
-def _type_faults(
-    platform: Platform, workload: Workload, scenario: Scenario, places: Mapping[str, str]
-) -> list[Fault]:
+def _type_faults(draft: Draft, places: Mapping[str, str]) -> list[Fault]:
     """Tasks on components that cannot do them."""
-    accepted = {DISPLAY: ("processor", "display"), **scenario.component_types}
+    platform, workload = draft.platform, draft.workload
+    accepted = {DISPLAY: ("processor", "display"), **draft.scenario.component_types}
     accepted |= {task.name: ("processor",) for task in workload.tasks}
     faults = []
     for task, component in places.items():
@@ -177,13 +163,10 @@ def a_type(kind: str) -> str:
 
 
 def _styles(
-    platform: Platform,
-    workload: Workload,
-    planner: Planner,
-    places: Mapping[str, str],
-    inside: frozenset[str],
+    draft: Draft, places: Mapping[str, str], inside: frozenset[str]
 ) -> tuple[dict[str, TaskStyle], list[Fault]]:
     """The style of each task of the planner that is done apart, or again at each turn."""
+    platform, workload, planner = draft.platform, draft.workload, draft.planner
     styles, faults = {}, []
     for task in planner.tasks:
         if task in {planner.planning_task, LOAD} or task not in places:
@@ -285,16 +268,17 @@ def _flow_fault(planner: Planner, flows: Any) -> str | None:
     return None
 
 
-def external_of(platform: Platform, workload: Workload) -> ExternalMemoryLaw | None:
+def external_of(draft: Draft) -> ExternalMemoryLaw | None:
     """The law of the accesses to the planning task's external memory; None where it asks for none."""
-    name = workload.mapping[catalog.planner(workload.planner).planning_task].external_memory
-    spec = None if name is None else platform.components[name]
+    name = draft.workload.mapping[draft.planner.planning_task].external_memory
+    spec = None if name is None else draft.platform.components[name]
     return memory_law(str(name), spec) if isinstance(spec, MemoryComponent) else None
 
 
-def memory_faults(platform: Platform, workload: Workload, architecture: Architecture) -> list[Fault]:
+def memory_faults(draft: Draft) -> list[Fault]:
     """External memories that are no memories, that are beside another FPGA, or that the task has no use for."""
-    planning = catalog.planner(workload.planner).planning_task
+    platform, workload, architecture = draft.platform, draft.workload, draft.architecture
+    planning = draft.planner.planning_task
     memories = {name for name, spec in platform.components.items() if isinstance(spec, MemoryComponent)}
     faults = []
     for task, mapped in workload.mapping.items():

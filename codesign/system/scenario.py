@@ -11,7 +11,7 @@ from codesign.errors import Fault
 from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES, ResultFigure
 from codesign.memo import Memo
-from codesign.planners.interface import Planner
+from codesign.planners.interface import Planner, Problem
 from codesign.planners.styles import Architecture
 from codesign.planners.task_graph import Flow
 from codesign.results.result import Power, Result
@@ -43,6 +43,26 @@ ProgressOfMission = Callable[[MissionProgress], None]
 
 LeverProgress = Callable[[int, int, str], None]
 """Takes how many levers are done, of how many, and which comes next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A design point before its tasks are placed.
+
+    ``scenario``, ``planner``: those that the workload names. ``architecture``: the style of the planning task.
+    """
+
+    platform: Platform
+    workload: Workload
+    scenario: Scenario
+    planner: Planner
+    architecture: Architecture
+    problem: Problem
+
+    @property
+    def planning(self) -> Any:
+        """The parameters of the planning task."""
+        return self.workload.mapping[self.planner.planning_task].parameters
 
 
 class Scenario(ABC):
@@ -77,18 +97,11 @@ class Scenario(ABC):
         """Every fault of the scenario that is known without a platform."""
         return []
 
-    def faults_on(
-        self,
-        platform: Platform,  # noqa: ARG002
-        workload: Workload,  # noqa: ARG002
-        planner: Planner,  # noqa: ARG002
-        architecture: Architecture,  # noqa: ARG002
-        problem: Any,  # noqa: ARG002
-    ) -> list[Fault]:
+    def faults_on(self, draft: Draft) -> list[Fault]:  # noqa: ARG002
         """Every fault of the scenario on a platform. Called where ``faults`` found none, before tasks are placed."""
         return []
 
-    def places(self, platform: Platform, workload: Workload) -> Mapping[str, str]:  # noqa: ARG002
+    def places(self, draft: Draft) -> Mapping[str, str]:  # noqa: ARG002
         """The default components of its tasks, by task.
 
         By default ``load`` and ``command`` are on the component that asks for the plan, and all others on the one that
@@ -96,14 +109,7 @@ class Scenario(ABC):
         """
         return {}
 
-    def flows(
-        self,
-        platform: Platform,  # noqa: ARG002
-        workload: Workload,  # noqa: ARG002
-        problem: Any,  # noqa: ARG002
-        places: Mapping[str, str],  # noqa: ARG002
-        planned: Sequence[Flow],  # noqa: ARG002
-    ) -> Sequence[Flow]:
+    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
         """The flows that the scenario adds to ``planned``, those of the planner.
 
         ``places``: the component of each task that is done.

@@ -10,7 +10,6 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import MISSION_OBJECTIVES
 from codesign.memo import Memo
 from codesign.planners.interface import Planner
-from codesign.planners.styles import Architecture
 from codesign.planners.task_graph import Flow
 from codesign.results.result import Power, Result
 from codesign.scenarios.drive.faults import drive_faults, faults_of_robot
@@ -18,7 +17,7 @@ from codesign.scenarios.drive.progress import outlook
 from codesign.scenarios.drive.tasks import MOVE, SENSE, drive_flows, drive_of, robot_of
 from codesign.system.bind import System
 from codesign.system.build import Machine
-from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+from codesign.system.scenario import Draft, LeverProgress, ProgressOfMission, Scenario
 
 
 class DriveScenario(Scenario):
@@ -40,32 +39,18 @@ class DriveScenario(Scenario):
         """See ``faults.drive_faults``."""
         return drive_faults(workload, planner, problem)
 
-    def faults_on(
-        self,
-        platform: Platform,
-        workload: Workload,
-        planner: Planner,  # noqa: ARG002
-        architecture: Architecture,  # noqa: ARG002
-        problem: Any,
-    ) -> list[Fault]:
+    def faults_on(self, draft: Draft) -> list[Fault]:
         """See ``faults.faults_of_robot``."""
-        return faults_of_robot(platform, workload, problem)
+        return faults_of_robot(draft.platform, draft.workload, draft.problem)
 
-    def places(self, platform: Platform, workload: Workload) -> Mapping[str, str]:
+    def places(self, draft: Draft) -> Mapping[str, str]:
         """The robot senses and moves."""
-        name, _ = robot_of(platform, workload)
+        name, _ = robot_of(draft.platform, draft.workload)
         return {SENSE: name, MOVE: name}
 
-    def flows(
-        self,
-        platform: Platform,
-        workload: Workload,
-        problem: Any,
-        places: Mapping[str, str],
-        planned: Sequence[Flow],  # noqa: ARG002
-    ) -> Sequence[Flow]:
+    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
         """Scans, commands, what was seen, and frames for a display."""
-        return drive_flows(platform, workload, problem, places)
+        return drive_flows(draft, places)
 
     def run(
         self,

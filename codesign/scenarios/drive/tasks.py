@@ -11,6 +11,7 @@ from codesign.planners.interface import COMMAND, LOAD, Problem
 from codesign.planners.task_graph import Flow
 from codesign.system.assemble import sensor_of
 from codesign.system.place import DISPLAY
+from codesign.system.scenario import Draft
 
 SENSE, MOVE = "sense", "move"
 
@@ -56,11 +57,10 @@ def resolution_of(workload: Workload, problem: Problem) -> float:
     return drive_of(workload).resolution or problem.resolution or 1.0
 
 
-def drive_flows(
-    platform: Platform, workload: Workload, problem: Problem, places: Mapping[str, str]
-) -> list[Flow]:
+def drive_flows(draft: Draft, places: Mapping[str, str]) -> list[Flow]:
     """The flows of a drive besides those of its planner; ``places``: the component of each task that is done."""
-    sensor = sensor_of(robot_of(platform, workload)[1].sensor, resolution_of(workload, problem))
+    _, robot = robot_of(draft.platform, draft.workload)
+    sensor = sensor_of(robot.sensor, resolution_of(draft.workload, draft.problem))
     flows = [
         Flow(SENSE, LOAD, "scan", max(1, int(sensor.bits))),
         Flow(COMMAND, MOVE, "command", COMMAND_BITS),

@@ -7,10 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from codesign.errors import Fault
-from codesign.inputs import Platform, Workload, fault
+from codesign.inputs import fault
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, Planner
-from codesign.planners.styles import Architecture
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger
 from codesign.results.result import Power
@@ -18,7 +17,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.outcome import plan_fields, use_fields
 from codesign.system.place import DISPLAY
-from codesign.system.scenario import ProgressOfMission, Scenario
+from codesign.system.scenario import Draft, ProgressOfMission, Scenario
 
 
 class FleetScenario(Scenario):
@@ -30,30 +29,15 @@ class FleetScenario(Scenario):
         """Fleets are for planners with a problem of robots."""
         return "drive" if planner.problem_model is None else None
 
-    def faults_on(
-        self,
-        platform: Platform,  # noqa: ARG002
-        workload: Workload,
-        planner: Planner,
-        architecture: Architecture,
-        problem: Any,
-    ) -> list[Fault]:
+    def faults_on(self, draft: Draft) -> list[Fault]:
         """A style that plans for one robot only."""
-        task = planner.planning_task
-        if architecture.updates(problem, workload.mapping[task].parameters) is not None:
+        if draft.architecture.updates(draft.problem, draft.planning) is not None:
             return []
-        text = f"style {architecture.style} does not say what each robot takes for an update"
+        text = f"style {draft.architecture.style} does not say what each robot takes for an update"
         hint = "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once"
-        return [fault(workload, ("mapping", task, "style"), text, hint)]
+        return [fault(draft.workload, ("mapping", draft.planner.planning_task, "style"), text, hint)]
 
-    def flows(
-        self,
-        platform: Platform,  # noqa: ARG002
-        workload: Workload,  # noqa: ARG002
-        problem: Any,  # noqa: ARG002
-        places: Mapping[str, str],
-        planned: Sequence[Flow],
-    ) -> Sequence[Flow]:
+    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
         """The answers of the planner, which the first robot's board itself sends to the display too."""
         if DISPLAY not in places:
             return ()
