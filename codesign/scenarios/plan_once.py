@@ -36,7 +36,7 @@ class PlanOnceScenario(Scenario):
 
 
 def plan_once(machine: Machine, memo: Memo | None) -> Answer:
-    """Make one plan, and tell listeners of it.
+    """Make one plan, and record it for listeners.
 
     Raises:
         LostMessageError: a message of it was lost.
@@ -62,7 +62,7 @@ def plan_once(machine: Machine, memo: Memo | None) -> Answer:
 
 
 def tell_field(machine: Machine, plan: Any) -> None:
-    """Tell listeners of the field that a plan left, where its planner leaves one and tells it by no other record."""
+    """Record the field of a plan for listeners, where its planner leaves one and has no other record of it."""
     field = machine.system.planner.field_of(plan)
     if field is not None:
         name, unit, values = field

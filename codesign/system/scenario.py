@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class MissionProgress:
-    """What a drive has come to. ``time`` and ``limit``: ps. ``events`` and ``most_events``: each turn counts for its
-    scan and its way too. ``turns``: of the control loop. The drive ends at ``limit`` or ``most_events`` at the latest.
+    """How far a drive is. It ends at ``limit`` or ``most_events`` at the latest.
+
+    ``time``, ``limit``: ps. ``events``, ``most_events``: each turn counts for its scan and its path too. ``turns``: of
+    the control loop.
     """
 
     time: int
@@ -35,7 +37,7 @@ class MissionProgress:
 
     @property
     def share(self) -> float:
-        """How much of the longest drive possible is over, 0 to 1."""
+        """The share of the longest possible drive that is over, 0 to 1."""
         return min(max(self.time / max(self.limit, 1), self.events / self.most_events), 1.0)
 
 

@@ -28,7 +28,7 @@ ARRIVED = "all robots stand at their targets"
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """A fleet's run up to the last update that was over, its figures, and the FPGAs.
+    """A fleet's run up to its last complete update, its figures, and the FPGAs.
 
     ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
     update began, ps; ``ends``: when each update was over. ``events``: messages, and decisions of single robots.
@@ -87,7 +87,7 @@ class _Run:
         self._deciding = 0
 
     def run(self) -> Flight:
-        """Let things happen until nothing more does, or a watchdog ends it."""
+        """Simulate until no event is left, or until a watchdog ends the run."""
         environment = self.environment
         # The robots first: where starts and targets take no time, the first update begins with the mission.
         for robot in range(len(self.fpgas)):
@@ -95,7 +95,7 @@ class _Run:
         environment.process(self._mission())
         limit, most = self.scenario.limit, self.scenario.events
         horizon = environment.peek()
-        # Looked at between two moments only: how many steps one takes depends on the granularity.
+        # The limits are checked between two moments only: the steps of a moment depend on the granularity.
         while horizon <= limit and (horizon == environment.now or self._happened() < most):
             environment.step()
             horizon = environment.peek()
@@ -166,11 +166,11 @@ class _Run:
                 yield self.environment.timeout(self.step_ps)
 
     def _robot(self, robot: int) -> Generator[Any, Any, None]:
-        """Process generator: one robot's FPGA decides whenever an update begins; the last one ends it for all."""
+        """Process generator: one robot's FPGA decides in every update; the last one ends the update for all."""
         fpga, visits = self.fpgas[robot], self.machine.granularity == "visit"
         while True:
             yield self._starting
-            # Nobody asks for the phases of the others: one event an update is all that they take.
+            # Only the first robot's phases are reported: one event an update is enough for the others.
             whole = robot > 0 and not visits
             steps = self.work.whole(robot) if whole else self.work.steps(robot, visits=visits)
             yield from fpga.execute(steps, self.machine.granularity)
@@ -179,7 +179,7 @@ class _Run:
                 self._barrier.succeed()
 
     def _frames(self) -> FrameSender | None:
-        """Who sends the coordinates; None where nobody wants them, or the FPGA itself draws them."""
+        """The sender of the coordinates; None where they are not reported, or the FPGA itself draws them."""
         places = self.machine.system.placement.places
         receiver = DISPLAY if DISPLAY in places else COMMAND
         if self.scenario.report == "none" or places[receiver] == self.machine.system.component:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class FrameSender:
     """Sends frames of ``robots`` robots from the planning component to task ``receiver`` and accounts for each of them.
 
-    ``line_ps``: what one frame takes on the slowest link of its way where nothing goes wrong, ps.
+    ``line_ps``: the time of one frame on the slowest link of its route without errors, ps.
     """
 
     def __init__(self, machine: Machine, receiver: str, robots: int) -> None:
