@@ -160,9 +160,11 @@ def _errors(spec: Link) -> components.LinkErrors | None:
 
     if spec.errors is None:
         return None
-    told = spec.errors.model_dump(exclude={"late"})
+    declared = spec.errors.model_dump(exclude={"late"})
     late = spec.errors.late
-    return LinkErrors(**told, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0)
+    return LinkErrors(
+        **declared, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0
+    )
 
 
 def kinematics_of(spec: RobotComponent) -> Kinematics:

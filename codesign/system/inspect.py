@@ -57,10 +57,10 @@ def at_hand() -> dict[str, dict[str, str]]:
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: planner.description for name, planner in catalog.planners().items()}
     styles = {
-        f"{planner}.{style}": f"on {found.component_type}: {found.description}"
-        for (planner, style), found in catalog.architectures().items()
+        f"{planner}.{name}": f"on {style.component_type}: {style.description}"
+        for (planner, name), style in catalog.architectures().items()
     }
-    found = {
+    names = {
         "platforms": platforms,
         "workloads": workloads,
         "parts": parts,
@@ -68,7 +68,7 @@ def at_hand() -> dict[str, dict[str, str]]:
         "styles": styles,
     }
     broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
-    return {**found, "broken plug-ins": broken} if broken else found
+    return {**names, "broken plug-ins": broken} if broken else names
 
 
 def load_any(source: str | Path) -> Spec | Part:
@@ -114,7 +114,7 @@ def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) 
     """The problem of one goal and one start, (row, column), on a map file.
 
     Raises:
-        SpecError: the file is none, or a cell is on no map; told at --map, --goal and --start.
+        SpecError: there is no such file, or a cell is on no map; at --map, --goal and --start.
     """
     tree = {"map": {"file": str(file.resolve())}, "goals": [list(goal)], "starts": [list(start)]}
     try:
