@@ -15,9 +15,9 @@ import simpy
 from codesign import load_platform, load_workload, maps
 from codesign.components import Granularity
 from codesign.records import MessageRecord, PoseRecord, Record, TaskRecord
-from codesign.system import bind
+from codesign.scenarios import bind
+from codesign.scenarios.drive.mission import FinishedDrive, drive
 from codesign.system.build import build
-from codesign.system.scenarios.drive import Drive, drive
 from codesign.trace import McapListener, MemoryListener
 
 REAL = Path(__file__).parents[1].parent / "shared" / "maps" / "movingai" / "cities" / "Berlin_0_256.map"
@@ -97,7 +97,7 @@ def workload_text(planner: str) -> str:
 class Timed:
     """A drive, its wall time in seconds, and what it told."""
 
-    done: Drive
+    done: FinishedDrive
     seconds: float
     records: list[Record]
 

@@ -14,9 +14,10 @@ from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import avoid
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
-from codesign.system import bind, catalog
+from codesign.scenarios import bind
+from codesign.scenarios.fleet.flight import fly
+from codesign.system import catalog
 from codesign.system.build import build
-from codesign.system.scenarios.fleet import fly
 from codesign.trace.mcap import McapListener
 
 MOST_SECONDS = 10.0

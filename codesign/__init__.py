@@ -81,10 +81,10 @@ def simulate(
         SpecError: platform, workload and map do not belong together, or the run would take more than ``memory``.
             TraceError: the trace cannot be written.
     """
-    from codesign import system
+    from codesign import scenarios
 
     if trace is None:
-        return system.simulate(
+        return scenarios.simulate(
             platform,
             workload,
             granularity=granularity,
@@ -105,7 +105,7 @@ def simulate(
         "codesign": __version__,
     }
     with McapListener(trace, identity) as writer:
-        result = system.simulate(
+        result = scenarios.simulate(
             platform,
             workload,
             granularity=granularity,

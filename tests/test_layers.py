@@ -114,8 +114,8 @@ def test_no_test_module_imports_another() -> None:
     [
         (
             "maps.upward",
-            "def later():\n    from codesign.system import run\n",
-            ":2 imports codesign.system.run",
+            "def later():\n    from codesign.scenarios import run\n",
+            ":2 imports codesign.scenarios.run",
         ),
         (
             "planners.harmonic.plan.upward",

@@ -112,8 +112,9 @@ def _simulated(
     memory: int | None,
 ) -> Result | CodesignError:
     """What a design gives on the map, or why it gives nothing; a mistake in --set is raised."""
-    from codesign.system import applicable, simulate, with_problem
-    from codesign.system.comparison import at_options
+    from codesign.scenarios import simulate
+    from codesign.system import applicable, with_problem
+    from codesign.system.inspect import at_options
 
     try:
         return simulate(*applicable(platform, with_problem(workload, problem), values), memory=memory)

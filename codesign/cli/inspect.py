@@ -28,7 +28,7 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
     --json, say where a design does other work than its parameters let one expect.
     """
     from codesign.cli.run import settings_of
-    from codesign.system import check_files
+    from codesign.scenarios import check_files
 
     notes: list[str] = []
     faults = check_files(files, settings_of(settings), memory, notes.append)

@@ -66,7 +66,8 @@ def run(
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import progress_shown
     from codesign.report import render_text, result_page, result_tables, run_pictures
-    from codesign.system import outlook, point_of
+    from codesign.scenarios import outlook
+    from codesign.system import point_of
     from codesign.trace import MemoryListener
 
     values = settings_of(settings)

@@ -23,11 +23,13 @@ from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.exploration.study import Outcome, Study, judged
 from codesign.inputs import Platform, Workload, cross_check, override
-from codesign.inputs.exploration import MISSION_OBJECTIVES, Constraint, Exploration, ResultFigure
+from codesign.inputs.exploration import Constraint, Exploration, ResultFigure
 from codesign.memo import Memo
 from codesign.results.result import Result
-from codesign.system.bind import bind, grid_of
+from codesign.scenarios import bind, scenario_of
+from codesign.system.bind import grid_of
 from codesign.system.memory import share_of_memory
+from codesign.system.ready import ready
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
@@ -80,7 +82,7 @@ class Simulator:
 
     def __call__(self, point: DesignPoint) -> Result:
         """The result of one point."""
-        from codesign.system import simulate
+        from codesign.scenarios import simulate
 
         if self._memo is None:
             self._memo = Memo()
@@ -171,9 +173,8 @@ def _section(workload: Workload) -> Exploration:
             "explore.axes",
             f"at most {MAX_POINTS:,}, so that the study fits in memory: take values from the axes, or explore in parts",
         )
-    if workload.scenario.type == "drive" and "objectives" not in section.model_fields_set:
-        return section.model_copy(update={"objectives": MISSION_OBJECTIVES})
-    return section
+    named = "objectives" in section.model_fields_set
+    return section if named else section.model_copy(update={"objectives": scenario_of(workload).objectives})
 
 
 def _opened(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
@@ -371,8 +372,6 @@ def _check_some_point(
     Raises:
         SpecError, InputError: those of the first point.
     """
-    from codesign.system.ready import ready
-
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -21,8 +21,16 @@ _MILLISECOND = PICOSECONDS_PER_SECOND // 1000
 _MINUTE = 60 * PICOSECONDS_PER_SECOND
 
 
-class PlanOnce(SpecModel):
+class _Scenario(SpecModel):
+    """A scenario. ``tasks``: those that it adds to the planner's, in the order in which data flow through them."""
+
+    tasks: ClassVar[tuple[str, ...]]
+
+
+class PlanOnce(_Scenario):
     """One plan, from a map that does not change."""
+
+    tasks = ("load", "command")
 
     type: Literal["plan_once"] = Field(
         default="plan_once", description="One plan, from a map that does not change."
@@ -141,7 +149,7 @@ class Replan(SpecModel):
     )
 
 
-class _Mission(SpecModel):
+class _Mission(_Scenario):
     limit: Duration = Field(
         default=60 * _MINUTE, description="Simulated time after which the mission is given up."
     )
@@ -154,6 +162,8 @@ class _Mission(SpecModel):
 
 class Drive(_Mission):
     """One robot senses, plans, drives, discovers and plans again."""
+
+    tasks = ("sense", "load", "command", "move", "display")
 
     type: Literal["drive"] = Field(description="One robot senses, plans, drives, discovers and plans again.")
     robot: Name | None = Field(default=None, description="The robot; by default the platform's only one.")
@@ -198,6 +208,8 @@ class Drive(_Mission):
 class Fleet(_Mission):
     """n robots, each with its own FPGA, update by update, with a line that carries all coordinates to a display."""
 
+    tasks = ("load", "command", "display")
+
     type: Literal["fleet"] = Field(description="Robots with an FPGA each, update by update.")
     pace: Literal["real_time", "free_running"] = Field(
         default="real_time",
@@ -209,5 +221,5 @@ class Fleet(_Mission):
     )
 
 
-SCENARIOS: dict[str, type[SpecModel]] = {"plan_once": PlanOnce, "drive": Drive, "fleet": Fleet}
+SCENARIOS: dict[str, type[_Scenario]] = {"plan_once": PlanOnce, "drive": Drive, "fleet": Fleet}
 Scenario = Annotated[PlanOnce | Drive | Fleet, choice("type", SCENARIOS)]

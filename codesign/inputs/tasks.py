@@ -10,6 +10,7 @@ from pydantic_core import InitErrorDetails
 
 from codesign.errors import choose_hint, clip, show
 from codesign.inputs.fields import Name
+from codesign.inputs.scenario import SCENARIOS
 from codesign.models import RefusalError, SpecModel, TaskParameters, refusal_details
 
 MAX_TASKS = 256
@@ -20,12 +21,8 @@ class PlacedTask(TaskParameters):
     """A task with nothing to choose but its place."""
 
 
-SCENARIO_TASKS: dict[str, tuple[str, ...]] = {
-    "plan_once": ("load", "command"),
-    "drive": ("sense", "load", "command", "move", "display"),
-    "fleet": ("load", "command", "display"),
-}
-"""The tasks that each scenario brings, in the order in which data flow through them.
+SCENARIO_TASKS: dict[str, tuple[str, ...]] = {name: model.tasks for name, model in SCENARIOS.items()}
+"""The tasks of each scenario, by its type, in the order in which data flow through them.
 
 - ``sense``: the robot looks around. ``load``: keeps the map and brings it to the planner.
 - ``command``: asked for the plan, and tells the robot where to go. ``move``: the robot goes there.

@@ -1,16 +1,21 @@
-"""From specs to a result: bind, fit, build, run.
+"""What a design point is made of: bind joins the specs, fit holds them against the part, build makes the machine.
 
-``simulate(platform, workload)`` does all four. ``bind`` joins the specs and the map into a frozen ``System``; ``fit``
-holds its demand against the part; ``build`` makes the SimPy components; ``run`` lets the host ask and the planner
-answer. Simulated time is integer picoseconds. Watching is separate: a listener takes records and changes nothing.
+``bind`` joins platform, workload and map into a frozen ``System``; ``fit`` holds its demand against the part; ``build``
+makes the SimPy components. A ``Scenario`` runs them: see ``codesign.scenarios``. Simulated time is integer picoseconds.
 """
 
 from codesign.results.result import Result
-from codesign.system.bind import System, bind
-from codesign.system.comparison import applicable, problem_from_map, problem_of, with_problem
-from codesign.system.inspect import at_hand, check_files, point_of, schema_of
-from codesign.system.progress import MissionProgress, outlook
-from codesign.system.run import simulate, simulate_system
+from codesign.system.bind import System
+from codesign.system.inspect import (
+    applicable,
+    at_hand,
+    point_of,
+    problem_from_map,
+    problem_of,
+    schema_of,
+    with_problem,
+)
+from codesign.system.scenario import MissionProgress
 
 __all__ = [
     "MissionProgress",
@@ -18,14 +23,9 @@ __all__ = [
     "System",
     "applicable",
     "at_hand",
-    "bind",
-    "check_files",
-    "outlook",
     "point_of",
     "problem_from_map",
     "problem_of",
     "schema_of",
-    "simulate",
-    "simulate_system",
     "with_problem",
 ]

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from pydantic import BaseModel
+
+from codesign.errors import CodesignError, Fault
+from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import (
     Component,
     DifferentialKinematics,
@@ -40,7 +44,7 @@ def component_of(
     An FPGA has no block RAM here, and a display beside it a copy of its own: both depend on the planner.
 
     Raises:
-        CodesignError: the component refuses a value of ``spec``; see ``refusals``.
+        CodesignError: the component refuses a value of ``spec``; see ``refused``.
     """
     from codesign.components import ClockDomain, ExternalMemory, Fpga
 
@@ -156,9 +160,11 @@ def _errors(spec: Link) -> components.LinkErrors | None:
 
     if spec.errors is None:
         return None
-    told = spec.errors.model_dump(exclude={"late"})
+    declared = spec.errors.model_dump(exclude={"late"})
     late = spec.errors.late
-    return LinkErrors(**told, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0)
+    return LinkErrors(
+        **declared, late_share=late.share if late else 0.0, late_delay=late.delay if late else 0
+    )
 
 
 def kinematics_of(spec: RobotComponent) -> Kinematics:
@@ -183,3 +189,54 @@ def sensor_of(spec: Sensor, resolution: float) -> Any:
 
     reach = float(spec.range.value) / resolution
     return Rays(reach, spec.rays, resolution) if isinstance(spec, RaySensor) else Radius(reach)
+
+
+def refused(
+    spec: Platform | Workload, path: Sequence[str], section: BaseModel, wrong: CodesignError
+) -> Fault:
+    """The fault of a spec that a component or a law refused.
+
+    Args:
+        spec: the file that is at fault.
+        path: of the section that was refused.
+        section: its model. Where ``wrong.where`` ends in one of its keys, the fault lies at that key.
+        wrong: what a component or a law raised.
+    """
+    key = (wrong.where or "").rpartition(".")[2]
+    at_key = key in type(section).model_fields
+    return fault(spec, (*path, key) if at_key else tuple(path), wrong.what, wrong.hint)
+
+
+def platform_faults(platform: Platform) -> list[Fault]:
+    """The faults of components and links of a platform that no workload could build.
+
+    Each is built once and thrown away. The share of a display in an FPGA's block RAM depends on the planner and on the
+    map: ``ready`` finds those faults. A robot is built by its scenario.
+    """
+    import simpy
+
+    environment = simpy.Environment()
+    built: dict[str, components.Component] = {}
+    faults: list[Fault] = []
+    for name in building_order(platform):
+        spec = platform.components[name]
+        if isinstance(spec, DisplayComponent) and spec.beside not in built:
+            continue
+        try:
+            component = component_of(environment, name, spec, built, ())
+        except CodesignError as wrong:
+            faults.append(refused(platform, ("components", name), spec, wrong))
+        else:
+            built |= {} if component is None else {name: component}
+    for name, link in platform.links.items():
+        try:
+            link_of(environment, name, link, ())
+        except CodesignError as wrong:
+            faults.append(refused(platform, ("links", name), link, wrong))
+    return faults
+
+
+def building_order(platform: Platform) -> list[str]:
+    """The names of the components in the order to build them: FPGAs and hosts, then memories, then displays."""
+    order = {"memory": 1, "display": 2}
+    return sorted(platform.components, key=lambda name: order.get(platform.components[name].type, 0))

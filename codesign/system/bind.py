@@ -1,7 +1,7 @@
 """Bind: platform and workload become one frozen system, with the map read and every name resolved.
 
-What can only be told once the map stands (a goal on an obstacle, a start that leads nowhere) is told here, at the
-place in the workload file that says so, all at once.
+Faults that only the map shows (a goal on an obstacle, a start that leads nowhere) are found here: all at once, each
+with its place in the workload file.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.problem import FileMap, ProblemSpec
-from codesign.inputs.scenario import Drive
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.models import TaskParameters
@@ -27,29 +26,24 @@ from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
-from codesign.system.drive_faults import drive_faults, robot_faults
-from codesign.system.external import external_of, memory_faults
-from codesign.system.place import Placement, a_type, place, scenario_faults
-from codesign.system.refusals import platform_faults
+from codesign.system.assemble import platform_faults
+from codesign.system.place import Placement, a_type, external_of, memory_faults, place
+from codesign.system.scenario import Draft, Scenario
 
 _grids = Memo(max_bytes=256 * 2**20)
 
 
 @dataclass(frozen=True, eq=False)
-class System:
-    """One design point, all settled: what ``fit`` and ``run`` take.
+class System(Draft):
+    """One design point, all settled: what ``fit`` and a run take.
 
-    ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
-    ``placement``: where each task is done; ``external``: the memory beside the FPGA that holds what does not fit in
-    block RAM, where one is asked for. ``parameters``: those of each mapped task, as the style runs with them;
-    ``planning``: of the planning task. ``notes``: see ``Architecture.notes``.
+    - ``component``: the name of the component that plans. ``part``: its chip, or None on a processor. ``clock``: in Hz.
+    - ``placement``: the component of each task.
+    - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
+    - ``parameters``: those of each mapped task, as the style runs with them.
+    - ``notes``: see ``Architecture.notes``.
     """
 
-    platform: Platform
-    workload: Workload
-    problem: Problem
-    planner: Planner
-    architecture: Architecture
     component: str
     part: Part | None
     clock: int
@@ -58,16 +52,14 @@ class System:
     parameters: Mapping[str, TaskParameters]
     notes: tuple[str, ...]
 
-    @property
-    def planning(self) -> Any:
-        """The parameters of the planning task."""
-        return self.parameters[self.planner.planning_task]
 
-
-def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
+def bind_to(
+    platform: Platform, workload: Workload, scenario: Scenario, *, grid: OccupancyGrid | None = None
+) -> System:
     """Join platform and workload.
 
-    ``grid``: the workload's map, where it was read already; by default it is read.
+    ``scenario``: the one that the workload names. ``grid``: the workload's map, where it was read already; by default
+    it is read.
 
     Raises:
         SpecError: every fault that stands between them, each with its place in the file that holds it.
@@ -77,46 +69,46 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
     planner = catalog.planner(workload.planner)
     task = workload.mapping.get(planner.planning_task)
     if task is None:
-        raise SpecError([*plannable(workload, grid=grid)[1], *platform_faults(platform)])
+        raise SpecError([*plannable(workload, scenario, grid=grid)[1], *platform_faults(platform)])
     architecture, faults = _architecture(platform, workload, planner)
     declared = task.parameters
     if architecture is not None:
         # Planner, laws and results are given what the style makes of the parameters.
         task = task.model_copy(update={"parameters": architecture.settled(declared)})
         workload = workload.model_copy(update={"mapping": {**workload.mapping, planner.planning_task: task}})
-    problem, of_workload = plannable(workload, grid=grid)
+    problem, of_workload = plannable(workload, scenario, grid=grid)
     faults += [*of_workload, *platform_faults(platform)]
-    placement = None
+    draft = placement = None
     if problem is not None and architecture is not None and not of_workload:
-        of_robot = robot_faults(platform, workload, problem)
-        faults += of_robot
-        if not of_robot:
-            placement, more = place(platform, workload, planner, architecture, problem)
-            faults += more + memory_faults(platform, workload, architecture)
-    if faults or problem is None or architecture is None or placement is None:
+        draft = Draft(platform, workload, scenario, planner, architecture, problem)
+        of_scenario = scenario.faults_on(draft)
+        faults += of_scenario
+        if not of_scenario:
+            placement, more = place(draft)
+            faults += more
+        faults += memory_faults(draft)
+    if faults or draft is None or placement is None:
         raise SpecError(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
     return System(
-        platform=platform,
-        workload=workload,
-        problem=problem,
-        planner=planner,
-        architecture=architecture,
+        **vars(draft),
         component=task.component,
         part=component.chip if isinstance(component, FpgaComponent) else None,
         clock=int(component.clock.value),
         placement=placement,
-        external=external_of(platform, workload),
+        external=external_of(draft),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
-        notes=architecture.notes(problem, declared),
+        notes=draft.architecture.notes(draft.problem, declared),
     )
 
 
-def plannable(workload: Workload, *, grid: OccupancyGrid | None = None) -> tuple[Problem | None, list[Fault]]:
-    """What is to be planned, and every fault of a workload that needs no platform to be told.
+def plannable(
+    workload: Workload, scenario: Scenario, *, grid: OccupancyGrid | None = None
+) -> tuple[Problem | None, list[Fault]]:
+    """The problem of a workload, and every fault of it that is known without a platform.
 
-    ``grid``: as for ``bind``. The problem is None where its planner cannot be asked to plan it.
+    ``scenario``, ``grid``: as for ``bind_to``. The problem is None where its planner cannot be asked to plan it.
     """
     planner = catalog.planner(workload.planner)
     task = workload.mapping.get(planner.planning_task)
@@ -124,25 +116,27 @@ def plannable(workload: Workload, *, grid: OccupancyGrid | None = None) -> tuple
         text = f"planner {planner.name} needs task {planner.planning_task}, which no component is given"
         hint = f"add {planner.planning_task}: {{component: ...}}"
         return None, [fault(workload, ("mapping",), text, hint)]
-    faults = scenario_faults(workload, planner)
-    if faults:
-        return None, faults
-    problem, faults = _problem(workload, planner, task.parameters, grid)
+    instead = scenario.instead(planner)
+    if instead is not None:
+        text = f"scenario {scenario.type} is not for planner {planner.name}"
+        return None, [fault(workload, ("scenario", "type"), text, f"scenario {instead}, or another planner")]
+    problem, faults = _problem(workload, scenario, planner, task.parameters, grid)
     if problem is None:
         return None, faults
-    wrong = planner.check(_to_check(workload, planner, task.parameters, problem), task.parameters)
+    checked = _to_check(planner, task.parameters, problem) if scenario.begins_anywhere else problem
+    wrong = planner.check(checked, task.parameters)
     if wrong is not None:
         key, what = wrong
         own = key in type(workload.problem).model_fields
         path = ("problem", key) if own else ("mapping", planner.planning_task, key)
         faults.append(fault(workload, path, what, f"change {key}, or the problem"))
-    return None if faults else problem, faults + drive_faults(workload, problem)
+    return None if faults else problem, faults + scenario.faults(workload, planner, problem)
 
 
 def _architecture(
     platform: Platform, workload: Workload, planner: Planner
 ) -> tuple[Architecture | None, list[Fault]]:
-    """The style that the planning task is mapped to, or why there is none."""
+    """The style of the planning task, or why there is none."""
     task_name = planner.planning_task
     task = workload.mapping[task_name]
     component = platform.components[task.component]
@@ -163,7 +157,7 @@ def _architecture(
 
 
 def _problem(
-    workload: Workload, planner: Planner, parameters: Any, grid: OccupancyGrid | None
+    workload: Workload, scenario: Scenario, planner: Planner, parameters: Any, grid: OccupancyGrid | None
 ) -> tuple[Problem | None, list[Fault]]:
     """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
     if not isinstance(workload.problem, ProblemSpec):
@@ -187,23 +181,18 @@ def _problem(
         faults += _cell_faults(workload, grid, "starts", chosen)
     elif not faults:
         chosen = _drawn(grid, goals, starts.count, starts.seed)
-    # A drive begins wherever it does, and says in the end that there was no way.
-    drives = isinstance(workload.scenario, Drive)
-    if not faults and not drives and not planner.answers_no_way:
+    if not faults and not scenario.begins_anywhere and not planner.answers_no_way:
         faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
     if faults:
         return None, faults
     return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
 
 
-def _to_check(workload: Workload, planner: Planner, parameters: Any, problem: Problem) -> Problem:
-    """What the planner is asked whether it can plan for.
+def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:
+    """The problem that the planner checks for a scenario that may begin where no path leads to a goal.
 
-    A drive may begin where no way leads to a goal: then its planner is asked about the map, and about each problem of
-    the drive once that comes.
+    There the planner checks the map alone, and each problem of the run once that comes.
     """
-    if not isinstance(workload.scenario, Drive):
-        return problem
     reach = planner.reachable(problem, parameters)
     if all(reach[start] for start in problem.starts):
         return problem

@@ -18,12 +18,9 @@ from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.records import Listener, Record, TaskRecord
 from codesign.results.ledger import Ledger, Spent
-from codesign.system.assemble import component_of, display_of, link_of
+from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
-from codesign.system.messages import Content, LostMessageError, Messages
-from codesign.system.progress import ProgressOfMission
-from codesign.system.refusals import building_order, refused
-from codesign.system.routes import Routes
+from codesign.system.messages import Content, LostMessageError, Messages, Routes
 
 if TYPE_CHECKING:
     from codesign.components import BlockRam, ClockDomain, Component, Granularity
@@ -83,7 +80,6 @@ class Machine:
         self.granularity = granularity
         self.environment = simpy.Environment()
         self._listeners = tuple(listeners)
-        self.progress: ProgressOfMission | None = None
         self.by_name: dict[str, Any] = {}
         for name in building_order(system.platform):
             try:

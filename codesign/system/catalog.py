@@ -68,8 +68,8 @@ def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
 
 def papers() -> dict[str, Reproduce]:
     """What holds the model against a paper, by planner."""
-    found = {each.planner.name: each.reproduce for each in plug_ins() if each.planner is not None}
-    return {name: reproduce for name, reproduce in found.items() if reproduce is not None}
+    papers = {each.planner.name: each.reproduce for each in plug_ins() if each.planner is not None}
+    return {name: reproduce for name, reproduce in papers.items() if reproduce is not None}
 
 
 def broken() -> tuple[BrokenPlugIn, ...]:
@@ -89,8 +89,8 @@ def task_models() -> dict[str, Mapping[str, type[TaskParameters]]]:
 
 def problem_models() -> dict[str, type[SpecModel]]:
     """The models of problems other than a map with goals and starts, by planner."""
-    found = {name: planner.problem_model for name, planner in planners().items()}
-    return {name: model for name, model in found.items() if model is not None}
+    models = {name: planner.problem_model for name, planner in planners().items()}
+    return {name: model for name, model in models.items() if model is not None}
 
 
 def load_workload(source: str | Path) -> Workload:
@@ -132,10 +132,10 @@ def styles_of(planner_name: str) -> dict[str, Architecture]:
     Raises:
         InputError: it has none, and those registered under its name cannot be loaded.
     """
-    found = {style: found for (of, style), found in architectures().items() if of == planner_name}
-    if not found:
+    styles = {name: style for (planner, name), style in architectures().items() if planner == planner_name}
+    if not styles:
         _refuse_broken(planner_name, ())
-    return found
+    return styles
 
 
 def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskStyle]:
@@ -144,14 +144,14 @@ def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskSt
     Raises:
         InputError: it has none, and those registered under its planner's name cannot be loaded.
     """
-    found = {
+    styles = {
         (component_type, name): style
         for (*of, component_type, name), style in task_styles().items()
         if of == [planner_name, task]
     }
-    if not found:
+    if not styles:
         _refuse_broken(planner_name, ())
-    return found
+    return styles
 
 
 def _refuse_broken(name: str, known: Container[str]) -> None:
@@ -163,16 +163,16 @@ def _refuse_broken(name: str, known: Container[str]) -> None:
 @cache
 def _loaded() -> tuple[dict[str, PlugIn], tuple[BrokenPlugIn, ...]]:
     """The plug-ins that the entry points stand for, by the name of the entry point; and those that are broken."""
-    found, failed = {}, []
+    loaded, failed = {}, []
     for point in entry_points(group=GROUP):
         try:
-            found[point.name] = _sound(point.load())
+            loaded[point.name] = _sound(point.load())
         # The code of others: it may raise anything, and one that ends the process must not end ours.
         except (Exception, SystemExit) as fault:
             why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
             failed.append(BrokenPlugIn(point.name, point.value, why))
             _log.warning("%s; it is left out: %s", failed[-1], _REMEDY)
-    return found, tuple(failed)
+    return loaded, tuple(failed)
 
 
 def _sound(plug_in: Any) -> PlugIn:

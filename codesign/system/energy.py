@@ -88,8 +88,8 @@ def _not_declared(system: System) -> dict[str, tuple[str, ...]]:
     """Links and memories without a figure of power."""
     components, links = system.platform.components, system.platform.links
     memories = {name: spec for name, spec in components.items() if isinstance(spec, MemoryComponent)}
-    found = {
+    missing = {
         kind: tuple(name for name, spec in of_kind.items() if spec.power is None)
         for kind, of_kind in (("links", links), ("memories", memories))
     }
-    return {kind: names for kind, names in found.items() if names}
+    return {kind: names for kind, names in missing.items() if names}

@@ -1,113 +1,23 @@
-"""What is at hand, whether files are sound, and the schemas of what goes in and comes out."""
+"""What is at hand, the schemas of what goes in and comes out, and one problem for designs of several planners."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from codesign import inputs as spec
-from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
+from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
-from codesign.inputs import Platform, Spec, Workload
+from codesign.inputs import Platform, Spec, Workload, has_axis, override
+from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.part_file import load_part_file
-from codesign.inputs.variants import VARIANT_AXIS, choose_variant
-from codesign.inputs.yaml_tree import read_document
+from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.yaml_tree import Document, read_document
 from codesign.part import Part
 from codesign.results.result import Result
 from codesign.system import catalog
-from codesign.system.bind import bind, plannable
-from codesign.system.ready import ready
-from codesign.system.refusals import platform_faults
-
-
-def check_files(
-    sources: Sequence[str | Path],
-    settings: Mapping[str, Any] | None = None,
-    memory: int | None = None,
-    tell: Callable[[str], None] | None = None,
-) -> list[Fault]:
-    """Every fault of the named files, and of each platform with each workload among them, in file order.
-
-    A source is a shipped name or a path; its kind is told from what it is. A platform and a workload are bound and
-    built as ``simulate`` does it, so that both refuse the same; ``memory`` as there. Each variant of a workload is
-    checked too, unless ``settings``, raw values by axis that are put into both, choose one. Files of one kind are
-    checked as far as that is possible without the other kind. ``tell`` takes each note (``Architecture.notes``) of
-    designs without a fault.
-
-    Raises:
-        InputError: settings, and no platform and workload to put them into.
-    """
-    faults: list[Fault] = []
-    platforms: list[Platform] = []
-    workloads: list[Workload] = []
-    for source in sources:
-        try:
-            loaded = _load(source)
-        except SpecError as wrong:
-            faults += wrong.faults
-        except CodesignError as wrong:
-            faults.append(Fault(str(source), 0, 0, "", wrong.what, wrong.hint))
-        else:
-            if isinstance(loaded, Platform):
-                platforms.append(loaded)
-            elif isinstance(loaded, Workload):
-                workloads.append(loaded)
-    if settings and not faults and not (platforms and workloads):
-        raise InputError("settings go into a platform and a workload", "--set", "name one of each")
-    pairs = list(itertools.product(workloads, platforms))
-    notes: dict[str, None] = {}
-    found = [
-        _faults_of_pair(platform, workload, settings or {}, memory, notes) for workload, platform in pairs
-    ]
-    if not pairs:
-        found += [iter(platform_faults(platform)) for platform in platforms]
-        found += [_faults_of_workload(workload) for workload in workloads]
-    for fault in itertools.chain.from_iterable(found):
-        faults += [fault] if fault not in faults else []
-    if tell is not None:
-        for note in notes:
-            tell(note)
-    return faults
-
-
-def _faults_of_pair(
-    platform: Platform,
-    workload: Workload,
-    settings: Mapping[str, Any],
-    memory: int | None,
-    notes: dict[str, None],
-) -> Iterator[Fault]:
-    """Whatever keeps the workload, or a variant of it, from being simulated on the platform.
-
-    ``notes`` gets as keys what there is to say of the points that nothing keeps from it.
-    """
-    for point in _points_checked(workload, settings):
-        # The axes are those of the variants explored: they are held against the first point alone.
-        put_in = spec.pin if point == settings else spec.override
-        try:
-            system = bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
-            ready(system, memory=memory)
-        except SpecError as wrong:
-            yield from wrong.faults
-        else:
-            notes |= dict.fromkeys(system.notes)
-
-
-def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
-    """What can be told of a workload and its variants without a platform."""
-    yield from plannable(workload)[1]
-    for name in workload.variants:
-        yield from plannable(choose_variant(workload, name, ""))[1]
-
-
-def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """What is put into a workload to be checked: the settings, with each variant unless they choose one."""
-    if VARIANT_AXIS in settings:
-        return [dict(settings)]
-    return [dict(settings), *({**settings, VARIANT_AXIS: name} for name in workload.variants)]
 
 
 def point_of(
@@ -147,10 +57,10 @@ def at_hand() -> dict[str, dict[str, str]]:
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: planner.description for name, planner in catalog.planners().items()}
     styles = {
-        f"{planner}.{style}": f"on {found.component_type}: {found.description}"
-        for (planner, style), found in catalog.architectures().items()
+        f"{planner}.{name}": f"on {style.component_type}: {style.description}"
+        for (planner, name), style in catalog.architectures().items()
     }
-    found = {
+    names = {
         "platforms": platforms,
         "workloads": workloads,
         "parts": parts,
@@ -158,10 +68,10 @@ def at_hand() -> dict[str, dict[str, str]]:
         "styles": styles,
     }
     broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
-    return {**found, "broken plug-ins": broken} if broken else found
+    return {**names, "broken plug-ins": broken} if broken else names
 
 
-def _load(source: str | Path) -> Spec | Part:
+def load_any(source: str | Path) -> Spec | Part:
     """The spec of a source, whose kind is not known yet."""
     if not is_path(source):
         known = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
@@ -184,3 +94,66 @@ def _load(source: str | Path) -> Spec | Part:
 def _budgets(part: Part) -> str:
     budgets = (f"{int(figure.value):,} {label(name)}" for name, figure in part.resources.items())
     return f"{part.family}: {', '.join(budgets)}"
+
+
+def problem_of(workload: Workload) -> ProblemSpec:
+    """The map, goals and starts of a workload.
+
+    Raises:
+        InputError: its planner has a problem of another kind.
+    """
+    if not isinstance(workload.problem, ProblemSpec):
+        raise InputError(
+            f"the problem of {workload.name} is not a map with goals and starts",
+            hint="choose a workload of another planner",
+        )
+    return workload.problem
+
+
+def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) -> ProblemSpec:
+    """The problem of one goal and one start, (row, column), on a map file.
+
+    Raises:
+        SpecError: there is no such file, or a cell is on no map; at --map, --goal and --start.
+    """
+    tree = {"map": {"file": str(file.resolve())}, "goals": [list(goal)], "starts": [list(start)]}
+    try:
+        return validate(ProblemSpec, Document("command line", Path(), tree))
+    except SpecError as wrong:
+        raise at_options(wrong) from None
+
+
+def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:
+    """The workload on another map, with its goals and starts.
+
+    Raises:
+        InputError: its planner takes no map.
+    """
+    problem_of(workload)
+    return workload.model_copy(update={"problem": problem})
+
+
+def applicable(
+    platform: Platform, workload: Workload, settings: Mapping[str, Any]
+) -> tuple[Platform, Workload]:
+    """Platform and workload with those settings that name a parameter or a field they have.
+
+    Raises:
+        SpecError: a value that is not accepted.
+    """
+    chosen = {axis: value for axis, value in settings.items() if has_axis(platform, workload, axis)}
+    return override(platform, workload, chosen, "--set ") if chosen else (platform, workload)
+
+
+_OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
+
+
+def at_options(wrong: SpecError) -> SpecError:
+    """The same faults, those of the map, its goal and its start at the options that gave them."""
+    return SpecError(_at_option(fault) for fault in wrong.faults)
+
+
+def _at_option(fault: Fault) -> Fault:
+    first = fault.key.removeprefix("problem.").partition(".")[0].partition("[")[0]
+    option = _OPTIONS.get(first)
+    return fault if option is None else Fault(option, 0, 0, "", fault.what, fault.hint)

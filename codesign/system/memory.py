@@ -12,7 +12,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from codesign.inputs.scenario import Drive
 from codesign.planners.interface import Problem
 from codesign.system.bind import System
 
@@ -25,8 +24,6 @@ _SMALL_RUN = 64 * 2**20
 _NO_LIMIT = 2**60
 # Measured (traces of harmonic control, relaxation and wavefront on 2048 x 2048 cells: 6 to 20 bytes a cell).
 _TRACE_BYTES_A_CELL = 20
-# Assumed: what a robot believes and what is true, each with its distances, and the plan that it follows.
-_DRIVE_BYTES_A_CELL = 64
 _FIELD_BYTES_A_CELL = 8
 
 
@@ -58,7 +55,7 @@ def estimate(system: System, *, listening: bool = False, keeping: bool = False) 
     return Estimate(
         program=PROGRAM_BYTES,
         planner=planned,
-        scenario=_DRIVE_BYTES_A_CELL * cells if isinstance(system.workload.scenario, Drive) else 0,
+        scenario=system.scenario.bytes_a_cell * cells,
         listeners=recorded * cells,
     )
 
@@ -67,20 +64,20 @@ def refusal(
     system: System, bound: int | None = None, *, listening: bool = False, keeping: bool = False
 ) -> tuple[str, str] | None:
     """Why the run is not begun, as (sentence, hint), or None; ``bound`` in bytes, by default ``free_bound``."""
-    found = estimate(system, listening=listening, keeping=keeping)
+    need = estimate(system, listening=listening, keeping=keeping)
     given = bound is not None
     bound = free_bound() if bound is None else bound
-    if found.total <= bound:
+    if need.total <= bound:
         return None
-    parts = {"planner": found.planner, "scenario": found.scenario, "records": found.listeners}
+    parts = {"planner": need.planner, "scenario": need.scenario, "records": need.listeners}
     shown = ", ".join(f"{in_words(size)} for the {name}" for name, size in parts.items() if size > 0)
     kind = "the bound given" if given else "half of what this machine has free"
-    what = f"the run would need about {in_words(found.total)} of memory ({shown}), more than {in_words(bound)}, {kind}"
+    what = f"the run would need about {in_words(need.total)} of memory ({shown}), more than {in_words(bound)}, {kind}"
     levers = (
         ["a smaller or coarser map"] if isinstance(system.problem, Problem) else ["fewer robots or updates"]
     )
     levers += system.planner.memory_levers(system.problem, system.planning)
-    if found.listeners > 0:
+    if need.listeners > 0:
         levers.append("no trace and no page")
     return what, f"take {', '.join(levers)}; or allow more (--memory 8GiB)"
 

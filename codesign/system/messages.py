@@ -1,15 +1,18 @@
-"""Messages between tasks: over which links they go, and what becomes of what they carry."""
+"""Messages between tasks: the links that they go over, and what becomes of their content."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Generator, Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from codesign.errors import CodesignError
+from codesign.inputs import Platform
+from codesign.inputs.components import DisplayComponent, MemoryComponent
 from codesign.planners.task_graph import Flow
 from codesign.results.ledger import Ledger, Spent
-from codesign.system.routes import Hop, Routes
 
 if TYPE_CHECKING:
     from codesign.components import Link
@@ -26,14 +29,59 @@ class Content(Protocol):
     """What a message carries, where the simulation knows what its bits mean."""
 
     def misread(self, wrong: Wrong) -> Content | None:
-        """What the receiver reads where these bits are wrong; None where it is what was sent."""
+        """The content that the receiver reads where these bits are wrong; None where it equals what was sent."""
+
+
+class Hop(NamedTuple):
+    """One step between two components: the links that join them, by name; none where one is on the other's pins."""
+
+    links: tuple[str, ...]
+    sender: str
+    receiver: str
+
+
+class Routes:
+    """The routes between the components of a platform, over as few links as possible.
+
+    Of equally short routes over other components the first is taken. Of links side by side, the sender chooses.
+    """
+
+    def __init__(self, platform: Platform) -> None:
+        import networkx
+
+        self._graph = networkx.MultiGraph()
+        self._graph.add_nodes_from(platform.components)
+        for name, component in platform.components.items():
+            if isinstance(component, MemoryComponent | DisplayComponent):
+                self._graph.add_edge(name, component.beside, link=None)
+        for name, link in platform.links.items():
+            for index, end in enumerate(link.between):
+                for other in link.between[index + 1 :]:
+                    self._graph.add_edge(end, other, link=name)
+        self.between = cache(self._between)
+
+    def joined(self, origin: str, target: str) -> bool:
+        """Whether any route leads from one component to the other."""
+        import networkx
+
+        return bool(networkx.has_path(self._graph, origin, target))
+
+    def _between(self, origin: str, target: str) -> tuple[Hop, ...]:
+        import networkx
+
+        hops = pairwise(networkx.shortest_path(self._graph, origin, target))
+        return tuple(Hop(self._links(a, b), a, b) for a, b in hops)
+
+    def _links(self, sender: str, receiver: str) -> tuple[str, ...]:
+        names = [edge["link"] for edge in self._graph[sender][receiver].values()]
+        return () if None in names else tuple(sorted(names))
 
 
 class Messages:
     """Carries the messages of a run.
 
-    ``harmed``: by link and message, how many of those that were delivered damaged were read as something else than was
-    sent. All other damage that nobody noticed did no harm: see ``ignored``.
+    ``harmed``: by link and message, how many were delivered damaged and read as something else than was sent. All other
+    damage that nobody noticed did no harm: see ``ignored``.
     """
 
     def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, Link]) -> None:
@@ -74,6 +122,8 @@ class Messages:
         return self.links[name]
 
     def ignored(self, link: str) -> dict[str, int]:
-        """By message: how many were delivered by ``link`` damaged, and yet taken for what was sent."""
-        found = {name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()}
-        return {name: count for name, count in sorted(found.items()) if count}
+        """By message: how many ``link`` delivered damaged, and were yet read as they were sent."""
+        harmless = {
+            name: count - self.harmed[link, name] for name, count in self.links[link].unnoticed.items()
+        }
+        return {name: count for name, count in sorted(harmless.items()) if count}

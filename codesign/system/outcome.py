@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
-from codesign.inputs.scenario import Drive, ReplanPolicy
 from codesign.memo import Memo
 from codesign.models import TaskParameters
-from codesign.planners.interface import Quality
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Source, Times
 from codesign.system.bind import System
@@ -111,37 +109,13 @@ def _processor_figures(system: System) -> dict[str, Source]:
 
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
-    figures, quality = machine.system.planner.figures(answer.plan), _quality(machine, answer, memo)
+    figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine, answer, memo)
     times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
     return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
 
 
-def drive_fields(
-    machine: Machine, first: Answer | None, last: Answer | None, memo: Memo | None
-) -> dict[str, Any]:
-    """Those of the first plan of a drive; none where there was none.
-
-    Where later plans went on from old values, whose mistakes the first cannot have: how many cells of the last one are
-    wrong, under ``details``.
-    """
-    if first is None or last is None:
-        return {}
-    fields, scenario = plan_fields(machine, first, memo), machine.system.workload.scenario
-    if (
-        last is first
-        or not isinstance(scenario, Drive)
-        or scenario.replan.policy is not ReplanPolicy.CONTINUE
-    ):
-        return fields
-    judged = _quality(machine, last, memo)
-    if not isinstance(judged, Quality) or judged.wrong_cells is None:
-        return fields
-    return fields | {
-        "details": {**fields.get("details", {}), "wrong_cells_of_the_last_plan": judged.wrong_cells}
-    }
-
-
-def _quality(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
+def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
+    """The planner's judgement of an answer: computed once for each problem and plan."""
     planner = machine.system.planner
     key = ("quality", planner.name, answer.problem.digest, planner.identity(answer.plan))
     return (Memo() if memo is None else memo).get(key, lambda: planner.quality(answer.problem, answer.plan))

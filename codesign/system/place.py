@@ -1,33 +1,24 @@
-"""Placement: which component does each task, and what crosses the links between them."""
+"""Placement: the component of each task, the flows between them, and the external memory of the planning task."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from codesign.errors import Fault, InputError, choose_hint
 from codesign.inputs import Platform, Workload, fault
-from codesign.inputs.components import ProcessorComponent, RobotComponent
-from codesign.inputs.scenario import Drive
-from codesign.inputs.tasks import SCENARIO_TASKS
-from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Problem
-from codesign.planners.styles import Architecture, TaskStyle
+from codesign.inputs.components import MemoryComponent, ProcessorComponent
+from codesign.planners.external_memory import ExternalMemoryLaw
+from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner
+from codesign.planners.styles import TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
-from codesign.system.flows import sound_flows
+from codesign.system.assemble import memory_law
+from codesign.system.messages import Routes
+from codesign.system.scenario import Draft
 
-SENSE, MOVE, DISPLAY, DETECT = "sense", "move", "display", "detect"
-
-COMMAND_BITS = 96
-"""How far to go on which way at most how fast, three words of 32 bits: assumed."""
-
-SEEN, SEEN_BITS = "seen", 96
-"""The flow from who keeps the map to who commands: where the robot was, and how fast, three words of 32 bits (assumed),
-and every cell that changed since the last one that arrived."""
-
-FRAME_BITS = 64
-"""A robot's position to be drawn, two words of 32 bits: assumed."""
+DISPLAY, DETECT = "display", "detect"
 
 RENDER_KERNEL = "render_robot"
 """What a processor's cost of drawing one robot is called; without it what arrives is shown at once."""
@@ -52,8 +43,8 @@ class Placement:
     styles: Mapping[str, TaskStyle]
 
 
-def asker_of(platform: Platform, component: str) -> str:
-    """Who wants the plan: the first processor that is not the planning ``component``, or else that itself."""
+def _asker(platform: Platform, component: str) -> str:
+    """The component that asks for the plan: the first processor besides the planning ``component``, or else that."""
     others = [
         name
         for name, spec in platform.components.items()
@@ -62,147 +53,74 @@ def asker_of(platform: Platform, component: str) -> str:
     return others[0] if others else component
 
 
-def robot_of(platform: Platform, workload: Workload) -> str | None:
-    """The robot of a drive, None where the platform has none or several and the scenario names none."""
-    wanted = workload.scenario.robot if isinstance(workload.scenario, Drive) else None
-    robots = [name for name, spec in platform.components.items() if isinstance(spec, RobotComponent)]
-    if wanted is not None:
-        return wanted if wanted in robots else None
-    return robots[0] if len(robots) == 1 else None
-
-
-def place(
-    platform: Platform, workload: Workload, planner: Planner, architecture: Architecture, problem: Problem
-) -> tuple[Placement | None, list[Fault]]:
-    """The placement that workload and defaults come to, or every fault of it.
+def place(draft: Draft) -> tuple[Placement | None, list[Fault]]:
+    """The placement by workload and defaults, or every fault of it.
 
     Raises:
         InputError: the planner lists flows that cannot be.
     """
-    faults = _robot_faults(platform, workload)
-    if faults:
-        return None, faults
-    places = _places(platform, workload, planner)
-    faults = _type_faults(platform, workload, places)
+    platform, workload, planner = draft.platform, draft.workload, draft.planner
+    places = _places(draft)
+    faults = _type_faults(draft, places)
     planning = places[planner.planning_task]
     inside = frozenset(task for task in planner.tasks if places.get(task) == planning)
-    styles, style_faults = _styles(platform, workload, planner, places, inside)
+    styles, style_faults = _styles(draft, places, inside)
     faults += style_faults
     undone = _undone_faults(workload, places)
     if undone:
         return None, [*faults, *undone]
-    flows = _flows(platform, workload, planner, problem, places)
+    flows = _flows(draft, places)
     try:
         graph = TaskGraph(tuple(places), flows)
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
-    faults += _way_faults(platform, graph, places)
-    parameters = workload.mapping[planner.planning_task].parameters
+    faults += _link_faults(platform, graph, places)
+    parameters, architecture = draft.planning, draft.architecture
     needed = [
-        (planning, kernel, f"style {architecture.style}") for kernel in _kernels(architecture, parameters)
+        (planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(parameters)
     ]
-    again = isinstance(workload.scenario, Drive) and any(flow.name == POSE for flow in graph.flows)
+    again = draft.scenario.asks_again and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], kernel, f"task {task}")
         for task, style in styles.items()
         if task not in inside or (again and task != DETECT)
-        for kernel in _kernels(style, parameters)
+        for kernel in style.kernels(parameters)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
     faults += _cost_faults(platform, needed)
     return (None if faults else Placement(places, graph, inside, styles)), faults
 
 
-def scenario_faults(workload: Workload, planner: Planner) -> list[Fault]:
-    """A scenario that is not for the planner."""
-    scenario = workload.scenario
-    wanted = "drive" if planner.problem_model is None else "fleet"
-    if scenario.type in {"plan_once", wanted}:
-        return []
-    text = f"scenario {scenario.type} is not for planner {planner.name}"
-    return [fault(workload, ("scenario", "type"), text, f"scenario {wanted}, or another planner")]
-
-
-def _robot_faults(platform: Platform, workload: Workload) -> list[Fault]:
-    """A drive that no robot of the platform can do, or several."""
-    scenario = workload.scenario
-    if not isinstance(scenario, Drive) or robot_of(platform, workload) is not None:
-        return []
-    robots = [name for name, spec in platform.components.items() if isinstance(spec, RobotComponent)]
-    if scenario.robot is not None:
-        text = f"platform {platform.name} has no robot {scenario.robot!r}"
-        return [fault(workload, ("scenario", "robot"), text, choose_hint(scenario.robot, robots))]
-    text = f"a drive needs a robot, and platform {platform.name} has {len(robots) or 'none'}"
-    hint = (
-        f"set robot to one of {', '.join(robots)}"
-        if robots
-        else "give the platform a component of type robot"
-    )
-    return [fault(workload, ("scenario",), text, hint)]
-
-
-def _places(platform: Platform, workload: Workload, planner: Planner) -> dict[str, str]:
-    """Every task that is done, with its component, in the order in which data flow."""
+def _places(draft: Draft) -> dict[str, str]:
+    """The component of every task that is done, in the order in which data flow."""
+    workload, planner = draft.workload, draft.planner
     mapping = {task: mapped.component for task, mapped in workload.mapping.items()}
     planning = mapping[planner.planning_task]
-    asker = asker_of(platform, planning)
-    robot = robot_of(platform, workload)
-    scenario = SCENARIO_TASKS[workload.scenario.type]
+    asker = _asker(draft.platform, planning)
     extra = [task.name for task in workload.tasks]
-    ahead = [task for task in scenario if task in {SENSE, LOAD}]
-    behind = [task for task in scenario if task not in ahead]
-    places: dict[str, str] = {}
-    for task in (*ahead, *planner.tasks, *behind, *extra):
-        default = planning
-        if task in {LOAD, COMMAND} or task in extra:
-            default = asker
-        elif task in {SENSE, MOVE}:
-            default = robot or asker
-        if task in mapping or task not in _OPTIONAL:
-            places[task] = mapping.get(task, default)
-    return places
+    default = {task: asker for task in (LOAD, COMMAND, *extra)}
+    default |= draft.scenario.places(draft)
+    tasks = workload.scenario.tasks
+    planned = tasks.index(LOAD) + 1
+    ordered = (*tasks[:planned], *planner.tasks, *tasks[planned:], *extra)
+    return {
+        task: mapping.get(task, default.get(task, planning))
+        for task in ordered
+        if task in mapping or task not in _OPTIONAL
+    }
 
 
-def _flows(
-    platform: Platform, workload: Workload, planner: Planner, problem: Problem, places: Mapping[str, str]
-) -> tuple[Flow, ...]:
-    parameters = workload.mapping[planner.planning_task].parameters
-    told = sound_flows(planner, problem, parameters)
-    flows = [flow for flow in told if {flow.sender, flow.receiver} <= set(places)]
-    if SENSE in places:
-        flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
-        flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
-        if places[LOAD] != places[COMMAND]:
-            flows.append(Flow(LOAD, COMMAND, SEEN, SEEN_BITS))
-    if DISPLAY in places and MOVE in places:
-        flows.append(Flow(COMMAND, DISPLAY, "frame", FRAME_BITS))
-    elif DISPLAY in places:
-        # Of a fleet the display is sent what the planner answers, by the first robot's board itself.
-        flows += [replace(flow, receiver=DISPLAY) for flow in flows if flow.receiver == COMMAND]
-    for task in workload.tasks:
+def _flows(draft: Draft, places: Mapping[str, str]) -> tuple[Flow, ...]:
+    planned = sound_flows(draft.planner, draft.problem, draft.planning)
+    flows = [flow for flow in planned if {flow.sender, flow.receiver} <= set(places)]
+    flows += draft.scenario.flows(draft, places, tuple(flows))
+    for task in draft.workload.tasks:
         flows += [Flow(sender, task.name, task.name, bits) for sender, bits in task.after.items()]
     return tuple(flows)
 
 
-def scan_bits(platform: Platform, workload: Workload, problem: Problem) -> int:
-    """Bits of one scan of the drive's robot."""
-    from codesign.system.assemble import sensor_of
-
-    robot = robot_of(platform, workload)
-    assert robot is not None, "a drive has a robot"
-    spec = platform.components[robot]
-    assert isinstance(spec, RobotComponent), "robot_of names robots"
-    return max(1, int(sensor_of(spec.sensor, resolution_of(workload, problem)).bits))
-
-
-def resolution_of(workload: Workload, problem: Problem) -> float:
-    """Metres a cell of a drive: what the scenario says, or else the map; 1 where neither does."""
-    chosen = workload.scenario.resolution if isinstance(workload.scenario, Drive) else None
-    return chosen or problem.resolution or 1.0
-
-
 def _undone_faults(workload: Workload, places: Mapping[str, str]) -> list[Fault]:
-    """Tasks of the user that come after one that nothing does."""
+    """Tasks of the user that come after a task that nothing does."""
     faults = []
     for index, task in enumerate(workload.tasks):
         for name in task.after:
@@ -217,9 +135,10 @@ def _undone_faults(workload: Workload, places: Mapping[str, str]) -> list[Fault]
     return faults
 
 
-def _type_faults(platform: Platform, workload: Workload, places: Mapping[str, str]) -> list[Fault]:
+def _type_faults(draft: Draft, places: Mapping[str, str]) -> list[Fault]:
     """Tasks on components that cannot do them."""
-    accepted = {SENSE: ("robot",), MOVE: ("robot",), DISPLAY: ("processor", "display")}
+    platform, workload = draft.platform, draft.workload
+    accepted = {DISPLAY: ("processor", "display"), **draft.scenario.component_types}
     accepted |= {task.name: ("processor",) for task in workload.tasks}
     faults = []
     for task, component in places.items():
@@ -244,26 +163,23 @@ def a_type(kind: str) -> str:
 
 
 def _styles(
-    platform: Platform,
-    workload: Workload,
-    planner: Planner,
-    places: Mapping[str, str],
-    inside: frozenset[str],
+    draft: Draft, places: Mapping[str, str], inside: frozenset[str]
 ) -> tuple[dict[str, TaskStyle], list[Fault]]:
     """The style of each task of the planner that is done apart, or again at each turn."""
+    platform, workload, planner = draft.platform, draft.workload, draft.planner
     styles, faults = {}, []
     for task in planner.tasks:
         if task in {planner.planning_task, LOAD} or task not in places:
             continue
         mapped = workload.mapping.get(task)
         kind = platform.components[places[task]].type
-        found = {
+        possible = {
             name: style
             for (of, name), style in catalog.task_styles_of(planner.name, task).items()
             if of == kind
         }
         wanted = None if mapped is None or task in inside else mapped.style
-        chosen = found.get(wanted) if wanted is not None else next(iter(found.values()), None)
+        chosen = possible.get(wanted) if wanted is not None else next(iter(possible.values()), None)
         if chosen is not None:
             styles[task] = chosen
         elif task not in inside:
@@ -271,23 +187,23 @@ def _styles(
             if wanted is not None:
                 text = f"task {task} has no style {wanted!r} on a component of type {kind}"
             hint = (
-                choose_hint(wanted, found) if wanted and found else f"place it beside {planner.planning_task}"
+                choose_hint(wanted, possible)
+                if wanted and possible
+                else f"place it beside {planner.planning_task}"
             )
             path = ("mapping", task) if mapped is not None else ("mapping",)
             faults.append(fault(workload, path, text, hint))
     return styles, faults
 
 
-def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]) -> list[Fault]:
+def _link_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str]) -> list[Fault]:
     """Flows between components that no links join."""
-    from codesign.system.routes import Routes
-
-    routes, faults, told = Routes(platform), [], set[frozenset[str]]()
+    routes, faults, reported = Routes(platform), [], set[frozenset[str]]()
     for flow in graph.flows:
         ends = places[flow.sender], places[flow.receiver]
-        if routes.joined(*ends) or frozenset(ends) in told:
+        if routes.joined(*ends) or frozenset(ends) in reported:
             continue
-        told.add(frozenset(ends))
+        reported.add(frozenset(ends))
         text = (
             f"no link joins {ends[0]}, which does {flow.sender}, and {ends[1]}, which does {flow.receiver}:"
             f" {flow.name!r} cannot be sent"
@@ -298,21 +214,87 @@ def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str])
     return faults
 
 
-def _kernels(style: Architecture | TaskStyle, parameters: Any) -> tuple[str, ...]:
-    """Every kernel that the steps of a style are counted in."""
-    return style.kernels(parameters)
-
-
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:
-    """Kernels (component, kernel, who is counted in it) that their processor has no cost of."""
-    faults, told = [], set()
+    """Kernels that their processor has no cost of. ``needed``: component, kernel, and what is counted in it."""
+    faults, reported = [], set()
     for name, kernel, user in needed:
         component = platform.components[name]
         if not isinstance(component, ProcessorComponent) or not kernel or kernel in component.costs:
             continue
-        if (name, kernel) not in told:
+        if (name, kernel) not in reported:
             text = f"{name} has no cost of kernel {kernel}, which {user} is counted in"
             hint = f"add {kernel}: TIME to the costs of {name}, or map the task to another component or style"
             faults.append(fault(platform, ("components", name, "costs"), text, hint))
-        told.add((name, kernel))
+        reported.add((name, kernel))
+    return faults
+
+
+def sound_flows(planner: Planner, problem: Any, parameters: Any) -> tuple[Flow, ...]:
+    """``planner.flows`` for a problem, with ``parameters`` of its planning task.
+
+    Raises:
+        InputError: they are not what ``Planner.flows`` promises: the plug-in is at fault, not the workload.
+    """
+    flows: Any = planner.flows(problem, parameters)
+    wrong = _flow_fault(planner, flows)
+    if wrong is not None:
+        where = f"{type(planner).__module__}.{type(planner).__qualname__}.flows"
+        raise InputError(
+            f"planner plug-in {planner.name}: {wrong}",
+            where,
+            "mend or uninstall the package that registers it",
+        )
+    return tuple(flows)
+
+
+def _flow_fault(planner: Planner, flows: Any) -> str | None:
+    if not isinstance(flows, tuple | list) or not all(isinstance(flow, Flow) for flow in flows):
+        return f"flows gives {type(flows).__name__}, not a tuple of Flow"
+    known, seen = tuple(dict.fromkeys((LOAD, *planner.tasks, COMMAND))), set()
+    for flow in flows:
+        way = f"{flow.name!r} from {flow.sender!r} to {flow.receiver!r}"
+        strange = [task for task in (flow.sender, flow.receiver) if task not in known]
+        if strange:
+            return f"flow {way} names {strange[0]!r}, which is no task: accepted are {', '.join(known)}"
+        if type(flow.bits) is not int or flow.bits <= 0:
+            return f"flow {way} has {flow.bits!r} bits: give an integer above 0"
+        if (flow.sender, flow.receiver, flow.name) in seen:
+            return f"flow {way} is listed twice"
+        seen.add((flow.sender, flow.receiver, flow.name))
+    try:
+        TaskGraph(known, tuple(flows))
+    except InputError as circle:
+        return circle.what
+    return None
+
+
+def external_of(draft: Draft) -> ExternalMemoryLaw | None:
+    """The law of the accesses to the planning task's external memory; None where it asks for none."""
+    name = draft.workload.mapping[draft.planner.planning_task].external_memory
+    spec = None if name is None else draft.platform.components[name]
+    return memory_law(str(name), spec) if isinstance(spec, MemoryComponent) else None
+
+
+def memory_faults(draft: Draft) -> list[Fault]:
+    """External memories that are no memories, that are beside another FPGA, or that the task has no use for."""
+    platform, workload, architecture = draft.platform, draft.workload, draft.architecture
+    planning = draft.planner.planning_task
+    memories = {name for name, spec in platform.components.items() if isinstance(spec, MemoryComponent)}
+    faults = []
+    for task, mapped in workload.mapping.items():
+        name, path = mapped.external_memory, ("mapping", task, "external_memory")
+        if name is None:
+            continue
+        spec = platform.components.get(name)
+        if not isinstance(spec, MemoryComponent):
+            text = f"platform {platform.name} has no memory {name!r}"
+            hint = choose_hint(name, memories) if memories else "give the platform a component of type memory"
+            faults.append(fault(workload, path, text, hint))
+        elif spec.beside != mapped.component:
+            text = f"memory {name} hangs on {spec.beside}, task {task} is on {mapped.component}"
+            faults.append(fault(workload, path, text, f"place the task on {spec.beside}"))
+        elif task != planning or not architecture.supports_external:
+            user = f"style {architecture.style}" if task == planning else f"task {task}"
+            text = f"{user} keeps everything in block RAM and has no use for an external memory"
+            faults.append(fault(workload, path, text, "leave external_memory out, or take another style"))
     return faults

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from codesign.errors import CodesignError, SpecError
 from codesign.inputs import fault
 from codesign.records import Listener
+from codesign.system.assemble import refused
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
 from codesign.system.memory import refusal
 from codesign.system.outcome import Fitted, fitted
-from codesign.system.refusals import refused
 
 if TYPE_CHECKING:
     from codesign.components import Granularity

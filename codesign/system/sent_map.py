@@ -1,4 +1,4 @@
-"""The map on its way from who keeps it to who plans: all of it, or the cells that changed."""
+"""The map from the task that keeps it to the one that plans: all of it, or the cells that changed."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ CHANGE_BITS = 2 * PLACE_BITS + STATE_BITS
 
 def states(problem: Problem) -> NDArray[np.int8]:
     """Int8, rows × columns: the state of each cell of a problem's map."""
-    made = np.where(problem.free, FREE, OBSTACLE).astype(np.int8)
+    cells = np.where(problem.free, FREE, OBSTACLE).astype(np.int8)
     for goal in problem.goals:
-        made[goal] = GOAL
-    return made
+        cells[goal] = GOAL
+    return cells
 
 
 @dataclass(frozen=True, eq=False)
 class MapMessage:
-    """A map on its way.
+    """A map in its message.
 
-    ``cells``: int64 n × 2, (row, column), the cells that it tells of, in raster order; ``states``: int8, one each.
-    ``bits``: its size; ``whole``: whether it is all of the map, of which each cell takes as many bits as another, the
-    lowest two being its state. A change is row, column and state, the lowest bit first.
+    ``cells``: int64 n × 2, (row, column), the cells that it has, in raster order; ``states``: int8, one each.
+    ``bits``: its size; ``whole``: whether it is all of the map. Then all cells take as many bits, and the lowest two
+    are the state. A change is row, column and state, the lowest bit first.
     """
 
     cells: NDArray[np.int64]
@@ -41,7 +41,7 @@ class MapMessage:
     whole: bool
 
     def misread(self, wrong: Wrong) -> MapMessage | None:
-        """What is read where these bits are wrong."""
+        """The message as it is read where these bits are wrong."""
         cells, read = self.cells.copy(), self.states.copy()
         width = self.bits // len(cells) if self.whole else CHANGE_BITS
         for bit in wrong:
@@ -59,7 +59,7 @@ class MapMessage:
 
 
 class SentMap:
-    """What a planner holds of the map over the plans of a drive, and what its sender believes that it holds.
+    """The map that a planner holds over the plans of a drive, and the one that its sender believes it to hold.
 
     They differ once a message was misread, until the cell is sent again.
     """
@@ -69,7 +69,7 @@ class SentMap:
         self._held: NDArray[np.int8] | None = None
 
     def message(self, problem: Problem, bits: int) -> MapMessage:
-        """What is to be sent: the changes, or the whole map of ``bits`` bits where that is no longer."""
+        """The message to send: the changes, or the whole map of ``bits`` bits where that is no longer."""
         now = states(problem)
         changed = np.ones(now.shape, np.bool_) if self._sent is None else now != self._sent
         cells = np.argwhere(changed)
@@ -81,7 +81,7 @@ class SentMap:
         return MapMessage(cells, now[tuple(cells.T)], size, whole)
 
     def take(self, message: MapMessage, problem: Problem) -> Problem:
-        """What the planner then plans: ``problem``, but on the map that it holds."""
+        """The problem that the planner then plans: ``problem``, but on the map that it holds."""
         held = np.zeros((problem.rows, problem.columns), np.int8) if self._held is None else self._held.copy()
         inside = (message.cells < held.shape).all(axis=1)
         held[tuple(message.cells[inside].T)] = message.states[inside]

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from codesign.errors import InputError
 from codesign.planners.interface import COMMAND, LOAD, POSE, Quality, RobotsQuality
-from codesign.system.flows import sound_flows
+from codesign.system.place import sound_flows
 from codesign.testing.case import Case, Rule, names, require, rule
 
 

@@ -13,9 +13,9 @@ from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes
 from codesign.calibrate.kernels import authority_ahead, enter_scan, follow, measure_ranges
 from codesign.components.sensor import RaySensor
 from codesign.components.way import Way, authority
-from codesign.mission.belief import Belief
-from codesign.mission.inflation import footprint
-from codesign.system.scenarios.drive import pilot
+from codesign.scenarios.drive import pilot
+from codesign.scenarios.drive.world.belief import Belief
+from codesign.scenarios.drive.world.inflation import footprint
 
 SIDE = 24
 

@@ -16,8 +16,8 @@ from mission_specs import Ground
 from codesign.components.moment import Turns
 from codesign.errors import RunError
 from codesign.records import MessageRecord, Record
+from codesign.scenarios.drive.mission import drive
 from codesign.system.build import CONTROL, PLANNING, SIDE
-from codesign.system.scenarios.drive import drive
 from codesign.trace import MemoryListener
 
 EDGE = 30_304

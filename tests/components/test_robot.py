@@ -22,8 +22,8 @@ from codesign.components.motion import (
 from codesign.components.robot import Robot
 from codesign.components.way import NEAR, Way, authority, cell_of, join
 from codesign.errors import InputError, RunError
-from codesign.mission import Appearing, Moving, World
-from codesign.mission.obstacles import rectangle
+from codesign.scenarios.drive.world import Appearing, Moving, World
+from codesign.scenarios.drive.world.obstacles import rectangle
 
 
 def test_metres_become_cells() -> None:

@@ -22,7 +22,7 @@ from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
 from codesign.inputs import Constraint, Platform, ResultFigure, Workload, override
 from codesign.memo import Memo
-from codesign.system import simulate
+from codesign.scenarios import simulate
 
 
 @pytest.fixture(scope="module")

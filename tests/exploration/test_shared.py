@@ -8,7 +8,7 @@ import codesign
 from codesign.exploration import explore
 from codesign.inputs import override
 from codesign.memo import approximate_bytes
-from codesign.system import simulate
+from codesign.scenarios import simulate
 
 
 def test_a_study_keeps_what_its_points_have_in_common_once(specs: Specs) -> None:

@@ -12,7 +12,7 @@ from click.testing import Result
 import codesign
 from codesign.errors import SpecError
 from codesign.inputs import cross_check, override
-from codesign.system import bind
+from codesign.scenarios import bind
 
 WORKLOAD = """\
 kind: workload

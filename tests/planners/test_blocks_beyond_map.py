@@ -22,7 +22,8 @@ from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.system import Result, catalog, simulate
+from codesign.scenarios import simulate
+from codesign.system import Result, catalog
 
 TASKS = {"harmonic": "relax", "wavefront": "propagate"}
 

@@ -24,7 +24,8 @@ from codesign.planners.interface import Problem
 from codesign.planners.relaxation.plan.search import STEPS
 from codesign.planners.wavefront.plan import propagate
 from codesign.planners.wavefront.plan.reference import dijkstra
-from codesign.system import bind, catalog, simulate
+from codesign.scenarios import bind, simulate
+from codesign.system import catalog
 
 Cell = tuple[int, int]
 Map = NDArray[np.bool_]

@@ -12,7 +12,8 @@ import yaml
 import codesign
 from codesign.inputs import Platform, Workload
 from codesign.records import Record
-from codesign.system import Result, bind, simulate
+from codesign.scenarios import bind, simulate
+from codesign.system import Result
 from codesign.system.build import Machine, build
 from codesign.trace import MemoryListener
 

@@ -15,8 +15,9 @@ from mission_specs import Ground
 from codesign.errors import InputError, SpecError
 from codesign.inputs import list_workloads
 from codesign.planners.task_graph import Flow
-from codesign.system import at_hand, catalog, check_files
-from codesign.system.flows import sound_flows
+from codesign.scenarios import check_files
+from codesign.system import at_hand, catalog
+from codesign.system.place import sound_flows
 
 
 @pytest.fixture

@@ -15,7 +15,8 @@ from codesign.inputs.design_point import override
 from codesign.inputs.part_file import load_part
 from codesign.records import UtilisationRecord
 from codesign.report import render_text, result_tables
-from codesign.system import Result, simulate
+from codesign.scenarios import simulate
+from codesign.system import Result
 from codesign.trace import MemoryListener
 
 SECOND_BOARD: dict[str, Any] = {

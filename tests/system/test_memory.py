@@ -20,9 +20,9 @@ from codesign.errors import SpecError
 from codesign.exploration import explore
 from codesign.maps import OccupancyGrid
 from codesign.planners.interface import Planner
-from codesign.system import catalog, simulate
+from codesign.scenarios import bind, simulate
+from codesign.system import catalog
 from codesign.system import memory as machine
-from codesign.system.bind import bind
 from codesign.system.memory import estimate, free_bound, share_of_memory
 
 LEAST, MOST = 0.7, 2.0
@@ -30,7 +30,7 @@ LEAST, MOST = 0.7, 2.0
 MEASURE = """
 import json, resource, sys
 import codesign
-from codesign.system.bind import bind
+from codesign.scenarios import bind
 from codesign.system.memory import estimate
 platform, workload = codesign.load_platform(sys.argv[1]), codesign.load_workload(sys.argv[2])
 trace = sys.argv[3] if len(sys.argv) > 3 else None

@@ -13,7 +13,7 @@ from click.testing import Result
 from places import ROOT
 from small_maps import Specs, put_map
 
-from codesign.system import check_files
+from codesign.scenarios import check_files
 
 Run = Callable[..., Result]
 

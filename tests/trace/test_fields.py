@@ -15,7 +15,7 @@ from codesign import maps
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.planner import distances
 from codesign.records import FieldRecord, MapRecord, StageRecord
-from codesign.system import simulate
+from codesign.scenarios import simulate
 from codesign.trace import MemoryListener
 
 PLATFORM = """\

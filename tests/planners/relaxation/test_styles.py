@@ -34,7 +34,8 @@ from codesign.planners.relaxation.styles.costs import (
 )
 from codesign.planners.styles import Step
 from codesign.records import StageRecord
-from codesign.system import Result, catalog, point_of, simulate
+from codesign.scenarios import simulate
+from codesign.system import Result, catalog, point_of
 
 SEQUENTIAL, TWO_CORE = ARCHITECTURES
 ROOMS = maps.rooms(24, 32, room=(11, 15), door=3, seed=5).free

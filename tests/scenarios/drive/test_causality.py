@@ -18,7 +18,7 @@ from codesign.errors import SpecError
 from codesign.inputs.design_point import override
 from codesign.inputs.scenario import Drive
 from codesign.records import BeliefRecord, CommandRecord, PlanRecord, PoseRecord
-from codesign.system import simulate
+from codesign.scenarios import simulate
 from codesign.trace import MemoryListener
 
 DRIVES = [

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from mission_specs import PLACEMENTS, SECOND, Ground, rectangle
 
 from codesign.records import MessageRecord, MissionRecord, PoseRecord, Record, UtilisationRecord
+from codesign.scenarios.drive.mission import drive
 from codesign.system import Result
-from codesign.system.scenarios.drive import drive
 
 RATES = {"bit_error_rate": 3e-4, "retries": 1, "timeout": "2 ms", "drop": 0.1}
 FAULTY: dict[str, Any] = {

@@ -11,8 +11,8 @@ from mission_specs import SECOND, Ground, rectangle
 from codesign.records import MissionRecord, Record
 from codesign.report.mission_tables import mission_tables
 from codesign.results.mission import CONTACT_POINTS, ContactPoint, Mission
-from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.summary import mission_of
+from codesign.scenarios.drive.mission import drive
+from codesign.scenarios.drive.summary import mission_of
 from codesign.trace.show import row_of
 
 OPEN = "\n".join(["." * 16] * 16) + "\n"

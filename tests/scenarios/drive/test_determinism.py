@@ -16,7 +16,7 @@ from mission_specs import COSTS, PLACEMENTS, Ground, merged, rectangle
 import codesign
 from codesign.memo import Memo
 from codesign.records import Record
-from codesign.system import bind, simulate
+from codesign.scenarios import bind, simulate
 from codesign.system.chain import Answer, plan_chain
 from codesign.trace import MemoryListener
 
@@ -178,7 +178,7 @@ def test_a_start_below_the_answer_changes_no_bit_of_it(
         starts.append((named["warm"], named["start"]))
         return answer
 
-    monkeypatch.setattr("codesign.system.scenarios.drive.replanner.plan_chain", spied)
+    monkeypatch.setattr("codesign.scenarios.drive.replanner.plan_chain", spied)
     # One stage: from nothing, a schedule ends at the first precision that leads everywhere; a start goes to its last.
     point = Ground(tmp_path).point(
         "harmonic-warm",

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from codesign.components.way import Way
 from codesign.maps import OccupancyGrid, to_text
-from codesign.mission.clearance import STEP, Clearance
 from codesign.records import PoseRecord
+from codesign.scenarios.drive.world.clearance import STEP, Clearance
 
 PLACES = ["breadth-first", "wavefront", "harmonic-host", "relaxation"]
 

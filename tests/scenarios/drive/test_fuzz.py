@@ -17,7 +17,7 @@ from mission_specs import Ground, rectangle
 import codesign
 from codesign.errors import EXIT_BAD_SPEC, CodesignError, Fault
 from codesign.inputs.files import data_folder
-from codesign.system import check_files
+from codesign.scenarios import check_files
 
 Hwsw = Callable[..., Invoked]
 
@@ -157,7 +157,7 @@ def test_check_refuses_what_run_refuses(tmp_path: Path, name: str) -> None:
 
 
 def test_long_routes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("codesign.system.drive_faults.MAX_OBSTACLE_CELLS", 1000)
+    monkeypatch.setattr("codesign.scenarios.drive.faults.MAX_OBSTACLE_CELLS", 1000)
     moving = [MOVING | {"route": [[0, 0], [0, 15]] * 10, "speed": "1 m/s"}]
     assert not agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 3})))
     (fault,) = agree(*files(tmp_path, "breadth-first", scenario(obstacles={"moving": moving * 4})))

@@ -13,8 +13,8 @@ from mission_specs import IDEAL, PLACEMENTS, Ground, rectangle
 
 from codesign.records import MissionRecord, Record, TaskRecord, UtilisationRecord, VisitsRecord
 from codesign.results.ledger import Spent
+from codesign.scenarios.drive.mission import drive
 from codesign.system import Result
-from codesign.system.scenarios.drive import drive
 
 ERRORS: dict[str, Any] = {
     "bit_error_rate": 3e-5,

@@ -22,8 +22,10 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.design_point import override
 from codesign.report import render_text, result_tables
 from codesign.results.mission import Mission
-from codesign.system import Result, System, bind, levers, simulate
-from codesign.system.levers import HELPS, Lever, levers_of
+from codesign.scenarios import bind, simulate
+from codesign.scenarios.drive import levers
+from codesign.scenarios.drive.levers import HELPS, Lever, levers_of
+from codesign.system import Result, System
 
 Hwsw = Callable[..., Done]
 

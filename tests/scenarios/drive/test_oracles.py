@@ -15,9 +15,9 @@ from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
 from codesign.components.way import NEAR, Way
 from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
 from codesign.results.mission import Mission
-from codesign.system import bind, simulate
-from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.active import around_corners
+from codesign.scenarios import bind, simulate
+from codesign.scenarios.drive.active import around_corners
+from codesign.scenarios.drive.mission import drive
 from codesign.trace import MemoryListener
 
 PERIOD = SECOND // 10

@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from mission_specs import SECOND, Ground, rectangle
 
 from codesign.inputs.scenario import Drive
-from codesign.system import MissionProgress, outlook, simulate
-from codesign.system.progress import EVENTS_OF_A_TURN, longest_turns
+from codesign.scenarios import outlook, simulate
+from codesign.scenarios.drive.progress import EVENTS_OF_A_TURN, longest_turns
+from codesign.system import MissionProgress
 
 Hwsw = Callable[..., Invoked]
 

@@ -156,7 +156,7 @@ def test_a_platform_without_a_robot(hwsw: Hwsw, tmp_path: Path) -> None:
 
 def test_refusals_stand_in_the_file(tmp_path: Path) -> None:
     """Every fault at its place, all at once."""
-    from codesign.system import bind
+    from codesign.scenarios import bind
 
     point = Ground(tmp_path).point(
         text=OPEN, **ENDS, tour=[[50, 2], [60, 2]], hidden=[rectangle(15, 15, 2, 2)]

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from codesign.components.way import NEAR, cell_of
 from codesign.maps import OccupancyGrid, to_text
-from codesign.mission.inflation import Inflation
 from codesign.records import MapRecord, MissionRecord, ObstacleRecord, PoseRecord, Record
-from codesign.system.scenarios.drive import Drive, drive
-from codesign.system.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.mission import FinishedDrive, drive
+from codesign.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.world.inflation import Inflation
 from codesign.trace import MemoryListener
 
 SIDE = 16
@@ -44,7 +44,7 @@ def true_maps(records: list[Record]) -> list[tuple[int, NDArray[np.bool_]]]:
     return found
 
 
-def check(done: Drive, records: list[Record], radius: float) -> None:
+def check(done: FinishedDrive, records: list[Record], radius: float) -> None:
     """``radius`` in cells."""
     maps = true_maps(records)
     blocked = [(time, Inflation(~free, radius).blocked) for time, free in maps]

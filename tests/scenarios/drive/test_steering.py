@@ -17,11 +17,11 @@ from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.records import FieldRecord, MessageRecord, MissionRecord, Record, TaskRecord
 from codesign.results.ledger import Ledger
-from codesign.system import bind, simulate
+from codesign.scenarios import bind, simulate
+from codesign.scenarios.drive.active import ActivePlan
+from codesign.scenarios.drive.mission import drive
+from codesign.scenarios.drive.summary import first_plan_fields
 from codesign.system.chain import Answer
-from codesign.system.outcome import drive_fields
-from codesign.system.scenarios.drive import drive
-from codesign.system.scenarios.drive.active import ActivePlan
 
 NODE_UPDATE = 10_000
 """ps, of the platform's kernel ``relaxation_node_update``."""
@@ -174,7 +174,7 @@ def test_a_drive_that_goes_on_from_old_values_tells_how_many_are_wrong(ground: G
     plan = last.plan
     exact = converged_field(last.problem.free, last.problem.goals, plan.precision)
     wrong = int((exact.limbs != plan.field.limbs).any(axis=2).sum())
-    fields = drive_fields(machine, done.log.first, last, None)
+    fields = first_plan_fields(machine, done.log.first, last, None)
     told = fields.get("details", {})
     assert fields["quality"].wrong_cells == 0
     if policy == "continue":
@@ -186,4 +186,4 @@ def test_a_drive_that_goes_on_from_old_values_tells_how_many_are_wrong(ground: G
 
 def test_a_drive_without_a_plan_has_no_figures_of_one(ground: Ground) -> None:
     machine = ground.machine("harmonic")
-    assert drive_fields(machine, None, None, None) == {}
+    assert first_plan_fields(machine, None, None, None) == {}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mission_specs import IDEAL, PLACEMENTS, Ground, rectangle
 
 import codesign
-from codesign.system import simulate
+from codesign.scenarios import simulate
 from codesign.trace import MemoryListener
 
 OBSTACLES = {

@@ -19,9 +19,10 @@ from codesign.planners.velocity_obstacle.plan import AvoidParameters
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import run_cycles
 from codesign.records import MessageRecord, Record
-from codesign.system import bind, catalog
+from codesign.scenarios import bind
+from codesign.scenarios.fleet.flight import ARRIVED, fly
+from codesign.system import catalog
 from codesign.system.build import build
-from codesign.system.scenarios.fleet import ARRIVED, fly
 
 
 @pytest.fixture

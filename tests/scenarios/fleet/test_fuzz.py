@@ -17,8 +17,9 @@ from codesign.errors import CodesignError, InputError, SpecError
 from codesign.inputs import load_platform
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
 from codesign.planners.velocity_obstacle.plan.faults import fault_of
-from codesign.system import bind, catalog
-from codesign.system.run import simulate_system
+from codesign.scenarios import bind
+from codesign.scenarios.run import simulate_system
+from codesign.system import catalog
 
 number = st.one_of(
     st.floats(0.1, 60.0),

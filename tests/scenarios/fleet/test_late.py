@@ -22,7 +22,7 @@ from codesign.planners.velocity_obstacle.plan.reference import Choice
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
-from codesign.system.run import simulate_system
+from codesign.scenarios.run import simulate_system
 
 CLOCKS = st.sampled_from([300, 700, 1000, 2600, 8000, 50_000_000])
 QUIETLY: dict[str, Any] = {"deadline": None}
@@ -201,7 +201,7 @@ def test_late_decisions_are_the_same_at_every_granularity(ground: Ground) -> Non
 
 def test_the_quality_of_a_fleet_is_that_of_its_own_run(ground: Ground) -> None:
     machine = ground.machine(clock="1500 Hz", count=5, scenario="pace: real_time", parameters="updates: 200")
-    from codesign.system.scenarios.fleet import fly
+    from codesign.scenarios.fleet.flight import fly
 
     problem: Any = machine.system.problem
     plan = fly(machine).plan

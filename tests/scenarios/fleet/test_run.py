@@ -20,7 +20,7 @@ from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, gen
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles.timing import run_cycles, update_costs
 from codesign.records import MessageRecord, MissionRecord, PositionsRecord, Record, TaskRecord
-from codesign.system.scenarios.fleet import ARRIVED, fly
+from codesign.scenarios.fleet.flight import ARRIVED, fly
 
 
 @pytest.fixture

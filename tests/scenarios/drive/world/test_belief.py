@@ -12,8 +12,8 @@ from scipy import ndimage
 
 from codesign.components.sensor import NOTHING, RadiusSensor, RaySensor, Scan, Sensor
 from codesign.errors import InputError
-from codesign.mission import Belief, Frontiers, Inflation
-from codesign.mission.belief import BLOCKED, FREE, UNKNOWN
+from codesign.scenarios.drive.world import Belief, Frontiers, Inflation
+from codesign.scenarios.drive.world.belief import BLOCKED, FREE, UNKNOWN
 
 SIDE = 12
 radii = st.sampled_from([0.0, 0.5, 0.8, 1.2])

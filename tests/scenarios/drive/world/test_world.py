@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError, RunError
-from codesign.mission import Appearing, Inflation, Moving, World, random_appearing
-from codesign.mission.obstacles import SECOND, rectangle
-from codesign.mission.world import RETRY
+from codesign.scenarios.drive.world import Appearing, Inflation, Moving, World, random_appearing
+from codesign.scenarios.drive.world.obstacles import SECOND, rectangle
+from codesign.scenarios.drive.world.true_map import RETRY
 
 SIDE = 12
 
@@ -122,6 +122,12 @@ def test_an_obstacle_on_a_wall_leaves_the_wall() -> None:
     np.testing.assert_array_equal(world.free_now, free)
 
 
+def first_blocked(world: World) -> tuple[int, int]:
+    """The first cell in raster order that is not free: the top left one of the only obstacle on an open map."""
+    row, column = np.argwhere(~world.free_now)[0]
+    return int(row), int(column)
+
+
 def test_an_obstacle_moves_to_and_fro_at_exact_times() -> None:
     world = World(an_open_map(), moving=[Moving((1, 2), ((4, 0), (4, 2)), 3.0, 7)])
     step = round(SECOND / 3)
@@ -132,7 +138,7 @@ def test_an_obstacle_moves_to_and_fro_at_exact_times() -> None:
         (7 + 3 * step, {(4, 3), (4, 1)}),
         (7 + 4 * step, {(4, 2), (4, 0)}),
     ]
-    assert world.moving_at(0) == (4, 0)
+    assert first_blocked(world) == (4, 0)
 
 
 def test_a_route_that_ends_as_it_began_goes_around() -> None:
@@ -144,7 +150,7 @@ def test_a_route_that_ends_as_it_began_goes_around() -> None:
     seen: list[tuple[int, tuple[int, int]]] = []
     while (due := world.next_change()) is not None and due < 30 * SECOND:
         world.advance(due, None)
-        seen.append((due, world.moving_at(0) or (-1, -1)))
+        seen.append((due, first_blocked(world)))
     places = [place for _, place in seen]
     assert places[: len(path)] == path
     assert places[len(path) : 2 * len(path) - 1] == path[1:]
@@ -182,11 +188,11 @@ def test_what_is_over_before_the_robot_left_never_comes() -> None:
 def test_a_moving_obstacle_waits_before_the_robot_and_goes_on() -> None:
     world = World(an_open_map(), moving=[Moving((1, 1), ((4, 0), (4, 8)), 1.0)], margin_cells=0.0)
     run(world, 10 * SECOND, (4.0, 3.0))
-    assert world.moving_at(0) == (4, 2)
+    assert first_blocked(world) == (4, 2)
     changes = run(world, 12 * SECOND, (8.0, 3.0))
     [deferral] = world.deferrals
     assert (deferral.kind, deferral.time) == ("moving", 3 * SECOND)
-    assert world.moving_at(0) == (4, 4)
+    assert first_blocked(world) == (4, 4)
     assert changes[1][0] - changes[0][0] == SECOND
 
 

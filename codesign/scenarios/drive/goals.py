@@ -1,0 +1,125 @@
+"""Where a drive is to go next: goals one after another, or the frontiers of what is known."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from codesign.scenarios.drive.log import Log
+from codesign.scenarios.drive.scene import Scene
+from codesign.scenarios.drive.world.frontier import Frontiers
+
+Cell = tuple[int, int]
+
+
+class Goals(ABC):
+    """Where the robot is to go; ``done`` counts where it was."""
+
+    done: int
+    finished: str
+    """Why a mission ended that reached all its goals."""
+
+    @property
+    @abstractmethod
+    def over(self) -> bool:
+        """Whether nothing is left to be done."""
+
+    @abstractmethod
+    def goals(self) -> list[Cell]:
+        """The cells to choose from: one of them is to be reached now."""
+
+    @abstractmethod
+    def none_left(self) -> str:
+        """The reason to give where ``goals`` has none."""
+
+    @abstractmethod
+    def arrived(self) -> bool:
+        """Whether the robot was last seen where it was to go; it goes on from there."""
+
+    @abstractmethod
+    def obsolete(self, target: Cell) -> bool:
+        """Whether a path to ``target`` has lost its purpose."""
+
+    def end_if_over(self, log: Log) -> bool:
+        """End the mission where nothing is left to be done; whether it has ended."""
+        if self.over:
+            log.end(self.finished, reached=True)
+        return log.ended is not None
+
+
+class Tour(Goals):
+    """Goals one after another: first any of the problem's, then each of the tour."""
+
+    finished = "all goals are reached"
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        first = scene.machine.system.problem.goals
+        self._legs: list[tuple[Cell, ...]] = [first, *((goal,) for goal in scene.scenario.tour)]
+        self.done = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether all goals were reached."""
+        return self.done == len(self._legs)
+
+    def goals(self) -> list[Cell]:
+        """The goals of the leg under way that are not believed blocked."""
+        blocked = self._scene.belief.blocked_for_robot
+        return [goal for goal in self._legs[self.done] if not blocked[goal]]
+
+    def none_left(self) -> str:
+        """The reason to give where ``goals`` has none."""
+        named = ", ".join(str(goal) for goal in self._legs[self.done][:3])
+        near = ", or lies too near to one" if self._scene.robot.radius_cells else ""
+        return f"goal {named} is taken by an obstacle{near}"
+
+    def arrived(self) -> bool:
+        """Whether the robot was last seen at a goal of the leg under way, standing at the last. Goes on if so."""
+        known = self._scene.known
+        last = self.done == len(self._legs) - 1
+        if known.cell not in self._legs[self.done] or (last and known.speed > 0):
+            return False
+        self.done += 1
+        return True
+
+    def obsolete(self, target: Cell) -> bool:  # noqa: ARG002
+        """A goal stays one."""
+        return False
+
+
+class Exploration(Goals):
+    """The frontiers of what is known, until none can be reached."""
+
+    finished = "all that can be reached is explored"
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._frontiers = Frontiers(scene.belief)
+        self.done = 0
+
+    @property
+    def over(self) -> bool:
+        """Whether all that can be reached is known."""
+        return not self.goals()
+
+    def goals(self) -> list[Cell]:
+        """The frontier cells that can be reached, the robot's own cell left out."""
+        here = self._scene.known.cell
+        return [goal for goal in self._frontiers.goals(here) if goal != here]
+
+    def none_left(self) -> str:
+        """The reason to give where ``goals`` has none."""
+        return "no frontier can be reached"
+
+    def arrived(self) -> bool:
+        """Whether the robot looked from a frontier cell that it stands in."""
+        known = self._scene.known
+        if known.speed > 0 or not self._frontiers.mask(known.cell)[known.cell]:
+            return False
+        self._frontiers.looked(known.cell)
+        self.done += 1
+        return True
+
+    def obsolete(self, target: Cell) -> bool:
+        """Whether what lies beyond ``target`` was seen meanwhile."""
+        return not self._frontiers.mask(self._scene.known.cell)[target]

@@ -1,0 +1,245 @@
+"""A fleet's run from begin to end, and its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from codesign.inputs.scenario import Fleet
+from codesign.planners.interface import COMMAND, LOAD
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
+from codesign.planners.velocity_obstacle.styles.updates import Updates
+from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
+from codesign.scenarios.fleet.frames import FrameSender
+from codesign.scenarios.fleet.trace import FleetTrace
+from codesign.system.messages import LostMessageError
+from codesign.system.place import DISPLAY
+from codesign.units import PICOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from codesign.components import Fpga
+    from codesign.system.build import Machine
+
+ARRIVED = "all robots stand at their targets"
+
+
+@dataclass(frozen=True, eq=False)
+class Flight:
+    """A fleet's run up to its last complete update, its figures, and the FPGAs.
+
+    ``fpgas``: the first is the platform's own. ``loaded``: when starts and targets stood in the FPGAs, and the first
+    update began, ps; ``ends``: when each update was over. ``events``: messages, and decisions of single robots.
+    """
+
+    plan: Avoidance
+    figures: FleetFigures
+    fpgas: tuple[Fpga, ...]
+    loaded: int
+    ends: tuple[int, ...]
+    events: int
+
+
+def fly(machine: Machine) -> Flight:
+    """Run scenario ``fleet`` on a machine that has done nothing yet.
+
+    A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
+    """
+    return _Run(machine).run()
+
+
+class _Run:
+    """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
+
+    def __init__(self, machine: Machine) -> None:
+        from codesign.components import Fpga
+
+        system = machine.system
+        scenario = system.workload.scenario
+        assert isinstance(scenario, Fleet), "the caller looks at the scenario"
+        work: Updates | None = system.architecture.updates(system.problem, system.planning)
+        assert work is not None, "faults_on refuses a style that plans for one robot only"
+        self.machine, self.scenario = machine, scenario
+        self.environment = machine.environment
+        self.work = work
+        problem: Any = system.problem
+        assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
+        self.trace = FleetTrace(machine, self.work, problem)
+        own = machine.planner
+        self.fpgas: tuple[Fpga, ...] = (
+            own,
+            *(
+                Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
+                for number in range(1, problem.count)
+            ),
+        )
+        self.step_ps: int = system.planning.step_ps
+        self.begins: list[int] = []
+        self.decided: list[int] = []
+        self.ends: list[int] = []
+        self.loaded = self.missed = 0
+        self.frames = self._frames()
+        self._failure: str | None = None
+        self._starting = self.environment.event()
+        self._barrier = self.environment.event()
+        self._deciding = 0
+
+    def run(self) -> Flight:
+        """Simulate until no event is left, or until a watchdog ends the run."""
+        environment = self.environment
+        # The robots first: where starts and targets take no time, the first update begins with the mission.
+        for robot in range(len(self.fpgas)):
+            environment.process(self._robot(robot))
+        environment.process(self._mission())
+        limit, most = self.scenario.limit, self.scenario.events
+        horizon = environment.peek()
+        # The limits are checked between two moments only: the steps of a moment depend on the granularity.
+        while horizon <= limit and (horizon == environment.now or self._happened() < most):
+            environment.step()
+            horizon = environment.peek()
+        stopped = None
+        if horizon != float("inf"):
+            seconds = f"{limit / PICOSECONDS_PER_SECOND:g} s of simulated time"
+            stopped = f"the limit of {seconds if horizon > limit else f'{most:,} events'} was reached"
+        return self._flight(stopped, self._happened())
+
+    def _happened(self) -> int:
+        """Events up to now: messages, and decisions of single robots; not those of the simulation."""
+        return self.machine.messages_sent + len(self.begins) * len(self.fpgas)
+
+    def _mission(self) -> Generator[Any, Any, None]:
+        """Process generator: load, then update after update."""
+        system = self.machine.system
+        self.trace.begin()
+        try:
+            for flow in system.planner.flows(system.problem, system.planning):
+                if (flow.sender, flow.receiver) == (LOAD, system.planner.planning_task):
+                    yield from self.machine.carry(flow)
+        except LostMessageError as lost:
+            self._failure = f"{lost.what} on {lost.where}"
+            return
+        self.loaded = self.machine.now
+        while not self.work.loop.over:
+            yield from self._update()
+
+    def _update(self) -> Generator[Any, Any, None]:
+        """Process generator: one update, up to where the next one begins."""
+        begin, loop = self.machine.now, self.work.loop
+        self.work.decide()
+        self.trace.began()
+        if loop.departure is not None:
+            return
+        self.begins.append(begin)
+        self._barrier, self._deciding = self.environment.event(), len(self.fpgas)
+        start, self._starting = self._starting, self.environment.event()
+        start.succeed()
+        yield self._barrier
+        decided = self.machine.now
+        self.decided.append(decided)
+        missed = decided - begin > self.step_ps
+        self.missed += missed
+        self.trace.decided(begin, self.fpgas, missed)
+        self.machine.follow_up(self.machine.system.planner.planning_task)
+        if self.scenario.pace == "real_time":
+            if self.frames is not None:
+                self.frames.offer()
+            yield from self._step_out(begin, decided, missed)
+        elif self.frames is not None:
+            yield from self.frames.hand_over()
+        if loop.departure is None:
+            loop.act()
+        if loop.departure is None:
+            self.ends.append(self.machine.now)
+            self.trace.moved(len(self.begins))
+
+    def _step_out(self, begin: int, decided: int, missed: bool) -> Generator[Any, Any, None]:
+        """Process generator: to the end of the time step in which the robots take their new velocities."""
+        steps = max(1, -(-(decided - begin) // self.step_ps))
+        if begin + steps * self.step_ps > decided:
+            yield self.environment.timeout(begin + steps * self.step_ps - decided)
+        if missed:
+            self.work.loop.hold(steps)
+            if self.work.loop.departure is None:
+                self.trace.moved(len(self.begins))
+                yield self.environment.timeout(self.step_ps)
+
+    def _robot(self, robot: int) -> Generator[Any, Any, None]:
+        """Process generator: one robot's FPGA decides in every update; the last one ends the update for all."""
+        fpga, visits = self.fpgas[robot], self.machine.granularity == "visit"
+        while True:
+            yield self._starting
+            # Only the first robot's phases are reported: one event an update is enough for the others.
+            whole = robot > 0 and not visits
+            steps = self.work.whole(robot) if whole else self.work.steps(robot, visits=visits)
+            yield from fpga.execute(steps, self.machine.granularity)
+            self._deciding -= 1
+            if not self._deciding:
+                self._barrier.succeed()
+
+    def _frames(self) -> FrameSender | None:
+        """The sender of the coordinates; None where they are not reported, or the FPGA itself draws them."""
+        places = self.machine.system.placement.places
+        receiver = DISPLAY if DISPLAY in places else COMMAND
+        if self.scenario.report == "none" or places[receiver] == self.machine.system.component:
+            return None
+        return FrameSender(self.machine, receiver, len(self.fpgas))
+
+    def _flight(self, stopped: str | None, events: int) -> Flight:
+        plan = self.work.loop.plan()
+        arrivals = arrival_updates(plan)
+        there = sum(arrival is not None for arrival in arrivals)
+        completed = there == len(self.fpgas)
+        departure = plan.departure
+        ended = (
+            self._failure
+            or stopped
+            or (None if departure is None else str(departure))
+            or (ARRIVED if completed else _waiting(plan.updates, there, len(self.fpgas)))
+        )
+        self.trace.ended(ended, plan)
+        figures = self._figures(ended, completed, arrivals, int(plan.times[-1]))
+        return Flight(plan, figures, self.fpgas, self.loaded, tuple(self.ends), events)
+
+    def _figures(self, ended: str, completed: bool, arrivals: list[int | None], steps: int) -> FleetFigures:
+        updates = len(self.ends)
+        span = self.ends[-1] - self.loaded if updates else 0
+        last = max((arrival for arrival in arrivals if arrival is not None), default=None)
+        deciding = [done - begin for done, begin in zip(self.decided, self.begins, strict=False)][:updates]
+        periods = [end - begin for end, begin in zip(self.ends, self.begins, strict=False)]
+        spent = {"fpga": sum(deciding), "line": 0, "time_step": 0}
+        spent["time_step" if self.scenario.pace == "real_time" else "line"] = span - spent["fpga"]
+        shares: dict[Pacemaker, float] = {name: spent[name] / span if span else 0.0 for name in PACEMAKERS}
+        pace: Pacemaker = max(PACEMAKERS, key=shares.__getitem__)
+        line = 0 if self.frames is None else self.frames.line_ps
+        slowest = max(spent["fpga"] / updates if updates else 0.0, line)
+        busy = [fpga.busy for fpga in self.fpgas]
+        whole = max(self.machine.now, 1)
+        return FleetFigures(
+            robots=len(self.fpgas),
+            fpgas=len(self.fpgas),
+            ended=ended,
+            completed=completed,
+            updates=updates,
+            span_ps=span,
+            robots_ps=steps * self.step_ps,
+            arrived_ps=None if last is None else self.begins[last] - self.loaded,
+            time_step_ps=self.step_ps,
+            decide=spread(deciding),
+            period=spread(periods),
+            updates_a_second=updates * PICOSECONDS_PER_SECOND / span if span else 0.0,
+            reachable_a_second=PICOSECONDS_PER_SECOND / slowest if slowest else 0.0,
+            pace=pace if span else None,
+            shares=shares,
+            missed_updates=self.missed,
+            frames=None if self.frames is None else self.frames.figures(self.step_ps),
+            fpga_busy_ps=sum(busy),
+            fpga_utilisation=(min(busy) / whole, max(busy) / whole),
+        )
+
+
+def _waiting(updates: int, there: int, robots: int) -> str:
+    return (
+        f"after {updates:,} updates {there} of {robots} robots have arrived: the others still wait or drive"
+    )

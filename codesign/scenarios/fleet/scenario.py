@@ -1,0 +1,60 @@
+"""Scenario ``fleet``, as the system asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from codesign.errors import Fault
+from codesign.inputs import fault
+from codesign.memo import Memo
+from codesign.planners.interface import COMMAND, Planner
+from codesign.planners.task_graph import Flow
+from codesign.results.ledger import Ledger
+from codesign.results.result import Power
+from codesign.system.build import Machine
+from codesign.system.chain import Answer
+from codesign.system.outcome import plan_fields, use_fields
+from codesign.system.place import DISPLAY
+from codesign.system.scenario import Draft, ProgressOfMission, Scenario
+
+
+class FleetScenario(Scenario):
+    """Robots with an FPGA each, update by update."""
+
+    type = "fleet"
+
+    def instead(self, planner: Planner) -> str | None:
+        """Fleets are for planners with a problem of robots."""
+        return "drive" if planner.problem_model is None else None
+
+    def faults_on(self, draft: Draft) -> list[Fault]:
+        """A style that plans for one robot only."""
+        if draft.architecture.updates(draft.problem, draft.planning) is not None:
+            return []
+        text = f"style {draft.architecture.style} does not say what each robot takes for an update"
+        hint = "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once"
+        return [fault(draft.workload, ("mapping", draft.planner.planning_task, "style"), text, hint)]
+
+    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
+        """The answers of the planner, which the first robot's board itself sends to the display too."""
+        if DISPLAY not in places:
+            return ()
+        return [replace(flow, receiver=DISPLAY) for flow in planned if flow.receiver == COMMAND]
+
+    def run(
+        self,
+        machine: Machine,
+        boards: Mapping[str, Power],
+        memo: Memo | None,
+        progress: ProgressOfMission | None,  # noqa: ARG002
+    ) -> dict[str, Any]:
+        """The figures of the plan that the fleet carried out, and of the fleet."""
+        from codesign.scenarios.fleet.flight import fly
+
+        flight = fly(machine)
+        ended = flight.ends[-1] if flight.ends else flight.loaded
+        answer = Answer(machine.system.problem, flight.plan, flight.loaded, ended, ended, Ledger())
+        fields = plan_fields(machine, answer, memo) | use_fields(machine, boards, flight.fpgas[1:])
+        return {**fields, "fleet": flight.figures}

@@ -1,0 +1,69 @@
+"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from typing import Any
+
+import numpy as np
+
+from codesign.memo import Memo
+from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
+from codesign.results.result import Power
+from codesign.system.build import Machine
+from codesign.system.chain import Answer, plan_chain
+from codesign.system.outcome import plan_fields, use_fields
+from codesign.system.scenario import ProgressOfMission, Scenario
+
+TRACED_TRAJECTORIES = 16
+
+
+class PlanOnceScenario(Scenario):
+    """One plan, from a map that does not change."""
+
+    type = "plan_once"
+
+    def run(
+        self,
+        machine: Machine,
+        boards: Mapping[str, Power],
+        memo: Memo | None,
+        progress: ProgressOfMission | None,  # noqa: ARG002
+    ) -> dict[str, Any]:
+        """The figures of the plan."""
+        answer = plan_once(machine, memo)
+        return plan_fields(machine, answer, memo) | use_fields(machine, boards)
+
+
+def plan_once(machine: Machine, memo: Memo | None) -> Answer:
+    """Make one plan, and record it for listeners.
+
+    Raises:
+        LostMessageError: a message of it was lost.
+    """
+    system, problem = machine.system, machine.system.problem
+    if machine.listening:
+        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
+        machine.tell(MapRecord(0, "map", problem.free, goals, problem.resolution))
+    answers: list[Answer] = []
+
+    def mission() -> Generator[Any, Any, None]:
+        answers.append((yield from plan_chain(machine, problem, memo=memo)))
+
+    machine.environment.process(mission())
+    machine.environment.run()
+    answer = answers[0]
+    if machine.listening:
+        tell_field(machine, answer.plan)
+        for start in problem.starts[:TRACED_TRAJECTORIES]:
+            points, arrived = system.planner.trajectory(problem, answer.plan, start)
+            machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
+    return answer
+
+
+def tell_field(machine: Machine, plan: Any) -> None:
+    """Record the field of a plan for listeners, where its planner leaves one and has no other record of it."""
+    field = machine.system.planner.field_of(plan)
+    if field is not None:
+        name, unit, values = field
+        machine.tell(FieldRecord(machine.now, machine.system.component, name, unit, values))

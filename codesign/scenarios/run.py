@@ -1,0 +1,134 @@
+"""Run a design point: bind, fit, build, and let its scenario run the machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from codesign.errors import InputError, choose_hint
+from codesign.inputs import Platform, Workload
+from codesign.memo import Memo
+from codesign.records import Listener, SummaryRecord
+from codesign.results.result import Result
+from codesign.scenarios.drive.scenario import DriveScenario
+from codesign.scenarios.fleet.scenario import FleetScenario
+from codesign.scenarios.plan_once import PlanOnceScenario
+from codesign.system.bind import System, bind_to
+from codesign.system.outcome import head_fields
+from codesign.system.ready import ready
+from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+
+if TYPE_CHECKING:
+    from codesign.maps import OccupancyGrid
+
+SCENARIOS: Mapping[str, Scenario] = {
+    scenario.type: scenario for scenario in (PlanOnceScenario(), DriveScenario(), FleetScenario())
+}
+"""Every scenario by its type. Their models are ``inputs.scenario.SCENARIOS``."""
+
+
+def scenario_of(workload: Workload) -> Scenario:
+    """The scenario that a workload names."""
+    return SCENARIOS[workload.scenario.type]
+
+
+def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
+    """Join platform and workload; see ``system.bind``.
+
+    ``grid``: the workload's map, where it was read already.
+
+    Raises:
+        SpecError: every fault between them. InputError: the planner plug-in lists flows that cannot be.
+    """
+    return bind_to(platform, workload, scenario_of(workload), grid=grid)
+
+
+def outlook(workload: Workload) -> str | None:
+    """A warning that a run may take long, for before it begins; None where it takes no longer than usual."""
+    return scenario_of(workload).outlook(workload)
+
+
+def simulate(
+    platform: Platform,
+    workload: Workload,
+    *,
+    listeners: Sequence[Listener] = (),
+    granularity: str = "run_ahead",
+    memo: Memo | None = None,
+    grid: OccupancyGrid | None = None,
+    progress: ProgressOfMission | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
+    levers: bool = False,
+    lever_progress: LeverProgress | None = None,
+) -> Result:
+    """Simulate one design point; see ``codesign.simulate``.
+
+    ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
+    functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
+    workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
+    of what the machine has free. ``levers``: run a mission's levers too; ``lever_progress``: see
+    ``Scenario.with_levers``.
+
+    Raises:
+        SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see
+            ``simulate_system``.
+    """
+    system = bind(platform, workload, grid=grid)
+    complete = None
+    if levers:
+        memo = Memo() if memo is None else memo
+        run = partial(simulate, memo=memo, grid=grid, memory=memory)
+        complete = partial(system.scenario.with_levers, system=system, run=run, progress=lever_progress)
+    return simulate_system(
+        system,
+        listeners=listeners,
+        granularity=granularity,
+        memo=memo,
+        progress=progress,
+        memory=memory,
+        keeping=keeping,
+        complete=complete,
+    )
+
+
+def simulate_system(
+    system: System,
+    *,
+    listeners: Sequence[Listener] = (),
+    granularity: str = "run_ahead",
+    memo: Memo | None = None,
+    progress: ProgressOfMission | None = None,
+    memory: int | None = None,
+    keeping: bool = False,
+    complete: Callable[[Result], Result] | None = None,
+) -> Result:
+    """Simulate a bound system: fit it, and where it fits, run it.
+
+    ``complete`` adds to the result before listeners get it.
+
+    Raises:
+        SpecError: see ``ready``. InputError: an unknown granularity.
+    """
+    from codesign.components import Granularity
+
+    if granularity not in list(Granularity):
+        raise InputError(
+            f"granularity {granularity!r} is unknown",
+            "granularity",
+            choose_hint(granularity, list(Granularity)),
+        )
+    prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping)
+    head, machine = head_fields(system) | prepared.held.fields, prepared.machine
+    if machine is None:
+        return Result(**head, feasible=False, reasons=prepared.held.reasons)
+    fields = system.scenario.run(machine, prepared.held.boards, memo, progress)
+    result = Result(**head, feasible=True, **fields)
+    if complete is not None:
+        result = complete(result)
+    for component in machine.components:
+        component.report_end()
+    if listeners:
+        machine.tell(SummaryRecord(machine.now, "run", result.model_dump(mode="json")))
+    return result

@@ -1,0 +1,156 @@
+"""What the system asks of the scenario that a workload names. Each scenario answers from its room in ``scenarios``."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from codesign.errors import Fault
+from codesign.inputs import Platform, Workload
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES, ResultFigure
+from codesign.memo import Memo
+from codesign.planners.interface import Planner, Problem
+from codesign.planners.styles import Architecture
+from codesign.planners.task_graph import Flow
+from codesign.results.result import Power, Result
+
+if TYPE_CHECKING:
+    from codesign.system.bind import System
+    from codesign.system.build import Machine
+
+
+@dataclass(frozen=True)
+class MissionProgress:
+    """How far a drive is. It ends at ``limit`` or ``most_events`` at the latest.
+
+    ``time``, ``limit``: ps. ``events``, ``most_events``: each turn counts for its scan and its path too. ``turns``: of
+    the control loop.
+    """
+
+    time: int
+    limit: int
+    events: int
+    most_events: int
+    turns: int
+
+    @property
+    def share(self) -> float:
+        """The share of the longest possible drive that is over, 0 to 1."""
+        return min(max(self.time / max(self.limit, 1), self.events / self.most_events), 1.0)
+
+
+ProgressOfMission = Callable[[MissionProgress], None]
+
+LeverProgress = Callable[[int, int, str], None]
+"""Takes how many levers are done, of how many, and which comes next."""
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """A design point before its tasks are placed.
+
+    ``scenario``, ``planner``: those that the workload names. ``architecture``: the style of the planning task.
+    """
+
+    platform: Platform
+    workload: Workload
+    scenario: Scenario
+    planner: Planner
+    architecture: Architecture
+    problem: Problem
+
+    @property
+    def planning(self) -> Any:
+        """The parameters of the planning task."""
+        return self.workload.mapping[self.planner.planning_task].parameters
+
+
+class Scenario(ABC):
+    """One kind of scenario: what it checks, what it adds to a design point, and how it runs.
+
+    An object holds nothing of a workload, so that one serves them all. Its model and its tasks stand in
+    ``inputs.scenario``; ``type`` is their name there. Only ``type`` and ``run`` are required.
+
+    Attributes:
+        begins_anywhere: a start may have no path to a goal; the scenario itself reports that. Otherwise such a start
+            is a fault of the workload.
+        asks_again: the planner's decisions are asked for again and again, also those inside the planning component.
+            A processor then needs a cost of them.
+        bytes_a_cell: memory that a run takes for each cell of the map, besides that of the planner.
+        component_types: the types of component that can do a task of the scenario, by task, where those are not
+            ``fpga`` and ``processor``.
+        objectives: of an exploration that names none.
+    """
+
+    type: ClassVar[str]
+    begins_anywhere: ClassVar[bool] = False
+    asks_again: ClassVar[bool] = False
+    bytes_a_cell: ClassVar[int] = 0
+    component_types: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    objectives: ClassVar[tuple[ResultFigure, ...]] = DEFAULT_OBJECTIVES
+
+    def instead(self, planner: Planner) -> str | None:  # noqa: ARG002
+        """The scenario to take where this one is not for the planner; None: this one is for it."""
+        return None
+
+    def faults(self, workload: Workload, planner: Planner, problem: Any) -> list[Fault]:  # noqa: ARG002
+        """Every fault of the scenario that is known without a platform."""
+        return []
+
+    def faults_on(self, draft: Draft) -> list[Fault]:  # noqa: ARG002
+        """Every fault of the scenario on a platform. Called where ``faults`` found none, before tasks are placed."""
+        return []
+
+    def places(self, draft: Draft) -> Mapping[str, str]:  # noqa: ARG002
+        """The default components of its tasks, by task.
+
+        By default ``load`` and ``command`` are on the component that asks for the plan, and all others on the one that
+        plans. Called where ``faults_on`` found none.
+        """
+        return {}
+
+    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
+        """The flows that the scenario adds to ``planned``, those of the planner.
+
+        ``places``: the component of each task that is done.
+        """
+        return ()
+
+    @abstractmethod
+    def run(
+        self,
+        machine: Machine,
+        boards: Mapping[str, Power],
+        memo: Memo | None,
+        progress: ProgressOfMission | None,
+    ) -> dict[str, Any]:
+        """Run a machine that is at time 0 to the end of the scenario.
+
+        Args:
+            machine: the bound system on its components.
+            boards: the power of each FPGA of the platform, by name.
+            memo: shares functional work with other runs; the figures are the same without.
+            progress: is called now and then while a mission goes on.
+
+        Returns:
+            The fields of ``Result`` that the run gives a value.
+        """
+
+    def outlook(self, workload: Workload) -> str | None:  # noqa: ARG002
+        """A warning that the run may take long, for before it begins; None where it takes no longer than usual."""
+        return None
+
+    def with_levers(
+        self,
+        result: Result,
+        system: System,  # noqa: ARG002
+        run: Callable[[Platform, Workload], Result],  # noqa: ARG002
+        progress: LeverProgress | None,  # noqa: ARG002
+    ) -> Result:
+        """The result with what moving each lever of the system gives.
+
+        ``run`` simulates another design point. By default there are no levers, and the result stays as it is.
+        """
+        return result

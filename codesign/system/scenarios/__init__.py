@@ -1,1 +1,0 @@
-"""What each scenario of a workload makes a machine do, one module each."""
