@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -12,10 +14,11 @@ from pydantic import Field, model_validator
 from codesign.errors import Fault, InputError, choose_hint, clip
 from codesign.figures import Figure, Status
 from codesign.inputs.base import Spec
+from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.inputs.files import data_folder, shown
-from codesign.inputs.yaml_tree import Document, read_document
+from codesign.inputs.yaml_tree import read_document
 from codesign.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
 from codesign.part import Part
 
@@ -199,6 +202,8 @@ def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for folder in (*folders, parts_folder()):
-        for path in sorted(folder.glob("*.yaml")):
-            found.setdefault(path.stem, path)
+        with contextlib.suppress(OSError):
+            for name in os.listdir(folder):
+                if name.endswith(".yaml"):
+                    found.setdefault(name.removesuffix(".yaml"), folder / name)
     return found

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 from codesign.errors import Fault, InputError, SpecError
-from codesign.inputs import Platform, Workload, has_axis, override
+from codesign.inputs import Platform, Workload, design_point, has_axis
+from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.problem import ProblemSpec
-from codesign.inputs.yaml_tree import Document
 
 
 def problem_of(workload: Workload) -> ProblemSpec:
@@ -59,7 +59,7 @@ def applicable(
         SpecError: a value that is not accepted.
     """
     chosen = {axis: value for axis, value in settings.items() if has_axis(platform, workload, axis)}
-    return override(platform, workload, chosen, "--set ") if chosen else (platform, workload)
+    return design_point(platform, workload, chosen, "--set ") if chosen else (platform, workload)
 
 
 _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}

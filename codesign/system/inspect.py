@@ -11,9 +11,9 @@ from codesign import inputs as spec
 from codesign.errors import CodesignError, Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
 from codesign.inputs import Platform, Spec, Workload
+from codesign.inputs.edit import VARIANT_AXIS, choose_variant
 from codesign.inputs.files import is_path
 from codesign.inputs.part_file import load_part_file
-from codesign.inputs.variants import VARIANT_AXIS, choose_variant
 from codesign.inputs.yaml_tree import read_document
 from codesign.part import Part
 from codesign.results.result import Result
@@ -86,7 +86,7 @@ def _faults_of_pair(
     """
     for point in _points_checked(workload, settings):
         # The axes are those of the variants explored: they are held against the first point alone.
-        put_in = spec.pin if point == settings else spec.override
+        put_in = spec.pin if point == settings else spec.design_point
         try:
             system = bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
             ready(system, memory=memory)
@@ -118,7 +118,7 @@ def point_of(
     Raises:
         SpecError: an axis that is none, or a value that is not accepted.
     """
-    return spec.override(platform, workload, settings, "--set ") if settings else (platform, workload)
+    return spec.design_point(platform, workload, settings, "--set ") if settings else (platform, workload)
 
 
 def schema_of(kind: str) -> dict[str, Any]:

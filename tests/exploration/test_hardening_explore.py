@@ -15,7 +15,7 @@ from click.testing import Result
 import codesign
 from codesign.errors import InputError, RunError, SpecError, StoreError
 from codesign.exploration import Entry, FileStore, Progress, Space, State, explore, load_study
-from codesign.inputs import override
+from codesign.inputs import design_point
 from codesign.inputs.part_file import parts_folder
 from codesign.maps import OccupancyGrid
 from codesign.memo import approximate_bytes
@@ -234,7 +234,7 @@ def test_a_study_keeps_what_its_points_have_in_common_once(specs: Specs) -> None
     assert study.feasible == ()
     for point in study.points[::40]:
         assert point.result is not None
-        alone = simulate(*override(platform, workload, point.axes))
+        alone = simulate(*design_point(platform, workload, point.axes))
         assert point.result == alone
         assert point.result.model_dump_json() == alone.model_dump_json()
     assert approximate_bytes(study.points) / len(study.points) < 6000
