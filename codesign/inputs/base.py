@@ -7,7 +7,7 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self, TypeVar, cast
+from typing import Any, Self, cast
 
 from pydantic import BaseModel, PrivateAttr
 
@@ -29,8 +29,9 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 class Spec(SpecModel):
     """A platform or a workload, loaded."""
 
-    _document: Document = PrivateAttr(default=_NO_DOCUMENT)
-    _context: Mapping[str, Any] = PrivateAttr(default={})
+    # Factories, as pydantic copies a default for each model.
+    _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
+    _context: Mapping[str, Any] = PrivateAttr(default_factory=dict)
 
     @property
     def document(self) -> Document:
@@ -42,9 +43,17 @@ class Spec(SpecModel):
         """What its validators are given beside the document."""
         return self._context
 
-    def with_document(self, document: Document, context: Mapping[str, Any] | None = None) -> Self:
-        """The spec with its file; figures in short form get the file's name and their line as source."""
-        made = placed(self, lambda path: declared_in(document, path))
+    def with_document(
+        self, document: Document, context: Mapping[str, Any] | None = None, before: Self | None = None
+    ) -> Self:
+        """The spec with its file; figures in short form get the file's name and their line as source.
+
+        Args:
+            document: the file.
+            context: what the validators were given beside the document.
+            before: the spec before its document was edited; what it shares with this one has its sources.
+        """
+        made = cast("Self", _placed(self, lambda path: declared_in(document, path), (), before))
         made._document, made._context = document, context or {}
         return made
 
@@ -86,22 +95,17 @@ def declared_in(document: Document, path: KeyPath) -> str:
     return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
 
 
-V = TypeVar("V")
-
-
-def placed(value: V, source: Callable[[KeyPath], str], path: KeyPath = ()) -> V:
-    """The value with ``source(path)`` as the source of each figure in short form inside it."""
-    return cast("V", _placed(value, source, path))
-
-
-def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath) -> Any:
+def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath, before: Any) -> Any:
+    """The value with ``source(path)`` as the source of each figure in short form that is not in ``before`` too."""
+    if value is before:
+        return value
     if isinstance(value, Figure):
         return dataclasses.replace(value, source=source(path)) if value.source == DECLARED else value
-    is_model = isinstance(value, BaseModel)
-    changes = {}
+    is_model, changes = isinstance(value, BaseModel), {}
+    known = (before.__dict__ if is_model else before) if type(before) is type(value) else {}
     for name, inner in (value.__dict__ if is_model else value).items():
         if isinstance(inner, Figure | BaseModel | dict):
-            made = _placed(inner, source, (*path, name))
+            made = _placed(inner, source, (*path, name), known.get(name))
             if made is not inner:
                 changes[name] = made
     if not changes:

@@ -295,7 +295,7 @@ def _edited(
     if document is spec.document:
         return (spec.model_copy(update=dict(fixed)) if fixed else spec), []
     made, faults = validated(type(spec), spec, document, spec.context, fixed, tell)
-    return made and made.with_document(document, spec.context), faults
+    return made and made.with_document(document, spec.context, spec), faults
 
 
 def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller:

@@ -151,7 +151,7 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
     name, dash, grade = full_name.partition("-")
     if name not in files:
         raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
-    part_file = load_part_file(files[name])
+    part_file = load_part_file(files[name] / f"{name}.yaml")
     if dash + grade not in part_file.speed_grades:
         grades = [f"{name}{known}" for known in part_file.speed_grades]
         lacks = (
@@ -163,7 +163,7 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
 
 def list_parts(folders: Sequence[Path] = ()) -> list[str]:
     """Full names of all parts, in every speed grade, sorted."""
-    loaded = [load_part_file(path) for path in _part_files(folders).values()]
+    loaded = [load_part_file(folder / f"{name}.yaml") for name, folder in _part_files(folders).items()]
     return sorted(f"{part.name}{grade}" for part in loaded for grade in part.speed_grades)
 
 
@@ -200,10 +200,11 @@ def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
 
 
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
+    """The folder of each part file, by the name of the part."""
     found: dict[str, Path] = {}
     for folder in (*folders, parts_folder()):
+        # No folder, no parts.
         with contextlib.suppress(OSError):
-            for name in os.listdir(folder):
-                if name.endswith(".yaml"):
-                    found.setdefault(name.removesuffix(".yaml"), folder / name)
+            names = [name.removesuffix(".yaml") for name in os.listdir(folder) if name.endswith(".yaml")]
+            found |= {name: folder for name in names if name not in found}
     return found
