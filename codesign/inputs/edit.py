@@ -6,19 +6,26 @@ validated before. A fault of a value is reported where the value comes from (``D
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.base import Spec
+from codesign.inputs.components import COMPONENTS
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
 from codesign.inputs.faults import Keep, Teller, translate
+from codesign.inputs.links import LINKS
+from codesign.inputs.part_file import part_state
 from codesign.inputs.platform import Platform
 from codesign.inputs.workload import BASE, PLACE_KEYS, TaskModels, Workload, tasks_of
-from codesign.models import TaskParameters
+from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
 
@@ -152,6 +159,10 @@ def validated(
         before = spec.document.tree
         for key in model.model_fields:
             fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
+    if isinstance(spec, Platform):
+        for section in ("components", "links"):
+            entries = fields[section].items()
+            fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
     try:
         made = model.model_validate({**fields, **fixed}, context={"document": document, **context})
     except ValidationError as error:
@@ -170,6 +181,24 @@ def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
         }
         return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
     return raw
+
+
+def _kept(section: str, entry: Any, folder: Path) -> Any:
+    """A component or link as it was validated before, where one of that content was; else as it is."""
+    if not isinstance(entry, dict):
+        return entry
+    part = entry.get("part")
+    state = part_state(part, (folder / "parts",)) if isinstance(part, str) else ()
+    with contextlib.suppress(TypeError, ValueError, ValidationError, SpecError):
+        return _of_content(section, json.dumps(entry, sort_keys=True), folder, state)
+    return entry
+
+
+@functools.lru_cache(maxsize=1024)
+def _of_content(section: str, text: str, folder: Path, _parts: object) -> SpecModel:
+    entry = json.loads(text)
+    model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
+    return model.model_validate(entry, context={"document": Document("", folder, entry)})
 
 
 def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:

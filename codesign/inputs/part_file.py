@@ -161,6 +161,16 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
     return part_file.part(dash + grade)
 
 
+def part_state(full_name: str, folders: Sequence[Path] = ()) -> tuple[tuple[int, int], ...]:
+    """When the files of a part were changed, and their sizes: what is kept of a part holds for this state alone."""
+    name, states = full_name.partition("-")[0], []
+    for folder in (*folders, parts_folder()):
+        with contextlib.suppress(OSError, ValueError):
+            state = os.stat(f"{folder}/{name}.yaml")
+            states.append((state.st_mtime_ns, state.st_size))
+    return tuple(states)
+
+
 def list_parts(folders: Sequence[Path] = ()) -> list[str]:
     """Full names of all parts, in every speed grade, sorted."""
     loaded = [load_part_file(folder / f"{name}.yaml") for name, folder in _part_files(folders).items()]
