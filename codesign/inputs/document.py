@@ -98,6 +98,8 @@ def put(document: Document, edits: Mapping[KeyPath, Any], by: Callable[[KeyPath]
         edits: the values by path, put in that order; ``REMOVED`` removes a key.
         by: where the value at a path comes from. Faults of the value are reported there.
     """
+    if not edits:
+        return document
     tree, origins, faults = document.tree, dict(document.origins), list(document.faults)
     number = 1 + max((number for number, _ in origins.values()), default=-1)
     copies: set[int] = set()

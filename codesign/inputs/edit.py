@@ -161,8 +161,9 @@ def validated(
             fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
     if isinstance(spec, Platform):
         for section in ("components", "links"):
-            entries = fields[section].items()
-            fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
+            if fields[section] is not getattr(spec, section):
+                entries = fields[section].items()
+                fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
     try:
         made = model.model_validate({**fields, **fixed}, context={"document": document, **context})
     except ValidationError as error:
@@ -307,8 +308,7 @@ def design_point(
         edits = movable.edits(axis, axes[axis])
         moved |= dict.fromkeys(edits, axis)
         (of_workload if movable.path(axis)[0] == "mapping" else of_platform).update(edits)
-    document = put(document, of_workload, origin) if of_workload else document
-    parts = put(parts, of_platform, origin) if of_platform else parts
+    document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
     faults += [*document.faults, *parts.faults]
     point, wrong = _edited(workload, document, fixed, _teller(document, moved, by))
     made, more = _edited(platform, parts, {}, _teller(parts, moved, by))

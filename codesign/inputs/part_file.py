@@ -133,7 +133,12 @@ class PartFile(Spec):
 
 def parts_folder() -> Path:
     """The folder of shipped parts."""
-    return data_folder("platforms") / "parts"
+    return _parts_in(data_folder("platforms"))
+
+
+@functools.cache
+def _parts_in(folder: Path) -> Path:
+    return folder / "parts"
 
 
 def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
