@@ -6,6 +6,7 @@ place in the workload file that says so, all at once.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -186,7 +187,10 @@ def _problem(
         chosen = tuple((int(row), int(column)) for row, column in starts)
         faults += _cell_faults(workload, grid, "starts", chosen)
     elif not faults:
-        chosen = _drawn(grid, goals, starts.count, starts.seed)
+        # The points of a study draw from the same map, which is searched once.
+        cells = hashlib.sha256(grid.free.tobytes()).digest()
+        key = ("starts", cells, grid.shape, goals, starts.count, starts.seed)
+        chosen = _grids.get(key, lambda: _drawn(grid, goals, starts.count, starts.seed))
     # A drive begins wherever it does, and says in the end that there was no way.
     drives = isinstance(workload.scenario, Drive)
     if not faults and not drives and not planner.answers_no_way:
