@@ -11,7 +11,7 @@ from pathlib import Path
 
 import networkx as nx
 import pytest
-from levels import LEVEL, MAY_USE_TRACE, ROOM_NAMES, ROOM_ORDER
+from levels import LEVEL, MAY_USE_TRACE, ROOM_NAMES, ROOM_ORDER, ROOMS
 from places import ROOT
 
 PACKAGE = ROOT / "codesign"
@@ -154,3 +154,52 @@ def test_help_needs_no_heavy_module() -> None:
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
+    """A planner is usable without anything of YAML: only its reproduction reads platforms and workloads."""
+    rooms = {module: path for module, path in modules().items() if entry_of(module) in ROOM_NAMES}
+    inner = {
+        module: path for module, path in rooms.items() if module.split(".")[2:3] in (["plan"], ["styles"])
+    }
+    assert {module.split(".")[1] for module in inner} == set(ROOMS)
+    below = {"planners.interface", "planners.styles", "planners.ways", "planners.task_graph"}
+    inner |= {module: path for module, path in modules().items() if module in below}
+    found = [
+        f"{path.relative_to(ROOT)}:{line}"
+        for path in inner.values()
+        for line, name in imports(path, typing=False)
+        if entry_of(name) == "inputs"
+    ]
+    assert found == []
+
+
+# A problem and parameters for the planner of each room, as a user of it alone would write them.
+PLANNED = {
+    "harmonic": {"block": (6, 6), "iterations": 6, "schedule": (7, 15)},
+    "breadth_first": {},
+    "wavefront": {},
+    "velocity_obstacle": {"updates": 5},
+    "relaxation": {"method": "direct"},
+}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_planner_plans_without_yaml(room: str) -> None:
+    script = (
+        "import importlib, sys\n"
+        "sys.modules['yaml'] = None\n"
+        "import numpy as np\n"
+        "from codesign.planners.interface import Problem\n"
+        f"planner = importlib.import_module('codesign.planners.{room}.plan.planner').PLANNER\n"
+        f"importlib.import_module('codesign.planners.{room}.styles')\n"
+        f"parameters = planner.tasks[planner.planning_task].model_validate({PLANNED[room]!r})\n"
+        "model = planner.problem_model\n"
+        "crossing = {'robots': {'count': 4, 'arrangement': 'circle'}}\n"
+        "map_ = Problem(np.ones((6, 6), bool), ((0, 0),), ((5, 5),))\n"
+        "problem = map_ if model is None else model.model_validate(crossing).problem()\n"
+        "assert planner.plan(problem, parameters) is not None\n"
+        "print([name for name in sys.modules if name.startswith('codesign.inputs')])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.stdout.strip(), done.stderr) == ("[]", "")

@@ -59,7 +59,8 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
 
 def variant_digests(workload: Workload) -> dict[str, str]:
     """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
-    from codesign.inputs.variants import BASE, VARIANT_AXIS, choose_variant
+    from codesign.inputs.edit import VARIANT_AXIS, choose_variant
+    from codesign.inputs.workload import BASE
 
     names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
     return {

@@ -22,7 +22,7 @@ from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.exploration.study import Outcome, Study, judged
-from codesign.inputs import Platform, Workload, cross_check, override
+from codesign.inputs import Platform, Workload, cross_check, design_point
 from codesign.inputs.exploration import Constraint, Exploration, ResultFigure
 from codesign.memo import Memo
 from codesign.results.result import Result
@@ -86,7 +86,7 @@ class Simulator:
 
         if self._memo is None:
             self._memo = Memo()
-        moved = override(self.platform, self.workload, point.axes)
+        moved = design_point(self.platform, self.workload, point.axes)
         own = _grid_for(moved[1], self.workload, self.grid)
         return simulate(*moved, memo=self._memo, grid=own, memory=self.memory)
 
@@ -375,7 +375,7 @@ def _check_some_point(
     first: CodesignError | None = None
     for point in islice(space.points(), _TRIED_AT_FIRST):
         try:
-            moved = override(platform, workload, point.axes)
+            moved = design_point(platform, workload, point.axes)
             ready(bind(*moved, grid=_grid_for(moved[1], workload, grid)), memory=memory)
         except (SpecError, InputError) as fault:
             first = first or fault

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from codesign.inputs.variants import VARIANT_AXIS
+from codesign.inputs.edit import VARIANT_AXIS
 
 MAX_GROUP = 16
 

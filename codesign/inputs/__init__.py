@@ -1,20 +1,22 @@
 """Platform, part and workload files: the only package that reads YAML.
 
-A file becomes a plain tree with the place of every key (``marks``), pydantic models check it (``model``,
-``fields``, ``part``, ``platform``, ``problem``, ``exploration``, ``workload``), and what is wrong comes
-out as faults with file, line, column, key, value and remedy, all at once (``validate``). ``design_point``
-puts values of an exploration in the place of what the files say, ``variants`` one of a workload's variants, and
-``axes`` and ``pairing`` find what is wrong with those axes before any point is made.
+A file becomes a plain tree with the place of every key (``yaml_tree``, ``document``), pydantic models check it
+(``platform``, ``components``, ``links``, ``workload``, ``problem``, ``scenario``, ``exploration``, ``part_file``), and
+what is wrong comes out as faults with file, line, column, key, value and remedy, all at once (``faults``).
+
+A design point is an edited tree (``edit``): values are put into the trees, with where they come from, and the same
+models validate. A variant is a merge of its section. ``checks`` makes each point of a study with one axis moved, and
+finds what is wrong with the axes before any point is computed.
 
 PyYAML reads events only, never objects. Its own schema was rejected: it takes ``010`` for 8, ``on`` for true,
 ``12:30:00`` for 45000, ``1e6`` for text, and the last of two equal keys without a word.
 """
 
 from codesign.inputs.base import Spec, fault
-from codesign.inputs.design_point import has_axis, override, pin
+from codesign.inputs.checks import cross_check
+from codesign.inputs.edit import design_point, has_axis, pin
 from codesign.inputs.exploration import Constraint, Exploration, ResultFigure
 from codesign.inputs.files import parse_value, starting_files
-from codesign.inputs.pairing import cross_check
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.inputs.platform import Platform, list_platforms, load_platform
 from codesign.inputs.schema import json_schema
@@ -33,6 +35,7 @@ __all__ = [
     "TaskMapping",
     "Workload",
     "cross_check",
+    "design_point",
     "fault",
     "has_axis",
     "json_schema",
@@ -42,7 +45,6 @@ __all__ = [
     "load_part",
     "load_platform",
     "load_workload",
-    "override",
     "parse_value",
     "pin",
     "starting_files",

@@ -1,23 +1,26 @@
-"""A loaded spec: frozen, picklable, with the places of its keys, a digest, and its own raw text tree."""
+"""A loaded spec: frozen, picklable, with its document (the raw tree and the places of its keys) and a digest."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Self, TypeVar, cast
+from typing import Any, Self, cast
 
 from pydantic import BaseModel, PrivateAttr
 
 from codesign.errors import Fault
 from codesign.figures import Figure
+from codesign.inputs.document import Document, KeyPath
 from codesign.inputs.fields import DECLARED
-from codesign.inputs.yaml_tree import Document, KeyPath
 from codesign.models import SpecModel
 
 _NO_DOCUMENT = Document("", Path(), {})
+
+CHOSEN = "chosen for this design point"
+"""Source of a figure in short form that a design point brings."""
 
 _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 """Keys that change no result: where a figure is from, prose, and which other points are explored."""
@@ -26,17 +29,32 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 class Spec(SpecModel):
     """A platform or a workload, loaded."""
 
-    _document: Document = PrivateAttr(default=_NO_DOCUMENT)
+    # Factories, as pydantic copies a default for each model.
+    _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
+    _context: Mapping[str, Any] = PrivateAttr(default_factory=dict)
 
     @property
     def document(self) -> Document:
         """The file behind the spec: its raw tree and the places of its keys."""
         return self._document
 
-    def with_document(self, document: Document) -> Self:
-        """The spec with its file; figures in short form get the file's name and their line as source."""
-        made = placed(self, lambda path: declared_in(document, path))
-        made._document = document
+    @property
+    def context(self) -> Mapping[str, Any]:
+        """What its validators are given beside the document."""
+        return self._context
+
+    def with_document(
+        self, document: Document, context: Mapping[str, Any] | None = None, before: Self | None = None
+    ) -> Self:
+        """The spec with its file; figures in short form get the file's name and their line as source.
+
+        Args:
+            document: the file.
+            context: what the validators were given beside the document.
+            before: the spec before its document was edited; what it shares with this one has its sources.
+        """
+        made = cast("Self", _placed(self, lambda path: declared_in(document, path), (), before))
+        made._document, made._context = document, context or {}
         return made
 
     def digest(self) -> str:
@@ -70,30 +88,26 @@ def _without(content: Any, keys: frozenset[str]) -> Any:
 
 
 def declared_in(document: Document, path: KeyPath) -> str:
-    """The source of a figure in short form: its file, without folders, and its line."""
+    """The source of a figure in short form: its file, without folders, and its line; or that it was chosen."""
+    origin = document.origin(path)
+    if origin is not None and origin.document is None:
+        return CHOSEN
     return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
 
 
-V = TypeVar("V")
-
-
-def placed(value: V, source: Callable[[KeyPath], str], path: KeyPath = ()) -> V:
-    """The value with ``source(path)`` as the source of each figure in short form inside it."""
-    return cast("V", _placed(value, source, path))
-
-
-def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath) -> Any:
+def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath, before: Any) -> Any:
+    """The value with ``source(path)`` as the source of each figure in short form that is not in ``before`` too."""
+    if value is before:
+        return value
     if isinstance(value, Figure):
         return dataclasses.replace(value, source=source(path)) if value.source == DECLARED else value
-    if isinstance(value, BaseModel):
-        fields = {name: getattr(value, name) for name in type(value).model_fields}
-        update = _changes(fields, source, path)
-        return value.model_copy(update=update) if update else value
-    if isinstance(value, dict):
-        return value | _changes(value, source, path)
-    return value
-
-
-def _changes(fields: dict[str, Any], source: Callable[[KeyPath], str], path: KeyPath) -> dict[str, Any]:
-    made = {name: _placed(field, source, (*path, name)) for name, field in fields.items()}
-    return {name: field for name, field in made.items() if field is not fields[name]}
+    is_model, changes = isinstance(value, BaseModel), {}
+    known = (before.__dict__ if is_model else before) if type(before) is type(value) else {}
+    for name, inner in (value.__dict__ if is_model else value).items():
+        if isinstance(inner, Figure | BaseModel | dict):
+            made = _placed(inner, source, (*path, name), known.get(name))
+            if made is not inner:
+                changes[name] = made
+    if not changes:
+        return value
+    return value.model_copy(update=changes) if is_model else value | changes

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
-from codesign.inputs.yaml_tree import MAX_FAULTS, Document, KeyPath
+from codesign.inputs.document import Document, KeyPath
+from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 
 M = TypeVar("M", bound=BaseModel)
@@ -59,29 +60,38 @@ def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
     return faults
 
 
+class Teller(Protocol):
+    """Makes the fault at a path of a document (``Document.fault``); None where there is none to report."""
+
+    def __call__(  # noqa: D102 - above
+        self, path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False
+    ) -> Fault | None: ...
+
+
+Keep = Callable[[KeyPath, bool], bool]
+"""Whether a fault is reported: by the path of what was refused, and whether it is an unknown key."""
+
+
 def translate(
-    error: ValidationError,
-    document: Document,
-    tree: Any = None,
-    place: Callable[[KeyPath], KeyPath | None] = lambda path: path,
+    error: ValidationError, document: Document, tell: Teller | None = None, keep: Keep | None = None
 ) -> list[Fault]:
     """The faults that a validation error stands for.
 
     Args:
-        error: of validating ``tree``.
+        error: of validating the tree of ``document``.
         document: where the places are looked up.
-        tree: what was validated; all of the document by default.
-        place: the path in the document of a path in ``tree``, or None for a fault to be left out.
+        tell: makes the faults; by default the document does.
+        keep: says which are made; by default all are.
     """
-    validated = document.tree if tree is None else tree
-    lines = [_Line(line, *_locate(validated, line)) for line in error.errors(include_url=False)]
-    placed = [(path, line) for line in _without_noise(lines) if (path := place(line.path)) is not None]
-    placed.sort(key=lambda pair: document.value_mark(pair[0]))
+    tell = tell or document.fault
+    lines = [_Line(line, *_locate(document.tree, line)) for line in error.errors(include_url=False)]
+    lines = sorted(_without_noise(lines), key=lambda line: document.value_mark(line.path))
+    lines = [line for line in lines if keep is None or keep(line.path, line.type in _UNKNOWN)]
     # A hint takes a search for the nearest word: what nobody will read gets none made.
-    faults = [_fault(line, path, document, place) for path, line in placed[: MAX_FAULTS + 1]]
-    faults += [document.fault(path, line.message) for path, line in placed[MAX_FAULTS + 1 :]]
+    faults = [_fault(line, tell) for line in lines[: MAX_FAULTS + 1]]
+    faults += [tell(line.path, line.message) for line in lines[MAX_FAULTS + 1 :]]
     # Two branches of a union, or a model and its parent, may say the same thing of the same place.
-    return list(dict.fromkeys(faults))
+    return list(dict.fromkeys(fault for fault in faults if fault is not None))
 
 
 class _Line:
@@ -147,27 +157,26 @@ def _miscounted(line: _Line) -> bool:
     return line.type == "too_short" and len(line.value) >= line.context["min_length"]
 
 
-def _fault(
-    line: _Line, path: KeyPath, document: Document, place: Callable[[KeyPath], KeyPath | None]
-) -> Fault:
-    refusal = line.context.get("error")
+def _fault(line: _Line, tell: Teller) -> Fault | None:
+    refusal, path = line.context.get("error"), line.path
     if isinstance(refusal, RefusalError):
-        inner = place((*line.path, *refusal.at)) or path
-        return document.fault(inner, refusal.what, refusal.hint, at_key=refusal.of_key)
-    if line.type in {"unknown_key", "extra_forbidden"}:
+        return tell((*path, *refusal.at), refusal.what, refusal.hint, at_key=refusal.of_key)
+    if line.type in _UNKNOWN:
         word = clip(str(path[-1]), 60) if path else ""
         accepted = line.context.get("accepted")
         hint = choose_hint(word, accepted) if accepted is not None else None
-        return document.fault(path, "unknown key", hint, at_key=True)
+        return tell(path, "unknown key", hint, at_key=True)
     if line.type == "missing" and isinstance(line.last_step, int):
         what = f"{show(line.value)} of {line.last_step} entries is too short"
-        return document.fault(path, what, f"{line.last_step + 1} needed")
+        return tell(path, what, f"{line.last_step + 1} needed")
     if line.type == "missing":
-        return document.fault(path, "missing", "add this key")
+        return tell(path, "missing", "add this key")
     what, hint = _explain(line)
     is_key = line.type == "string_pattern_mismatch" and bool(path) and line.value == path[-1]
-    return document.fault(path, what, hint, at_key=is_key)
+    return tell(path, what, hint, at_key=is_key)
 
+
+_UNKNOWN = {"unknown_key", "extra_forbidden"}
 
 _KINDS = {
     "int": "a whole number",

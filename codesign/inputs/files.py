@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import re
 from pathlib import Path
@@ -11,9 +12,14 @@ from codesign.errors import InputError, SpecError, choose_hint, clip
 from codesign.inputs.yaml_tree import parse_document
 
 
+@functools.cache
+def _package(file: str) -> Path:
+    return Path(file).resolve().parent.parent
+
+
 def data_folder(name: str) -> Path:
     """The folder of shipped data, ``platforms`` or ``workloads``: the checkout's, or else the wheel's."""
-    package = Path(__file__).resolve().parent.parent
+    package = _package(__file__)
     checkout = package.parent
     return (checkout if (checkout / "pyproject.toml").is_file() else package) / name
 

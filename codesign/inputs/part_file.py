@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -12,10 +14,11 @@ from pydantic import Field, model_validator
 from codesign.errors import Fault, InputError, choose_hint, clip
 from codesign.figures import Figure, Status
 from codesign.inputs.base import Spec
+from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
 from codesign.inputs.files import data_folder, shown
-from codesign.inputs.yaml_tree import Document, read_document
+from codesign.inputs.yaml_tree import read_document
 from codesign.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
 from codesign.part import Part
 
@@ -130,7 +133,12 @@ class PartFile(Spec):
 
 def parts_folder() -> Path:
     """The folder of shipped parts."""
-    return data_folder("platforms") / "parts"
+    return _parts_in(data_folder("platforms"))
+
+
+@functools.cache
+def _parts_in(folder: Path) -> Path:
+    return folder / "parts"
 
 
 def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
@@ -148,7 +156,7 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
     name, dash, grade = full_name.partition("-")
     if name not in files:
         raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
-    part_file = load_part_file(files[name])
+    part_file = load_part_file(files[name] / f"{name}.yaml")
     if dash + grade not in part_file.speed_grades:
         grades = [f"{name}{known}" for known in part_file.speed_grades]
         lacks = (
@@ -158,9 +166,19 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
     return part_file.part(dash + grade)
 
 
+def part_state(full_name: str, folders: Sequence[Path] = ()) -> tuple[tuple[int, int], ...]:
+    """When the files of a part were changed, and their sizes: what is kept of a part holds for this state alone."""
+    name, states = full_name.partition("-")[0], []
+    for folder in (*folders, parts_folder()):
+        with contextlib.suppress(OSError, ValueError):
+            state = os.stat(f"{folder}/{name}.yaml")
+            states.append((state.st_mtime_ns, state.st_size))
+    return tuple(states)
+
+
 def list_parts(folders: Sequence[Path] = ()) -> list[str]:
     """Full names of all parts, in every speed grade, sorted."""
-    loaded = [load_part_file(path) for path in _part_files(folders).values()]
+    loaded = [load_part_file(folder / f"{name}.yaml") for name, folder in _part_files(folders).items()]
     return sorted(f"{part.name}{grade}" for part in loaded for grade in part.speed_grades)
 
 
@@ -197,8 +215,11 @@ def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
 
 
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
+    """The folder of each part file, by the name of the part."""
     found: dict[str, Path] = {}
     for folder in (*folders, parts_folder()):
-        for path in sorted(folder.glob("*.yaml")):
-            found.setdefault(path.stem, path)
+        # No folder, no parts.
+        with contextlib.suppress(OSError):
+            names = [name.removesuffix(".yaml") for name in os.listdir(folder) if name.endswith(".yaml")]
+            found |= {name: folder for name in names if name not in found}
     return found

@@ -11,11 +11,12 @@ from pydantic import Field
 from codesign.errors import Fault, choose_hint, clip
 from codesign.inputs.base import Spec
 from codesign.inputs.components import Component, FpgaComponent
+from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
-from codesign.inputs.yaml_tree import Document, read_document
+from codesign.inputs.yaml_tree import read_document
 
 MAX_NAMES = 256
 """Components of a platform, and links of a platform."""

@@ -1,16 +1,15 @@
-"""A workload: planner, problem, scenario, mapping, and what to explore, as declared in YAML."""
+"""A workload: planner, problem, scenario, mapping, variants, and what to explore, as declared in YAML."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     ConfigDict,
     Field,
-    PrivateAttr,
     SerializeAsAny,
     ValidationError,
     ValidationInfo,
@@ -20,13 +19,12 @@ from pydantic_core import InitErrorDetails
 
 from codesign.errors import choose_hint, clip, show
 from codesign.inputs.base import Spec
+from codesign.inputs.document import Document
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.fields import Name
 from codesign.inputs.problem import FileMap, ProblemSpec
 from codesign.inputs.scenario import PlanOnce, Scenario
 from codesign.inputs.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
-from codesign.inputs.variants import BASE, MAX_VARIANTS, merged, parts_present, sound_scenario
-from codesign.inputs.yaml_tree import Document
 from codesign.models import (
     RefusalError,
     SpecModel,
@@ -35,6 +33,11 @@ from codesign.models import (
     raise_all,
     refusal_details,
 )
+
+BASE = "base"
+"""The name under which the workload itself stands beside its variants."""
+
+MAX_VARIANTS = 64
 
 ProblemModels = Mapping[str, type[SpecModel]]
 """Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
@@ -72,9 +75,13 @@ PLACE_KEYS = ("component", "style", "external_memory")
 def map_task(raw: Any, model: type[TaskParameters], document: Document | None = None) -> TaskMapping:
     """The mapping of one task from its raw form: component, style, and parameters beside them.
 
+    One that was validated before is taken as it is.
+
     Raises:
         ValidationError: with locations inside ``raw``.
     """
+    if isinstance(raw, TaskMapping):
+        return raw
     if not isinstance(raw, dict):
         refusal = RefusalError(
             f"{show(raw)} is not a mapping", "write {component: NAME} and the task's parameters"
@@ -99,15 +106,15 @@ def map_task(raw: Any, model: type[TaskParameters], document: Document | None = 
 class Variant(SpecModel):
     """Another way to do the same: what it gives stands in the place of the workload's own.
 
-    ``scenario`` is whole: the workload's, with the keys that the variant changes put in.
+    Planner, mapping and scenario are raw: the workload with the variant put in is what is validated.
     """
 
     description: str = Field(default="", description="What it is, for humans.")
     planner: Name | None = Field(default=None, description="Its planner; by default the workload's.")
-    mapping: dict[Name, TaskMapping] | None = Field(
+    mapping: dict[str, Any] | None = Field(
         default=None, description="Where its tasks run; by default as in the workload, else wholly its own."
     )
-    scenario: Scenario | None = Field(
+    scenario: dict[str, Any] | None = Field(
         default=None, description="Keys of the scenario that differ; the rest is the workload's."
     )
 
@@ -132,8 +139,6 @@ class Workload(Spec):
         default=None, description="What hwsw explore tries, and what is good."
     )
 
-    _models: TaskModels | None = PrivateAttr(default=None)
-
     @property
     def map_file(self) -> Path | None:
         """The file of the map, or None where the map is generated."""
@@ -143,13 +148,10 @@ class Workload(Spec):
     @property
     def task_models(self) -> Mapping[str, type[TaskParameters]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
-        return self.models_of(self.planner, self.scenario)
-
-    def models_of(self, planner: str, scenario: Scenario) -> Mapping[str, type[TaskParameters]] | None:
-        """As ``task_models``, of another planner or scenario."""
-        if self._models is None or planner not in self._models:
+        models = (self.context.get("tasks") or {}).get(self.planner)
+        if models is None:
             return None
-        return {**_other_tasks(scenario, (task.name for task in self.tasks)), **self._models[planner]}
+        return {**_other_tasks(self.scenario, (task.name for task in self.tasks)), **models}
 
     def _identity(self) -> dict[str, Any]:
         # A variant that is not chosen changes no result; one that is has no variants left.
@@ -197,33 +199,24 @@ class Workload(Spec):
         if "document" not in (info.context or {}):
             return handler(value)
         fields = info.data
-        others = _other_tasks(fields.get("scenario"), _extra_names(fields, info.context or {}, value))
-        return _mapped(value, fields.get("planner"), others, info.context or {})
+        scenario, context = fields.get("scenario"), info.context or {}
+        others = _other_tasks(scenario, _extra_names(fields, context, value))
+        return _mapped(value, fields.get("planner"), scenario, others, context)
 
     @field_validator("variants", mode="wrap")
     @classmethod
-    def _each_variant(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:
-        if "document" not in (info.context or {}) or not isinstance(value, dict) or len(value) > MAX_VARIANTS:
-            return handler(value)
+    def _other_than_base(cls, value: Any, handler: Any) -> Any:
         lines: list[InitErrorDetails] = []
-        made: dict[str, Variant] = {}
-        for name, raw in value.items():
-            if name == BASE:
-                what = f"{BASE} is what the workload itself does"
-                refusal = RefusalError(what, "give the variant another name", of_key=True)
-                lines.append(refusal_details(refusal, (name,)))
-                continue
-            try:
-                made[name] = _variant(raw, info.data, info.context or {})
-            except ValidationError as error:
-                lines += details_of(error, (name,))
+        if isinstance(value, dict) and BASE in value and len(value) <= MAX_VARIANTS:
+            what = f"{BASE} is what the workload itself does"
+            refusal = RefusalError(what, "give the variant another name", of_key=True)
+            lines.append(refusal_details(refusal, (BASE,)))
+        try:
+            value = handler(value)
+        except ValidationError as error:
+            lines += details_of(error)
         raise_all("Workload", lines)
-        return handler(made)
-
-    def with_models(self, models: TaskModels | None) -> Self:
-        """The workload, with the models, by planner and task, that substituted parameters are checked against."""
-        self._models = models
-        return self
+        return value
 
 
 def _other_tasks(scenario: Scenario | None, extra: Iterable[str]) -> dict[str, type[TaskParameters]]:
@@ -243,8 +236,25 @@ def _extra_names(fields: Mapping[str, Any], context: Mapping[str, Any], mapping:
     return legible if all_legible or not isinstance(mapping, dict) else [*legible, *mapping]
 
 
+def tasks_of(tree: Mapping[str, Any], models: TaskModels | None) -> dict[str, type[TaskParameters]]:
+    """The tasks that a raw workload may place, with the model of their parameters; no planner's where it has none."""
+    planner, scenario, extra = tree.get("planner"), tree.get("scenario"), tree.get("tasks")
+    kind = scenario.get("type") if isinstance(scenario, dict) else PlanOnce().type
+    brought = SCENARIO_TASKS.get(kind, ()) if isinstance(kind, str) else ()
+    names = [task.get("name") for task in extra if isinstance(task, dict)] if isinstance(extra, list) else []
+    own = (models or {}).get(planner, {}) if isinstance(planner, str) else {}
+    return {
+        **dict.fromkeys((*brought, *(name for name in names if isinstance(name, str))), PlacedTask),
+        **own,
+    }
+
+
 def _mapped(
-    value: Any, planner: str | None, others: Mapping[str, type[TaskParameters]], context: Mapping[str, Any]
+    value: Any,
+    planner: str | None,
+    scenario: Scenario | None,
+    others: Mapping[str, type[TaskParameters]],
+    context: Mapping[str, Any],
 ) -> dict[str, TaskMapping]:
     """A mapping from its raw form; ``others``: the tasks that are not the planner's."""
     if not isinstance(value, dict) or not value:
@@ -258,6 +268,8 @@ def _mapped(
     for task, raw in value.items():
         if models is not None and task not in models:
             what = f"{planner} has no task {clip(task)!r}"
+            if scenario is not None and task in chain(*SCENARIO_TASKS.values()):
+                what = f"scenario {scenario.type} has no task {task!r}, which the mapping places"
             refusal = RefusalError(what, choose_hint(clip(task, 60), models), of_key=True)
             lines.append(refusal_details(refusal, (task,)))
             continue
@@ -267,93 +279,3 @@ def _mapped(
             lines += details_of(error, (task,))
     raise_all("Workload", lines)
     return made
-
-
-def _variant(raw: Any, fields: Mapping[str, Any], context: Mapping[str, Any]) -> Variant:
-    """A variant from its raw form, ``fields`` those of the workload that are sound.
-
-    Raises:
-        ValidationError: with locations inside ``raw``.
-    """
-    if not isinstance(raw, dict):
-        refusal = RefusalError(
-            f"{show(raw)} is not a mapping", "write {planner: NAME, mapping: {...}, scenario: {...}}"
-        )
-        raise_all("Variant", [refusal_details(refusal)])
-    lines: list[InitErrorDetails] = []
-    named = raw.get("planner", fields.get("planner"))
-    planner = named if isinstance(named, str) else None
-    other = _planner_refusal(raw, fields, context)
-    lines += [other] if other else []
-    scenario = fields.get("scenario")
-    if "scenario" in raw:
-        try:
-            scenario = _varied_scenario(raw["scenario"], context["document"])
-        except ValidationError as error:
-            scenario, lines = None, lines + details_of(error)
-    made = {key: value for key, value in raw.items() if key not in {"scenario", "mapping"}}
-    made |= {"scenario": scenario} if "scenario" in raw else {}
-    others = _other_tasks(scenario, _extra_names(fields, context, raw.get("mapping")))
-    if "mapping" in raw and not other:
-        try:
-            made["mapping"] = _mapped(raw["mapping"], planner, others, context)
-        except ValidationError as error:
-            lines += details_of(error, ("mapping",))
-    elif "mapping" not in raw and scenario is not None:
-        lost = stray_task(fields.get("mapping", {}), scenario, fields.get("scenario", PlanOnce()))
-        if lost is not None:
-            refusal = RefusalError(lost, "give the variant a mapping of its own")
-            lines.append(refusal_details(refusal, ("scenario",)))
-    try:
-        variant = Variant.model_validate(made)
-    except ValidationError as error:
-        lines += [line for line in details_of(error) if line["loc"][0] not in {"scenario", "mapping"}]
-    raise_all("Variant", lines)
-    return variant
-
-
-def _planner_refusal(
-    raw: Mapping[str, Any], fields: Mapping[str, Any], context: Mapping[str, Any]
-) -> InitErrorDetails | None:
-    """What keeps the planner of a variant from taking the workload's problem, or its mapping."""
-    planner, base = raw.get("planner"), fields.get("planner")
-    tasks, problems = context.get("tasks"), context.get("problems") or {}
-    if not isinstance(planner, str) or base is None or planner == base:
-        return None
-    if tasks is not None and planner not in tasks:
-        refusal = RefusalError(
-            f"there is no planner {clip(planner)!r}", choose_hint(clip(planner, 60), tasks)
-        )
-    elif problems.get(planner) is not problems.get(base):
-        what = f"the problem of {planner} is of another kind than that of {base}"
-        refusal = RefusalError(what, "choose a planner of the same kind, or make a workload of its own")
-    elif "mapping" not in raw:
-        what = f"the workload maps the tasks of {base}, not those of {planner}"
-        refusal = RefusalError(what, "give the variant a mapping of its own")
-    else:
-        return None
-    return refusal_details(refusal, ("planner",))
-
-
-def _varied_scenario(raw: Any, document: Document) -> Scenario:
-    """The workload's scenario with the keys of ``raw`` put in."""
-    if not isinstance(raw, dict):
-        refusal = RefusalError(f"{show(raw)} is not a mapping", "write the keys that differ")
-        raise_all("Variant", [refusal_details(refusal, ("scenario",))])
-    try:
-        return sound_scenario(merged(document.tree.get("scenario"), raw), document)
-    except ValidationError as error:
-        # A key of the workload's scenario that clashes is told of the variant, which brought the clash in.
-        lines = details_of(error)
-        for line in lines:
-            line["loc"] = parts_present({"scenario": raw}, line["loc"], keep_last=line["type"] == "missing")
-        raise ValidationError.from_exception_data("Variant", lines) from None
-
-
-def stray_task(mapping: Iterable[str], scenario: Scenario, before: Scenario) -> str | None:
-    """What is wrong where a mapping made for scenario ``before`` places a task that ``scenario`` does not have."""
-    known = SCENARIO_TASKS[scenario.type]
-    for task in mapping:
-        if task in SCENARIO_TASKS[before.type] and task not in known:
-            return f"scenario {scenario.type} has no task {task!r}, which the mapping places"
-    return None

@@ -1,10 +1,10 @@
-"""Workload files: found by name or path, read, and checked with the axes that they explore."""
+"""Workload files: found by name or path, read, and checked with their variants and the axes that they explore."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from codesign.inputs.axes import axis_faults
+from codesign.inputs.checks import workload_faults
 from codesign.inputs.faults import validate
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.workload import ProblemModels, TaskModels, Workload
@@ -27,10 +27,8 @@ def load_workload(
     """
     path, shown = find_spec(source, "workloads")
     document = read_document(path, shown)
-    workload = validate(
-        Workload, document, {"tasks": tasks, "problems": problems}, axis_faults
-    ).with_document(document)
-    return workload.with_models(tasks)
+    context = {"tasks": tasks, "problems": problems}
+    return validate(Workload, document, context, workload_faults).with_document(document, context)
 
 
 def list_workloads() -> list[str]:

@@ -14,13 +14,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import yaml
 
 from codesign.errors import Fault, SpecError, WrittenFloat, clip
+from codesign.inputs.document import Document, KeyPath, Mark, dotted
 
 MAX_BYTES = 2**20
 MAX_DEPTH = 32
@@ -28,66 +28,8 @@ MAX_NODES = 100_000
 MAX_FAULTS = 100
 """Faults reported of one file; the rest is counted."""
 
-KeyPath = tuple[str | int, ...]
-"""The way to a node: mapping keys and list indices from the root."""
-
-Mark = tuple[int, int]
-"""Line and column, from 1."""
-
 _CONTROL = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u2028\u2029\ufeff\ufffe\uffff\ud800-\udfff]")
 _TAB_INDENT = re.compile(r"^ *\t", re.M)
-
-
-@dataclass(frozen=True)
-class Document:
-    """One file, read.
-
-    - ``file``: as the user would name it. ``folder``: what relative paths in it start from.
-    - ``tree``: dicts with text keys, lists, and scalars (text, int, float, bool, None).
-    - ``keys``, ``values``: the place of each key and of each value by its path; the root is ``()``.
-    - ``faults``: what could not be taken as it stands, with the rest of the file intact.
-    - ``spoilt``: places in the tree where something else stands than what was meant.
-    - ``moved``: where values come from that stand in the tree but not in the file, by path (``--set relax.block``).
-    """
-
-    file: str
-    folder: Path
-    tree: Any
-    keys: dict[KeyPath, Mark] = field(default_factory=dict)
-    values: dict[KeyPath, Mark] = field(default_factory=dict)
-    faults: tuple[Fault, ...] = ()
-    spoilt: frozenset[Mark] = frozenset()
-    moved: dict[KeyPath, str] = field(default_factory=dict)
-
-    def value_mark(self, path: KeyPath) -> Mark:
-        """The place of the value at ``path``, or of what is around it; (0, 0) where nothing has a place."""
-        while path and path not in self.values:
-            path = path[:-1]
-        return self.values.get(path, (0, 0))
-
-    def key_mark(self, path: KeyPath) -> Mark:
-        """The place of the key at ``path``; where it has none, that of its value."""
-        return self.keys.get(path) or self.value_mark(path)
-
-    def fault(self, path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
-        """A fault at a value (or, ``at_key``, at its key); of what the file does not hold, at where it came from."""
-        for moved, source in reversed(self.moved.items()):
-            if path[: len(moved)] == moved:
-                return Fault(dotted((source, *path[len(moved) :])), 0, 0, "", what, hint)
-        line, column = self.key_mark(path) if at_key else self.value_mark(path)
-        return Fault(self.file, line, column, dotted(path), what, hint)
-
-
-def dotted(path: KeyPath) -> str:
-    """The path of a key as users write it.
-
-    >>> dotted(("problem", "goals", 0))
-    'problem.goals[0]'
-    """
-    text = ""
-    for step in path:
-        text += f"[{step}]" if isinstance(step, int) else f".{step}" if text else clip(step)
-    return text
 
 
 def read_document(path: Path, shown: str | None = None) -> Document:

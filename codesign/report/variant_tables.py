@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from codesign.figures import label
+from codesign.inputs.edit import VARIANT_AXIS
 from codesign.inputs.exploration import ResultFigure
-from codesign.inputs.variants import VARIANT_AXIS
 from codesign.report.study_tables import axis_cells, axis_levels, short_names, varying_axes
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import ABSENT, axis_text, figure_cell, number_cell, plural

@@ -10,7 +10,7 @@ from typing import Any
 from codesign import inputs as spec
 from codesign.errors import CodesignError, Fault, InputError, SpecError
 from codesign.inputs import Platform, Workload
-from codesign.inputs.variants import VARIANT_AXIS, choose_variant
+from codesign.inputs.edit import VARIANT_AXIS, choose_variant
 from codesign.scenarios.run import bind, scenario_of
 from codesign.system.assemble import platform_faults
 from codesign.system.bind import plannable
@@ -81,7 +81,7 @@ def _faults_of_pair(
     """
     for point in _points_checked(workload, settings):
         # The axes are those of the variants explored: they are held against the first point alone.
-        put_in = spec.pin if point == settings else spec.override
+        put_in = spec.pin if point == settings else spec.design_point
         try:
             system = bind(*put_in(platform, workload, point, "--set ") if point else (platform, workload))
             ready(system, memory=memory)

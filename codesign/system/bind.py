@@ -6,6 +6,7 @@ with its place in the workload file.
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -180,7 +181,10 @@ def _problem(
         chosen = tuple((int(row), int(column)) for row, column in starts)
         faults += _cell_faults(workload, grid, "starts", chosen)
     elif not faults:
-        chosen = _drawn(grid, goals, starts.count, starts.seed)
+        # The points of a study draw from the same map, which is searched once.
+        cells = hashlib.sha256(grid.free.tobytes()).digest()
+        key = ("starts", cells, grid.shape, goals, starts.count, starts.seed)
+        chosen = _grids.get(key, lambda: _drawn(grid, goals, starts.count, starts.seed))
     if not faults and not scenario.begins_anywhere and not planner.answers_no_way:
         faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
     if faults:

@@ -9,12 +9,13 @@ from typing import Any
 from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
-from codesign.inputs import Platform, Spec, Workload, has_axis, override
+from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
+from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.part_file import load_part_file
 from codesign.inputs.problem import ProblemSpec
-from codesign.inputs.yaml_tree import Document, read_document
+from codesign.inputs.yaml_tree import read_document
 from codesign.part import Part
 from codesign.results.result import Result
 from codesign.system import catalog
@@ -28,7 +29,7 @@ def point_of(
     Raises:
         SpecError: an axis that is none, or a value that is not accepted.
     """
-    return spec.override(platform, workload, settings, "--set ") if settings else (platform, workload)
+    return spec.design_point(platform, workload, settings, "--set ") if settings else (platform, workload)
 
 
 def schema_of(kind: str) -> dict[str, Any]:
@@ -142,7 +143,7 @@ def applicable(
         SpecError: a value that is not accepted.
     """
     chosen = {axis: value for axis, value in settings.items() if has_axis(platform, workload, axis)}
-    return override(platform, workload, chosen, "--set ") if chosen else (platform, workload)
+    return design_point(platform, workload, chosen, "--set ") if chosen else (platform, workload)
 
 
 _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}

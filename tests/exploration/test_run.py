@@ -20,7 +20,7 @@ from codesign.exploration import FileStore, MemoryStore, Progress, Space, State,
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
-from codesign.inputs import Constraint, Platform, ResultFigure, Workload, override
+from codesign.inputs import Constraint, Platform, ResultFigure, Workload, design_point
 from codesign.memo import Memo
 from codesign.scenarios import simulate
 
@@ -170,7 +170,7 @@ def test_a_listener_that_stops_the_run_loses_nothing(
 
 def test_what_a_key_stands_for(platform: Platform, labyrinth: Workload) -> None:
     def changed(axes: dict[str, Any]) -> str:
-        return fingerprint(*override(platform, labyrinth, axes))
+        return fingerprint(*design_point(platform, labyrinth, axes))
 
     here = fingerprint(platform, labyrinth)
     assert fingerprint(platform, exploring(labyrinth, AXES)) == here
@@ -292,7 +292,7 @@ def test_simulated_points_do_not_depend_on_workers_memo_or_store(
     assert study.feasible
     assert study.failed == ()
     for point in study.points[::5]:
-        alone = simulate(*override(platform, small, point.axes), memo=None)
+        alone = simulate(*design_point(platform, small, point.axes), memo=None)
         assert point.result is not None
         assert json.loads(point.result.model_dump_json()) == json.loads(alone.model_dump_json())
 

@@ -6,7 +6,7 @@ from small_maps import Specs
 
 import codesign
 from codesign.exploration import explore
-from codesign.inputs import override
+from codesign.inputs import design_point
 from codesign.memo import approximate_bytes
 from codesign.scenarios import simulate
 
@@ -21,7 +21,7 @@ def test_a_study_keeps_what_its_points_have_in_common_once(specs: Specs) -> None
     assert study.feasible == ()
     for point in study.points[::40]:
         assert point.result is not None
-        alone = simulate(*override(platform, workload, point.axes))
+        alone = simulate(*design_point(platform, workload, point.axes))
         assert point.result == alone
         assert point.result.model_dump_json() == alone.model_dump_json()
     assert approximate_bytes(study.points) / len(study.points) < 6000

@@ -9,7 +9,7 @@ from spec_texts import ON_A_MAP
 
 from codesign import load_platform, load_workload
 from codesign.errors import SpecError
-from codesign.inputs import cross_check, override, starting_files
+from codesign.inputs import cross_check, design_point, starting_files
 
 
 @pytest.mark.parametrize(("axis", "told"), [("relax", "relax.iterations"), ("fpga", "fpga.clock")])
@@ -20,7 +20,7 @@ def test_a_setting_of_a_whole_task_or_component_is_told_what_can_be_set(
         (tmp_path / name).write_text(text, encoding="utf-8")
     point = load_platform(tmp_path / "my-platform.yaml"), load_workload(tmp_path / "my-workload.yaml")
     with pytest.raises(SpecError, match="no axis") as caught:
-        override(*point, {axis: 1}, "--set ")
+        design_point(*point, {axis: 1}, "--set ")
     assert told in str(caught.value)
     assert "did you mean" not in str(caught.value)
 

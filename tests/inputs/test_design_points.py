@@ -10,7 +10,7 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD, Relax
 
 from codesign.errors import SpecError
 from codesign.figures import Status
-from codesign.inputs import Platform, Workload, cross_check, fault, load_platform, load_workload, override
+from codesign.inputs import Platform, Workload, cross_check, design_point, fault, load_platform, load_workload
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 
 
@@ -32,12 +32,12 @@ def relax_of(workload: Workload) -> Relax:
 
 def told(platform: Platform, workload: Workload, values: dict[str, Any]) -> str:
     with pytest.raises(SpecError) as caught:
-        override(platform, workload, values)
+        design_point(platform, workload, values)
     return str(caught.value)
 
 
 def test_an_override_equals_the_file_written_that_way(tmp_path: Path) -> None:
-    made = override(
+    made = design_point(
         *load(tmp_path),
         {
             "relax.block": [10, 15],
@@ -66,33 +66,33 @@ def test_an_override_equals_the_file_written_that_way(tmp_path: Path) -> None:
 def test_the_specs_themselves_do_not_change(tmp_path: Path) -> None:
     specs = load(tmp_path)
     before = [spec.digest() for spec in specs]
-    override(*specs, {"relax.iterations": 16, "relax.schedule.last": 127, "fpga.clock": "100 MHz"})
+    design_point(*specs, {"relax.iterations": 16, "relax.schedule.last": 127, "fpga.clock": "100 MHz"})
     assert [spec.digest() for spec in specs] == before
     assert specs[1].document.tree["mapping"]["relax"]["schedule"]["last"] == 63
-    platform, workload = override(*specs, {})
+    platform, workload = design_point(*specs, {})
     assert (platform, workload.digest(), workload.explore) == (specs[0], before[1], None)
 
 
 def test_overrides_add_up(tmp_path: Path) -> None:
-    specs = override(*load(tmp_path), {"relax.iterations": 16, "fpga.clock": "100 MHz"})
-    platform, workload = override(*specs, {"relax.schedule": [7, 9], "fpga.part": "XC2V6000-4"})
+    specs = design_point(*load(tmp_path), {"relax.iterations": 16, "fpga.clock": "100 MHz"})
+    platform, workload = design_point(*specs, {"relax.schedule": [7, 9], "fpga.part": "XC2V6000-4"})
     assert (relax_of(workload).iterations, relax_of(workload).schedule) == (16, (7, 9))
     assert platform.components["fpga"].clock.value == 100_000_000
 
 
 def test_an_alternative_drives_out_what_it_replaces(tmp_path: Path) -> None:
-    specs = override(*load(tmp_path), {"relax.blocks": [2, 2]})
+    specs = design_point(*load(tmp_path), {"relax.blocks": [2, 2]})
     assert (relax_of(specs[1]).block, relax_of(specs[1]).blocks) == (None, (2, 2))
-    assert relax_of(override(*specs, {"relax.block": [5, 5]})[1]).block == (5, 5)
+    assert relax_of(design_point(*specs, {"relax.block": [5, 5]})[1]).block == (5, 5)
 
 
 def test_component_and_style_of_a_task_are_axes_too(tmp_path: Path) -> None:
-    _, workload = override(*load(tmp_path), {"relax.component": "host", "relax.style": "software"})
+    _, workload = design_point(*load(tmp_path), {"relax.component": "host", "relax.style": "software"})
     assert (workload.mapping["relax"].component, workload.mapping["relax"].style) == ("host", "software")
 
 
 def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
-    platform, _ = override(
+    platform, _ = design_point(
         *load(tmp_path), {"host.costs.harmonic_node_update": "80 ns", "host.power.idle": "5 W"}
     )
     host = platform.components["host"]
@@ -125,7 +125,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ({"relax.schedule": {"first": 7, "last": 9}}, "point: relax.schedule.step: missing"),
         (
             {"relax.iterations.x": 1},
-            "point: relax.iterations.x: relax.iterations is not a mapping\n  hint: set the whole of it",
+            "point: relax.iterations.x: mapping.relax.iterations is not a mapping\n  hint: set the whole of it",
         ),
         ({"relax.block": "72x66"}, "point: relax.block: '72x66' is not a list\n  hint: write [72, 66]"),
         ({"relax.block": "72 × 66"}, "point: relax.block: '72 × 66' is not a list\n  hint: write [72, 66]"),
@@ -135,8 +135,9 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         (
             {"relx.block": 1},
-            "point: relx.block: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n"
-            "  hint: did you mean relax? accepted: command, decide, fpga, host, load, pci, relax, workload",
+            "point: relx.block: there is no task, component or link 'relx'\n"
+            "  hint: did you mean relax? accepted: command, decide, fpga, host, load, pci, relax, workload.problem,"
+            " workload.scenario, workload.variant",
         ),
         ({"relax": {}}, "point: relax: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"),
         (
@@ -146,7 +147,7 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         ({"fpga.clock": 100}, "point: fpga.clock: 100 has no unit"),
         ({"fpga.part": "XC2V6000"}, "point: fpga.part: part XC2V6000 has several speed grades"),
-        ({"fpga.colour": "red"}, "point: fpga.colour: unknown key\n  hint: accepted: clock, part, type"),
+        ({"fpga.colour": "red"}, "point: fpga.colour: unknown key\n  hint: accepted: clock, part"),
     ],
 )
 def test_bad_points(tmp_path: Path, values: dict[str, Any], expected: str) -> None:
@@ -171,8 +172,10 @@ def test_a_clash_with_what_the_files_declare_is_told_of_what_was_chosen(tmp_path
 
 
 def test_what_is_found_out_later_is_told_of_the_setting_too(tmp_path: Path) -> None:
-    _, workload = override(*load(tmp_path), {"relax.schedule.last": 127, "relax.iterations": 7}, "--set ")
-    _, workload = override(load_platform(tmp_path / "p.yaml"), workload, {"relax.blocks": [2, 2]}, "--set ")
+    _, workload = design_point(*load(tmp_path), {"relax.schedule.last": 127, "relax.iterations": 7}, "--set ")
+    _, workload = design_point(
+        load_platform(tmp_path / "p.yaml"), workload, {"relax.blocks": [2, 2]}, "--set "
+    )
 
     def at(*path: str | int) -> str:
         return str(fault(workload, ("mapping", "relax", *path), "is wrong")).replace(f"{tmp_path}/", "")
@@ -184,7 +187,7 @@ def test_what_is_found_out_later_is_told_of_the_setting_too(tmp_path: Path) -> N
     assert at("block") == "--set relax.blocks: is wrong"
     assert at("component") == "w.yaml:9:16: mapping.relax.component: is wrong"
     assert at("schedule", "first") == "w.yaml:12:23: mapping.relax.schedule.first: is wrong"
-    _, workload = override(load_platform(tmp_path / "p.yaml"), workload, {"relax.schedule": [7, 9]})
+    _, workload = design_point(load_platform(tmp_path / "p.yaml"), workload, {"relax.schedule": [7, 9]})
     assert at("schedule", "last") == "point: relax.schedule.last: is wrong"
 
 
@@ -217,7 +220,7 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         ),
         (
             ("    fpga.clock: [", "    fpga.clok: ["),
-            "w.yaml:17:5: explore.axes.fpga.clok: component fpga has no 'clok'\n"
+            "w.yaml:17:5: explore.axes.fpga.clok: unknown key\n"
             "  hint: did you mean clock? accepted: clock, part",
         ),
         (
@@ -249,11 +252,11 @@ def test_values_that_clash_only_with_another_axis_are_left_to_the_points(tmp_pat
     )
     platform, workload = load(tmp_path, *changes)
     cross_check(platform, workload)
-    override(platform, workload, {"fpga.clock": "450 MHz", "fpga.part": "XC4VLX160-12"})
+    design_point(platform, workload, {"fpga.clock": "450 MHz", "fpga.part": "XC4VLX160-12"})
     assert "is above the" in told(platform, workload, {"fpga.clock": "450 MHz", "fpga.part": "XC2V6000-4"})
     # schedule.last 5 is below the declared first, but an axis moves that too.
     axes = ("relax.schedule.last: [63, 127]", "relax.schedule.last: [5]\n    relax.schedule.first: [1]")
-    override(*load(tmp_path, axes), {"relax.schedule.last": 5, "relax.schedule.first": 1})
+    design_point(*load(tmp_path, axes), {"relax.schedule.last": 5, "relax.schedule.first": 1})
 
 
 def test_a_value_that_clashes_with_the_file_is_told_on_loading(tmp_path: Path) -> None:
@@ -268,7 +271,7 @@ def test_a_value_that_clashes_with_the_file_is_told_on_loading(tmp_path: Path) -
 def test_a_task_at_its_default_place_is_moved_by_an_axis(tmp_path: Path) -> None:
     specs = load(tmp_path)
     assert "decide" not in specs[1].mapping
-    _, made = override(
+    _, made = design_point(
         *specs, {"decide.component": "host", "decide.style": "software", "load.component": "host"}
     )
     written = load(
@@ -293,14 +296,17 @@ def test_a_task_at_its_default_place_is_moved_by_an_axis(tmp_path: Path) -> None
             {"decide.style": "software"},
             "point: decide.style: the mapping does not place task decide\n  hint: set decide.component too",
         ),
-        ({"decide.place": "host"}, "point: decide.place: the mapping does not place"),
+        (
+            {"decide.place": "host"},
+            "point: decide.place: unknown key\n  hint: accepted: component, external_memory, style",
+        ),
         (
             {"decide.component": "host", "decide.speed": 3},
             "point: decide.speed: unknown key\n  hint: accepted: component, external_memory, style",
         ),
         ({"load": "host"}, "point: load: no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD\n"
          "  hint: name what to set of load: load.component, load.style, load.external_memory"),
-        ({"sense.component": "host"}, "point: sense.component: no axis"),
+        ({"sense.component": "host"}, "point: sense.component: there is no task, component or link 'sense'"),
     ],
 )  # fmt: skip
 def test_bad_points_of_tasks_that_the_mapping_leaves_out(
@@ -324,7 +330,7 @@ def test_bad_points_of_tasks_that_the_mapping_leaves_out(
         ),
         (
             "load.compnent: [fpga]",
-            "w.yaml:17:5: explore.axes.load.compnent: task load has no parameter 'compnent'\n"
+            "w.yaml:17:5: explore.axes.load.compnent: unknown key\n"
             "  hint: did you mean component? accepted: component, external_memory, style",
         ),
     ],

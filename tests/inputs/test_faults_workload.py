@@ -145,7 +145,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ),
         (
             ("relax.block:", "relax.blok:"),
-            "w.yaml:15:5: explore.axes.relax.blok: task relax has no parameter 'blok'\n"
+            "w.yaml:15:5: explore.axes.relax.blok: unknown key\n"
             "  hint: did you mean block? "
             "accepted: block, blocks, component, exact, external_memory, iterations, schedule, share, style",
         ),
@@ -162,8 +162,8 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("relax.schedule.last: [63, 127]", "relax.iterations.last: [63, 127]"),
             "w.yaml:16:5: explore.axes.relax.iterations.last: "
-            "iterations is not a mapping in the mapping of the task\n"
-            "  hint: write it out there as a mapping first",
+            "mapping.relax.iterations is not a mapping\n"
+            "  hint: set the whole of it",
         ),
         (
             ("fpga.clock: [", "clock: ["),

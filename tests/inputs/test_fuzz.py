@@ -13,7 +13,7 @@ from input_fuzz import faults_of, paths, quietly, replaced, trees
 from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign.errors import CodesignError, SpecError
-from codesign.inputs import cross_check, load_platform, load_workload, override
+from codesign.inputs import cross_check, design_point, load_platform, load_workload
 from codesign.inputs.yaml_tree import parse_document
 
 SYNTAX = st.text(alphabet="ab01.: -[]{}&*!|>%@`\"'#,?\n\t\\<~é\ud7ff\u2028\x00", max_size=60)
@@ -104,7 +104,7 @@ def test_any_value_of_an_axis(tmp_path: Path, axis: str, value: Any) -> None:
     (tmp_path / "w.yaml").write_text(WORKLOAD)
     platform = load_platform(tmp_path / "p.yaml")
     workload = load_workload(tmp_path / "w.yaml", TASKS)
-    faults_of(lambda: override(platform, workload, {axis: value}))
+    faults_of(lambda: design_point(platform, workload, {axis: value}))
     axes = {"explore": {"axes": {axis: [value]}}}
     (tmp_path / "w.yaml").write_text(json.dumps({**WORKLOAD_TREE, **axes}), encoding="utf-8")
     faults_of(lambda: cross_check(platform, load_workload(tmp_path / "w.yaml", TASKS)))

@@ -11,7 +11,7 @@ from click.testing import Result
 
 import codesign
 from codesign.errors import SpecError
-from codesign.inputs import cross_check, override
+from codesign.inputs import cross_check, design_point
 from codesign.scenarios import bind
 
 WORKLOAD = """\
@@ -48,7 +48,7 @@ def test_each_point_has_its_own_map(hwsw: Callable[..., Result], sizes: Path, wo
 
 def test_a_key_inside_moves_alone(sizes: Path) -> None:
     platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(sizes)
-    moved = override(platform, workload, {"workload.problem.map.rows": 30})
+    moved = design_point(platform, workload, {"workload.problem.map.rows": 30})
     assert bind(*moved).problem.free.shape == (30, 12)
     assert bind(platform, workload).problem.free.shape == (12, 12)
     assert moved[1].digest() != workload.digest()
@@ -62,7 +62,7 @@ def test_a_fault_in_a_value_is_told_at_the_value(sizes: Path) -> None:
     (fault,) = caught.value.faults
     assert (fault.line, fault.key) == (11, "explore.axes.workload.problem[1].goals[0]")
     with pytest.raises(SpecError, match=r"point: workload\.problem\.map\.rows.*whole number"):
-        override(platform, workload, {"workload.problem.map.rows": "many"})
+        design_point(platform, workload, {"workload.problem.map.rows": "many"})
 
 
 def test_a_map_in_a_file_is_no_axis(sizes: Path, tmp_path: Path) -> None:

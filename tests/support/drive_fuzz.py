@@ -14,7 +14,7 @@ import yaml
 from hypothesis import strategies as st
 from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 
-from codesign.inputs.yaml_tree import KeyPath
+from codesign.inputs.document import KeyPath
 
 Change = tuple[str, KeyPath, Any]
 """The file (``board`` or ``drive``), the path of a key in it, and the value that is put there."""

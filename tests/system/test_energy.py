@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mission_specs import PLACEMENTS, Ground
 
 import codesign
-from codesign.inputs.design_point import override
+from codesign.inputs import design_point
 from codesign.inputs.part_file import load_part
 from codesign.records import UtilisationRecord
 from codesign.report import render_text, result_tables
@@ -118,7 +118,7 @@ def test_explorations_pay_for_the_idle_fpga(tmp_path: Path) -> None:
     )
     study = codesign.explore(platform, workload)
     for point in study.points:
-        alone = simulate(*override(platform, workload, point.axes))
+        alone = simulate(*design_point(platform, workload, point.axes))
         assert point.result is not None
         assert point.result.energy == alone.energy
         assert point.result.energy is not None

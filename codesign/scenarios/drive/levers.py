@@ -16,7 +16,7 @@ from codesign.errors import CodesignError
 from codesign.figures import Figure
 from codesign.inputs import Platform, Workload
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent, RobotComponent
-from codesign.inputs.design_point import SCENARIO, override
+from codesign.inputs.edit import SCENARIO, design_point
 from codesign.inputs.links import BusLink, SerialLink
 from codesign.inputs.scenario import WhenBusy
 from codesign.results.mission import LIVELOCK, Bottleneck, LeverRun, Mission
@@ -111,7 +111,7 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
     mission: Mission | None = None
     if not refused:
         try:
-            moved = run(*override(system.platform, system.workload, {lever.path: lever.value}, "lever: "))
+            moved = run(*design_point(system.platform, system.workload, {lever.path: lever.value}, "lever: "))
         except CodesignError as wrong:
             refused = str(wrong)
         else:

@@ -15,7 +15,7 @@ from places import ROOT
 
 import codesign
 from codesign.errors import SpecError
-from codesign.inputs.design_point import override
+from codesign.inputs import design_point
 from codesign.inputs.scenario import Drive
 from codesign.records import BeliefRecord, CommandRecord, PlanRecord, PoseRecord
 from codesign.scenarios import simulate
@@ -45,7 +45,7 @@ def check_point(platform: str, workload: str, values: dict[str, Any]) -> int:
     board = codesign.load_platform(ROOT / "platforms" / f"{platform}.yaml")
     plan = codesign.load_workload(ROOT / "workloads" / f"{workload}.yaml")
     listener = MemoryListener()
-    result = simulate(*override(board, plan, values), listeners=(listener,))
+    result = simulate(*design_point(board, plan, values), listeners=(listener,))
     return check_causality(result, listener.records) if result.feasible else -1
 
 

@@ -18,8 +18,7 @@ from mission_specs import KINEMATICS, PLACEMENTS, Ground, rectangle
 import codesign
 from codesign import interrupts
 from codesign.errors import EXIT_TERMINATED, Terminated
-from codesign.inputs import Platform, Workload
-from codesign.inputs.design_point import override
+from codesign.inputs import Platform, Workload, design_point
 from codesign.report import render_text, result_tables
 from codesign.results.mission import Mission
 from codesign.scenarios import bind, simulate
@@ -63,7 +62,7 @@ def check_levers(platform: Platform, workload: Workload) -> None:
             assert run.refused == lever.refused
             assert run.time_s is None
             continue
-        alone = simulate(*override(platform, workload, {lever.path: lever.value}))
+        alone = simulate(*design_point(platform, workload, {lever.path: lever.value}))
         if not alone.feasible:
             assert run.refused
             continue
@@ -137,11 +136,11 @@ def test_where_no_lever_was_run_nothing_is_claimed(tmp_path: Path) -> None:
 
 def test_a_lever_at_its_limit_is_refused_with_the_reason(tmp_path: Path) -> None:
     point = Ground(tmp_path).point(platform={"components": {"fpga": {"clock": "500 MHz"}}})
-    platform, workload = override(*point, {"fpga.clock": "100 MHz"})
+    platform, workload = design_point(*point, {"fpga.clock": "100 MHz"})
     result = simulate(platform, workload)
     assert result.clock is not None
     limit = int(result.clock.limit.value)
-    at_limit = override(platform, workload, {"fpga.clock": f"{limit} Hz"})
+    at_limit = design_point(platform, workload, {"fpga.clock": f"{limit} Hz"})
     told = mission_of(codesign.simulate(*at_limit, levers=True))
     assert told.levers is not None
     (clock,) = [run for run in told.levers if run.path == "fpga.clock"]
@@ -219,14 +218,14 @@ def test_the_office_on_a_slow_clock(monkeypatch: pytest.MonkeyPatch) -> None:
         "workload.scenario.replan.when_busy": "restart",
         "workload.scenario.replan.trigger": "change",
     }
-    point = override(codesign.load_platform("zynq"), codesign.load_workload("office-harmonic"), values)
+    point = design_point(codesign.load_platform("zynq"), codesign.load_workload("office-harmonic"), values)
 
     def the_clock(system: System, result: Result) -> tuple[Lever, ...]:
         return tuple(lever for lever in levers_of(system, result) if lever.path == "fpga.clock")
 
     monkeypatch.setattr(levers, "levers_of", the_clock)
     plain, told = mission_of(simulate(*point)), mission_of(codesign.simulate(*point, levers=True))
-    moved = mission_of(simulate(*override(*point, {"fpga.clock": "50 MHz"})))
+    moved = mission_of(simulate(*design_point(*point, {"fpga.clock": "50 MHz"})))
     assert plain.bottleneck is not None
     assert not CLAIMS.search(plain.bottleneck.text)
     assert told.bottleneck is not None

@@ -62,10 +62,10 @@ def test_a_control_period_of_a_microsecond(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("events", [1, 40, 333])
 def test_it_ends_a_fleet_at_the_same_moment_at_each_granularity(events: int) -> None:
-    from codesign.inputs.design_point import override
+    from codesign.inputs import design_point
 
     platform, workload = codesign.load_platform("nexys2-serial"), codesign.load_workload("robots-4-fleet")
-    point = override(platform, workload, {"workload.scenario.events": events})
+    point = design_point(platform, workload, {"workload.scenario.events": events})
     told = []
     for granularity in ("run_ahead", "visit"):
         listener = MemoryListener()

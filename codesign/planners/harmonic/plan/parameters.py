@@ -8,8 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, field_validator, model_validator
 
-from codesign.inputs import RefusalError, SpecModel
-from codesign.models import TaskParameters
+from codesign.models import RefusalError, SpecModel, TaskParameters
 
 MAX_PRECISION = 1023
 

@@ -9,8 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from codesign.errors import InputError, choose_hint
-from codesign.inputs import RefusalError
-from codesign.models import TaskParameters
+from codesign.models import RefusalError, TaskParameters
 
 PUBLISHED_TOLERANCE = 1e-15
 """Section V: "a very small error tolerance"."""

@@ -9,8 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError
-from codesign.inputs import RefusalError, SpecModel
-from codesign.models import TaskParameters
+from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.velocity_obstacle.plan.problem import (
     FEWEST_ROBOTS,
     LARGEST_ARENA,

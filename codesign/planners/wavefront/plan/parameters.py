@@ -7,8 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from codesign.inputs import RefusalError
-from codesign.models import SpecModel, TaskParameters
+from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
 
 

@@ -1,0 +1,378 @@
+"""What is wrong with the variants and axes of a workload, and whether it goes together with a platform.
+
+Checking an axis is making each point with that one axis moved, in each of the variants explored.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.inputs.document import Document, KeyPath, Origin, put
+from codesign.inputs.edit import (
+    ENTRIES,
+    PROBLEM,
+    SCENARIO,
+    VARIANT_AXIS,
+    VARIED,
+    Movable,
+    choose_variant,
+    moves,
+    no_variant,
+    validated,
+    with_variant,
+)
+from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
+from codesign.inputs.faults import Keep, Teller
+from codesign.inputs.platform import Platform
+from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
+from codesign.models import TaskParameters
+
+MAX_WORK = 4_000_000
+"""Values of a file, times the points that are made to check its axes; what is beyond is left to the points."""
+
+
+@dataclass(frozen=True)
+class _Form:
+    """What points are made of: a platform; or a workload, as it is or with one of its variants put in.
+
+    - ``name``: of the variant; empty for what is no variant.
+    - ``spec``: of ``document``; None, with all ``faults`` of it, where it is not sound.
+    - ``context``: what its validators are given.
+    """
+
+    name: str
+    document: Document
+    spec: Workload | Platform | None
+    context: Mapping[str, Any]
+    faults: tuple[Fault, ...] = ()
+
+    def validated(
+        self, document: Document, tell: Teller, keep: Keep | None = None
+    ) -> tuple[Workload | Platform | None, list[Fault]]:
+        """The document, edited, as a model, or every fault of it."""
+        if isinstance(self.spec, Platform):
+            return validated(Platform, self.spec, document, self.context, {}, tell, keep)
+        fixed: dict[str, Any] = {"explore": None, "variants": {}}
+        return validated(Workload, self.spec, document, self.context, fixed, tell, keep)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """One of the axes of a workload, moved alone: what is wrong is reported at its values in ``document``."""
+
+    document: Document
+    axes: Mapping[str, Any]
+    axis: str
+    values: list[Any]
+
+    @property
+    def place(self) -> KeyPath:
+        """The path of the axis."""
+        return ("explore", "axes", self.axis)
+
+    @property
+    def alone(self) -> bool:
+        """Whether no other axis moves the same task, component, link or section."""
+
+        def entry(axis: str) -> list[str]:
+            return axis.split(".")[: 2 if axis.startswith("workload.") else 1]
+
+        return not any(other != self.axis and entry(other) == entry(self.axis) for other in self.axes)
+
+    def at_axis(self, what: str, hint: str | None) -> Fault:
+        """A fault of the axis, whatever its values."""
+        return self.document.fault(self.place, what, hint, at_key=True)
+
+    def point(self, document: Document, movable: Movable, index: int, value: Any) -> Document:
+        """The document with a value put in its place."""
+        origin = Origin((*self.place, index), self.document)
+        return put(document, movable.edits(self.axis, value), lambda _path: origin)
+
+    def faults(self, form: _Form, movable: Movable) -> list[Fault]:
+        """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
+        moved, made, faults = movable.path(self.axis), list[str](), list[Fault]()
+        alone = self.alone and (moved[0] != "mapping" or moved[1] in movable.mapping)
+
+        def keep(path: KeyPath, unknown: bool) -> bool:
+            inside = path[: len(moved)] == moved
+            return inside or (unknown and path == moved[: len(path)]) or alone
+
+        for index, value in enumerate(self.values):
+            place = (*self.place, index)
+            point = self.point(form.document, movable, index, value)
+            blocked = point.faults[len(form.document.faults) :]
+            if blocked:
+                known = form.spec is None
+                return [] if known else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
+            spec, wrong = form.validated(point, self._teller(form, point, moved, place), keep)
+            faults += wrong
+            if spec is None:
+                continue
+            entry = getattr(spec, str(moved[0]))
+            text = repr(entry[moved[1]] if moved[0] in ENTRIES else entry)
+            if text in made and value not in self.values[:index]:
+                what = f"{show(value)} says the same as a value before it"
+                faults.append(self.document.fault(place, what, "list each value once"))
+            made.append(text)
+        return faults
+
+    def _teller(self, form: _Form, point: Document, moved: KeyPath, place: KeyPath) -> Teller:
+        def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault | None:
+            fault = point.fault(path, what, hint, at_key=at_key)
+            if fault in form.faults:
+                return None
+            if at_key and path == moved[: len(path)]:
+                return self.at_axis(_marked(what, form), hint)
+            return fault if path[: len(moved)] == moved else self.document.fault(place, what, hint)
+
+        return tell
+
+
+def _marked(what: str, form: _Form) -> str:
+    return f"{what} in variant {form.name}" if form.name else what
+
+
+def workload_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+    """What is wrong with the variants of a workload, and with its axes, as far as that needs no platform."""
+    tree = document.tree if isinstance(document.tree, dict) else {}
+    variants, explore = tree.get("variants"), tree.get("explore")
+    variants = variants if isinstance(variants, dict) and len(variants) <= MAX_VARIANTS else {}
+    axes = explore.get("axes") if isinstance(explore, dict) else None
+    axes = axes if isinstance(axes, dict) and len(axes) <= MAX_AXES else {}
+    axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
+    if not variants and not axes:
+        return []
+    base = _base(document, context)
+    faults: list[Fault] = []
+    forms = {BASE: base}
+    for name, raw in variants.items():
+        if name != BASE and isinstance(raw, dict):
+            forms[name], wrong = _variant_form(base, name)
+            faults += wrong
+    if VARIANT_AXIS in axes:
+        faults += _variant_axis_faults(document, axes[VARIANT_AXIS], variants)
+    explored = [name for name in axes.get(VARIANT_AXIS, [BASE]) if isinstance(name, str) and name in forms]
+    if math.prod(len(values) for values in axes.values()) > MAX_POINTS:
+        # Too many points, which is reported elsewhere: then not each value in each variant too.
+        explored = explored[:1]
+    return faults + _axis_faults([forms[name] for name in explored], document, axes)
+
+
+def _readable(axis: Any, values: Any) -> bool:
+    return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
+
+
+def _base(document: Document, context: Mapping[str, Any]) -> _Form:
+    """The workload itself, without its variants and its exploration."""
+    made, faults = _Form("", document, None, context).validated(document, document.fault)
+    return _Form("", document, made, context, tuple(faults))
+
+
+def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
+    """A variant put into the workload, and what is wrong with it.
+
+    A clash with a key of the workload is reported of the variant, which brought it in.
+    """
+    document = base.document
+    raw, place = document.tree["variants"][name], ("variants", name)
+    refusal = _planner_refusal(document.tree, raw, base.context)
+    edited = with_variant(document, name, VARIED if refusal is None else ("scenario",))
+    known: list[Fault] = []
+
+    def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault | None:
+        fault = edited.fault(path, what, hint, at_key=at_key)
+        known.append(fault)
+        if edited.origin(path) is not None:
+            return fault
+        if fault in base.faults:
+            return None
+        given = [key for key in reversed(VARIED) if key in raw]
+        return document.fault((*place, *(path if path and path[0] in raw else given[:1])), what, hint)
+
+    if base.spec is None and len(document.values) * len(document.tree["variants"]) > MAX_WORK:
+        return _Form(name, edited, None, base.context), []
+    made, faults = base.validated(edited, tell)
+    if refusal is not None:
+        made, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
+    return _Form(name, edited, made, base.context, tuple(known)), faults
+
+
+def _planner_refusal(
+    tree: Mapping[str, Any], raw: Mapping[str, Any], context: Mapping[str, Any]
+) -> tuple[str, str] | None:
+    """What keeps the planner of a variant from taking the workload's problem, or its mapping; and the remedy."""
+    planner, base, problems = raw.get("planner"), tree.get("planner"), context.get("problems") or {}
+    if not isinstance(planner, str) or not isinstance(base, str) or planner == base:
+        return None
+    if planner not in (context.get("tasks") or [planner]):
+        return None
+    if problems.get(planner) is not problems.get(base):
+        what = f"the problem of {clip(planner)} is of another kind than that of {clip(base)}"
+        return what, "choose a planner of the same kind, or make a workload of its own"
+    if "mapping" not in raw:
+        what = f"the workload maps the tasks of {clip(base)}, not those of {clip(planner)}"
+        return what, "give the variant a mapping of its own"
+    return None
+
+
+def _variant_axis_faults(document: Document, names: list[Any], variants: Mapping[str, Any]) -> list[Fault]:
+    place: KeyPath = ("explore", "axes", VARIANT_AXIS)
+    if not variants:
+        hint = "add variants: {NAME: {planner: ..., mapping: {...}}}"
+        return [document.fault(place, "the workload has no variants", hint, at_key=True)]
+    return [
+        document.fault((*place, index), *no_variant(name, variants))
+        for index, name in enumerate(names)
+        if name != BASE and (not isinstance(name, str) or name not in variants)
+    ]
+
+
+def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list[Any]]) -> list[Fault]:
+    """What is wrong with the axes that move a task or the scenario, in each of the forms explored."""
+    work = len(document.values) * len(forms) * len(axes)
+    most = max(1, MAX_WORK // max(1, work))
+    faults: list[Fault] = []
+    for axis, values in axes.items():
+        if axis == VARIANT_AXIS or moves(axis, PROBLEM):
+            continue
+        movables = [Movable.of(None, form.document, form.context.get("tasks")) for form in forms]
+        if not moves(axis, SCENARIO) and not any(_places(movable, axis) for movable in movables):
+            continue
+        shared = next(filter(None, (_shared(axis, axes, movable) for movable in movables)), None)
+        if shared is not None:
+            what, place = f"sets the same thing as axis {shared}", ("explore", "axes", axis)
+            faults.append(document.fault(place, what, "keep one of them", at_key=True))
+            continue
+        trial = _Trial(document, axes, axis, values[:most])
+        found = [
+            fault
+            for form, movable in zip(forms, movables, strict=True)
+            for fault in _form_faults(trial, form, movable)
+        ]
+        faults += dict.fromkeys(found)
+    return faults
+
+
+def _places(movable: Movable, axis: str) -> bool:
+    """Whether an axis moves a task of the mapping, or one at its default place, which is moved by what it takes."""
+    task, key = axis.split(".")[:2]
+    if task in movable.mapping:
+        return isinstance(movable.mapping[task], dict)
+    return task in movable.tasks and key in (movable.keys(task) or ())
+
+
+def _shared(axis: str, axes: Mapping[str, Any], movable: Movable) -> str | None:
+    """The axis before this one that sets the same thing: the same key, one inside the other's, or an alternative."""
+    head, *keys = axis.split(".")
+    model = movable.tasks.get(head, TaskParameters)
+    for other in axes:
+        if other == axis:
+            return None
+        other_head, *other_keys = other.split(".")
+        shared = min(len(keys), len(other_keys))
+        same = shared and keys[:shared] == other_keys[:shared]
+        if head == other_head and keys and (same or other_keys[0] in model.alternatives.get(keys[0], ())):
+            return other
+    return None
+
+
+def _form_faults(trial: _Trial, form: _Form, movable: Movable) -> list[Fault]:
+    """What is wrong with an axis of a task or of the scenario in one of the forms explored."""
+    task, *keys = trial.axis.split(".")
+    if moves(trial.axis, SCENARIO):
+        own = trial.document.tree["variants"][form.name].get("scenario") if form.name else None
+        if own and _holds(own, keys[1:]):
+            what = f"variant {form.name} sets {'.'.join(keys)} itself"
+            return [trial.at_axis(what, "leave it to one of the two")]
+    elif not _places(movable, trial.axis):
+        what = f"variant {form.name} maps no task {task}"
+        hint = f"explore {task} in a workload without that variant, or set it in the variants that have it"
+        return [trial.at_axis(what, hint)]
+    return trial.faults(form, movable)
+
+
+def _holds(tree: Any, keys: list[str]) -> bool:
+    for key in keys:
+        if not isinstance(tree, dict) or key not in tree:
+            return False
+        tree = tree[key]
+    return True
+
+
+def cross_check(platform: Platform, workload: Workload, *, explored: bool = False) -> None:
+    """Check that tasks are mapped to components of the platform, and the axes that move platform or problem.
+
+    ``explored``: only what the exploration runs counts; without, the workload itself does too.
+
+    Raises:
+        SpecError: every fault, at its place in the workload.
+    """
+    axes = workload.explore.axes if workload.explore else {}
+    listed = [name for name in axes.get(VARIANT_AXIS, ()) if name == BASE or name in workload.variants]
+    specs = [] if explored and listed else [workload]
+    specs += [choose_variant(workload, name) for name in listed]
+    faults = [fault for spec in specs for fault in _unmapped(platform, spec)]
+    movables = [Movable.of(platform, spec.document, spec.context.get("tasks")) for spec in specs]
+    for axis, values in axes.items():
+        if axis == VARIANT_AXIS or moves(axis, SCENARIO):
+            continue
+        trial = _Trial(workload.document, axes, axis, list(values))
+        if moves(axis, PROBLEM):
+            faults += trial.faults(_Form("", workload.document, workload, workload.context), movables[0])
+            faults += _map_file_faults(trial, workload, movables[0])
+        else:
+            faults += _against_platform(trial, platform, movables)
+    if faults:
+        raise SpecError(dict.fromkeys(faults))
+
+
+def _unmapped(platform: Platform, workload: Workload) -> list[Fault]:
+    return [
+        workload.document.fault(("mapping", task, "component"), *_no_component(mapped.component, platform))
+        for task, mapped in workload.mapping.items()
+        if mapped.component not in platform.components
+    ]
+
+
+def _no_component(name: Any, platform: Platform) -> tuple[str, str]:
+    what = f"platform {platform.name} has no component {clip(str(name))!r}"
+    return what, choose_hint(clip(str(name), 60), platform.components)
+
+
+def _map_file_faults(trial: _Trial, workload: Workload, movable: Movable) -> list[Fault]:
+    """Values of an axis that make a problem with a map in a file.
+
+    Points are kept by what the axes say, and a file may say something else the next time.
+    """
+    hint = "generate the maps of this axis, or explore one workload for each file"
+    faults = []
+    for index, value in enumerate(trial.values):
+        problem = trial.point(workload.document, movable, index, value).tree["problem"]
+        wanted = problem.get("map") if isinstance(problem, dict) else None
+        if isinstance(workload.problem, ProblemSpec) and isinstance(wanted, dict) and "file" in wanted:
+            what = "a map in a file cannot be moved by an axis"
+            faults.append(trial.document.fault((*trial.place, index), what, hint))
+    return faults
+
+
+def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]) -> list[Fault]:
+    """What is wrong with an axis of a task, component or link where the platform stands."""
+    name, key = trial.axis.split(".", 1)
+    # A variant may have a task that the others lack.
+    movable = next((each for each in movables if name in each.mapping), movables[0])
+    movable = next((each for each in movables if each.refusal(trial.axis) is None), movable)
+    refusal = movable.refusal(trial.axis) or movable.unplaced(name, trial.axes)
+    if refusal is not None:
+        return [trial.at_axis(*refusal)]
+    if movable.section(name) != "mapping":
+        return trial.faults(_Form("", platform.document, platform, {}), movable)
+    return [
+        trial.document.fault((*trial.place, index), *_no_component(value, platform))
+        for index, value in enumerate(trial.values)
+        if key == "component" and (not isinstance(value, str) or value not in platform.components)
+    ]

@@ -1,0 +1,383 @@
+"""Design points: values put into the trees of a platform and a workload, which the same models then validate.
+
+A variant of a workload is a merge of its section into the tree. What no edit touched goes into a model as it was
+validated before. A fault of a value is reported where the value comes from (``Document.origins``).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import ValidationError
+
+from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.inputs.base import Spec
+from codesign.inputs.components import COMPONENTS
+from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
+from codesign.inputs.faults import Keep, Teller, translate
+from codesign.inputs.links import LINKS
+from codesign.inputs.part_file import part_state
+from codesign.inputs.platform import Platform
+from codesign.inputs.workload import BASE, PLACE_KEYS, TaskModels, Workload, tasks_of
+from codesign.models import SpecModel, TaskParameters
+
+S = TypeVar("S", bound=Spec)
+
+VARIANT_AXIS = "workload.variant"
+PROBLEM, SCENARIO = "workload.problem", "workload.scenario"
+"""Axes that move the problem or the scenario of the workload: the whole of it, or a key inside."""
+
+ENTRIES = ("mapping", "components", "links")
+"""Sections of named entries. An axis names the entry and a key in it."""
+
+FIXED_FIELDS = ("type", "between", "beside")
+"""Fields of components and links that no axis moves: what they are and what they join is the platform itself."""
+
+VARIED = ("planner", "mapping", "scenario")
+"""Sections that a variant has in the place of the workload's."""
+
+_NO_AXIS = "no axis: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD"
+
+
+def moves(axis: str, section: str) -> bool:
+    """Whether an axis moves a section of the workload, the whole or a key inside: ``workload.problem.map.seed``."""
+    return axis == section or axis.startswith(f"{section}.")
+
+
+def entry_of(path: KeyPath) -> KeyPath:
+    """The path of the task, component, link or section around a path."""
+    return path[: 2 if path and path[0] in ENTRIES else 1]
+
+
+@dataclass(frozen=True)
+class Movable:
+    """What axes may move.
+
+    - ``platform``: its components and links; None where it is not known yet.
+    - ``mapping``: of the workload, raw, with one of its variants put in. ``tasks``: the tasks that it may place.
+    """
+
+    platform: Platform | None
+    mapping: Mapping[str, Any]
+    tasks: Mapping[str, type[TaskParameters]]
+
+    @classmethod
+    def of(cls, platform: Platform | None, document: Document, models: TaskModels | None) -> Movable:
+        """What axes may move of a platform and the document of a workload."""
+        mapping = document.tree.get("mapping")
+        return cls(platform, mapping if isinstance(mapping, dict) else {}, tasks_of(document.tree, models))
+
+    def section(self, name: str) -> str | None:
+        """The section of a task, component or link; None where there is none of that name."""
+        if name in self.mapping:
+            return "mapping"
+        if self.platform is not None and name in self.platform.components:
+            return "components"
+        if self.platform is not None and name in self.platform.links:
+            return "links"
+        return "mapping" if name in self.tasks else None
+
+    def path(self, axis: str) -> KeyPath:
+        """The path, in the tree of platform or workload, that a sound axis moves."""
+        head, *keys = axis.split(".")
+        return tuple(keys) if head == "workload" else (str(self.section(head)), head, *keys)
+
+    def keys(self, name: str) -> tuple[str, ...] | None:
+        """What an axis may move of a task, component or link; None where it may be anything."""
+        section = self.section(name)
+        if section == "mapping":
+            model = self.tasks.get(name)
+            return None if model is None else (*PLACE_KEYS, *model.model_fields)
+        entries: Mapping[str, Any] = getattr(self.platform, str(section))
+        return tuple(key for key in type(entries[name]).model_fields if key not in FIXED_FIELDS)
+
+    def refusal(self, axis: str) -> tuple[str, str] | None:
+        """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
+        name, *keys = axis.split(".")
+        section = self.section(name)
+        if section is None:
+            names = {*self.mapping, *self.tasks}
+            names |= {*self.platform.components, *self.platform.links} if self.platform else set()
+            names |= {VARIANT_AXIS, PROBLEM, SCENARIO}
+            if name == "workload":
+                hint = choose_hint(clip(axis), (VARIANT_AXIS, PROBLEM, SCENARIO))
+                return f"an axis moves no {clip(axis)!r}", hint
+            return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
+        accepted = self.keys(name)
+        if not keys:
+            own = [key for key in accepted or () if key not in PLACE_KEYS] or accepted or PLACE_KEYS
+            return _NO_AXIS, f"name what to set of {name}: {', '.join(f'{name}.{key}' for key in own)}"
+        if section != "mapping" and keys[0] in FIXED_FIELDS:
+            what = f"{keys[0]} of {name} is no axis: it stands in the platform"
+            return what, choose_hint(clip(keys[0], 60), accepted or ())
+        if accepted is not None and keys[0] not in accepted:
+            return "unknown key", choose_hint(clip(keys[0], 60), accepted)
+        return None
+
+    def unplaced(self, name: str, axes: Mapping[str, Any]) -> tuple[str, str] | None:
+        """What is wrong where axes move a task and nothing places it; and the remedy."""
+        if self.section(name) != "mapping" or name in self.mapping or f"{name}.component" in axes:
+            return None
+        return f"the mapping does not place task {name}", f"set {name}.component too"
+
+    def edits(self, axis: str, value: Any) -> dict[KeyPath, Any]:
+        """What puts a value in the place of an axis: a parameter removes those that it is an alternative of."""
+        path = self.path(axis)
+        model = self.tasks.get(str(path[1])) if path[0] == "mapping" else None
+        others = model.alternatives.get(str(path[2]), ()) if model is not None else ()
+        return {**{(*path[:2], other): REMOVED for other in others}, path: value}
+
+
+def validated(
+    model: type[S],
+    spec: S | None,
+    document: Document,
+    context: Mapping[str, Any],
+    fixed: Mapping[str, Any],
+    tell: Teller,
+    keep: Keep | None = None,
+) -> tuple[S | None, list[Fault]]:
+    """An edited document as a model, or every fault of it.
+
+    Args:
+        model: of the document.
+        spec: the document before the edits, validated; what they left as it was is not validated again. None: all is.
+        document: the edited document.
+        context: handed to validators, beside ``document``.
+        fixed: fields that do not come from the document.
+        tell: makes the faults. ``keep``: says which are made.
+    """
+    tree = document.tree
+    fields = {key: raw for key, raw in tree.items() if key not in fixed}
+    if spec is not None:
+        before = spec.document.tree
+        for key in model.model_fields:
+            fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
+    if isinstance(spec, Platform):
+        for section in ("components", "links"):
+            if fields[section] is not getattr(spec, section):
+                entries = fields[section].items()
+                fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
+    try:
+        made = model.model_validate({**fields, **fixed}, context={"document": document, **context})
+    except ValidationError as error:
+        return None, translate(error, document, tell, keep)
+    made._document, made._context = document, context
+    return made, []
+
+
+def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
+    """What was ``made`` of a raw section, entry by entry; or what is raw, where an edit put it there."""
+    if raw is before:
+        return made
+    if isinstance(raw, dict) and isinstance(before, dict) and isinstance(made, dict):
+        entries = {
+            name: _unless_edited(entry, before.get(name), made.get(name)) for name, entry in raw.items()
+        }
+        return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
+    return raw
+
+
+def _kept(section: str, entry: Any, folder: Path) -> Any:
+    """A component or link as it was validated before, where one of that content was; else as it is."""
+    if not isinstance(entry, dict):
+        return entry
+    part = entry.get("part")
+    state = part_state(part, (folder / "parts",)) if isinstance(part, str) else ()
+    with contextlib.suppress(TypeError, ValueError, ValidationError, SpecError):
+        return _of_content(section, json.dumps(entry, sort_keys=True), folder, state)
+    return entry
+
+
+@functools.lru_cache(maxsize=1024)
+def _of_content(section: str, text: str, folder: Path, _parts: object) -> SpecModel:
+    entry = json.loads(text)
+    model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
+    return model.model_validate(entry, context={"document": Document("", folder, entry)})
+
+
+def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:
+    """The document of a workload with a variant put in; ``keys``: those of the variant that are."""
+    raw = {key: value for key, value in document.tree["variants"][name].items() if key in keys}
+    edits: dict[KeyPath, Any] = {
+        (key,): raw[key] for key in ("planner", "mapping") if raw.get(key) is not None
+    }
+    changes, base = raw.get("scenario"), document.tree.get("scenario")
+    if isinstance(changes, dict):
+        # A scenario of another type takes over nothing: its keys mean something else.
+        same = isinstance(base, dict) and changes.get("type", base.get("type")) == base.get("type")
+        edits |= _changes(base, changes, ("scenario",)) if same else {("scenario",): changes}
+    elif changes is not None:
+        edits["scenario",] = changes
+    return put(document, edits, lambda path: Origin(("variants", name, *path), document))
+
+
+def _changes(base: Mapping[str, Any], changes: Mapping[str, Any], path: KeyPath) -> dict[KeyPath, Any]:
+    """The edits that merge ``changes`` into ``base``, mapping by mapping, key by key."""
+    edits: dict[KeyPath, Any] = {}
+    for key, value in changes.items():
+        inner = base.get(key)
+        both = isinstance(inner, dict) and isinstance(value, dict)
+        edits |= _changes(inner, value, (*path, key)) if both else {(*path, key): value}  # type: ignore[arg-type]
+    return edits
+
+
+def no_variant(name: Any, variants: Mapping[str, Any]) -> tuple[str, str]:
+    """What is wrong with the name of a variant that is none, and the remedy."""
+    is_text = isinstance(name, str)
+    what = f"there is no variant {clip(name)!r}" if is_text else f"{show(name)} names no variant"
+    return what, choose_hint(clip(str(name), 60), (BASE, *variants))
+
+
+def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
+    """The workload with a variant in the place of what it does itself; one that was chosen has no variants left.
+
+    Args:
+        workload: with variants, none of them chosen.
+        name: of one of them, or ``base``.
+        by: what stands before the axis where a fault is reported.
+
+    Raises:
+        SpecError: no such variant; or it clashes with what was put into the workload before.
+    """
+    document = _chosen(workload, name, by)
+    made, faults = _edited(workload, document, {"variants": {}}, document.fault)
+    if made is None:
+        raise SpecError(faults)
+    return made
+
+
+def _chosen(workload: Workload, name: Any, by: str) -> Document:
+    place = f"{by}{VARIANT_AXIS}"
+    if not workload.variants:
+        hint = "give it a section variants: {NAME: {planner: ..., mapping: {...}}}"
+        raise SpecError([Fault(place, 0, 0, "", f"workload {workload.name} has no variants", hint)])
+    if name == BASE:
+        return workload.document
+    if not isinstance(name, str) or name not in workload.variants:
+        raise SpecError([Fault(place, 0, 0, "", *no_variant(name, workload.variants))])
+    return with_variant(workload.document, name)
+
+
+def design_point(
+    platform: Platform, workload: Workload, values: Mapping[str, Any], by: str = "point: "
+) -> tuple[Platform, Workload]:
+    """One design point: platform and workload with a raw value put in the place of each axis.
+
+    The workload of a point has no ``explore``. Nothing is read again but a part that was not read before.
+
+    Args:
+        platform: and ``workload``: loaded specs.
+        values: by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``workload.variant``, or a key of
+            ``workload.problem`` or ``workload.scenario``, as YAML would give them. The variant comes first.
+        by: what stands before the axis where a fault of its value is reported, now or later: the files hold no such
+            value.
+
+    Raises:
+        SpecError: an axis that is none, or a value that is not accepted, alone or together with the others.
+    """
+    fixed: dict[str, Any] = {"explore": None}
+    moved: dict[KeyPath, str] = {}
+    document, parts = workload.document, platform.document
+    if VARIANT_AXIS in values:
+        document, fixed["variants"] = _chosen(workload, values[VARIANT_AXIS], by), {}
+    axes = {axis: value for axis, value in values.items() if axis != VARIANT_AXIS}
+
+    def origin(path: KeyPath) -> Origin:
+        return Origin((f"{by}{moved[path]}",))
+
+    sections = [axis for axis in axes if moves(axis, PROBLEM) or moves(axis, SCENARIO)]
+    moved |= {tuple(axis.split(".")[1:]): axis for axis in sections}
+    document = put(document, {path: axes[axis] for path, axis in moved.items()}, origin)
+    # The scenario decides which tasks there are.
+    movable = Movable.of(platform, document, workload.context.get("tasks"))
+    faults: list[Fault] = []
+    of_workload: dict[KeyPath, Any] = {}
+    of_platform: dict[KeyPath, Any] = {}
+    for axis in (axis for axis in axes if axis not in sections):
+        refusal = movable.refusal(axis) or movable.unplaced(axis.partition(".")[0], axes)
+        if refusal is not None:
+            faults.append(Fault(f"{by}{clip(axis)}", 0, 0, "", *refusal))
+            continue
+        edits = movable.edits(axis, axes[axis])
+        moved |= dict.fromkeys(edits, axis)
+        (of_workload if movable.path(axis)[0] == "mapping" else of_platform).update(edits)
+    document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
+    faults += [*document.faults, *parts.faults]
+    point, wrong = _edited(workload, document, fixed, _teller(document, moved, by))
+    made, more = _edited(platform, parts, {}, _teller(parts, moved, by))
+    if faults or wrong or more or point is None or made is None:
+        raise SpecError([*faults, *wrong, *more])
+    return made, point
+
+
+def _edited(
+    spec: S, document: Document, fixed: Mapping[str, Any], tell: Teller
+) -> tuple[S | None, list[Fault]]:
+    """The spec with an edited document, or every fault of it; figures in short form get their source."""
+    if document is spec.document:
+        return (spec.model_copy(update=dict(fixed)) if fixed else spec), []
+    made, faults = validated(type(spec), spec, document, spec.context, fixed, tell)
+    return made and made.with_document(document, spec.context, spec), faults
+
+
+def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller:
+    """What makes the faults of a point: at the axis that brought the value; a clash, at all axes of its entry."""
+
+    def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault:
+        if document.origin(path) is not None:
+            return document.fault(path, what, hint, at_key=at_key)
+        beside = [axis for other, axis in moved.items() if entry_of(other) == entry_of(path)]
+        axes = ", ".join(dict.fromkeys(beside or moved.values())) or VARIANT_AXIS
+        return Fault(
+            f"{by}{axes}", 0, 0, dotted(path[1:] if entry_of(path) != path[:1] else path), what, hint
+        )
+
+    return tell
+
+
+def pin(
+    platform: Platform, workload: Workload, values: Mapping[str, Any], by: str = "point: "
+) -> tuple[Platform, Workload]:
+    """The specs with values put in, and their exploration kept without the axes that these values settle.
+
+    Where variants are explored, a value in mapping or scenario stays as an axis of one value: each variant brings its
+    own, and what is settled holds in all of them.
+
+    Raises:
+        SpecError: as ``design_point``, of any variant explored too.
+    """
+    made, point = design_point(platform, workload, values, by)
+    section = workload.explore
+    if section is not None:
+        variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
+        for name in variants:
+            design_point(platform, workload, {VARIANT_AXIS: name, **values}, f"variant {name}: {by}")
+        movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+        held = {
+            axis: (value,)
+            for axis, value in values.items()
+            if variants and (moves(axis, SCENARIO) or movable.section(axis.partition(".")[0]) == "mapping")
+        }
+        axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
+        # Those settled come first: an axis may move a key inside of one of them.
+        section = section.model_copy(update={"axes": held | axes})
+    return made, point.model_copy(update={"explore": section})
+
+
+def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
+    """Whether an axis names what platform or workload have: planners share names of tasks, not those of parameters."""
+    if axis == VARIANT_AXIS:
+        return bool(workload.variants)
+    if moves(axis, PROBLEM) or moves(axis, SCENARIO):
+        spec = workload.problem if moves(axis, PROBLEM) else workload.scenario
+        keys = axis.split(".")[2:]
+        return not keys or keys[0] in type(spec).model_fields
+    movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+    return movable.refusal(axis) is None
