@@ -26,6 +26,7 @@ from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import ARCHITECTURES
 from codesign.planners.harmonic.styles.steps import MOST_SWEEPS
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
 
 PLACEMENTS = 5
@@ -83,7 +84,7 @@ def case_of(name: str, side: int, last: int, options: dict[str, Any]) -> Case:
 
 def cost(problem: Problem, parameters: RelaxParameters, start: Any = None) -> tuple[int, Relaxation]:
     """Cycles of the bit-serial circuit from the map to the first decision, and the plan."""
-    work = ARCHITECTURES[0].work(problem, parameters, detail=False, start=start)
+    work = ARCHITECTURES[0].work(Job(problem, parameters, detail=False, start=start))
     cycles = 0
     while True:
         try:

@@ -20,6 +20,7 @@ from codesign.planners.interface import (
     Quality,
     RobotsQuality,
 )
+from codesign.planners.job import Job
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
@@ -31,9 +32,9 @@ from codesign.planners.styles import (
     Item,
     Lever,
     Memory,
+    MemoryStep,
     Step,
     TaskStyle,
-    is_done,
 )
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
@@ -57,9 +58,11 @@ __all__ = [
     "HostStyle",
     "HostTask",
     "Item",
+    "Job",
     "Lever",
     "Memo",
     "Memory",
+    "MemoryStep",
     "Part",
     "Planner",
     "Plot",
@@ -85,7 +88,6 @@ __all__ = [
     "by_sides",
     "cell_of",
     "from_position",
-    "is_done",
     "judge_arrival",
     "judge_ways",
     "one_step",

@@ -15,12 +15,11 @@ from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
-from codesign.planners.external_memory import MemoryStep
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 if TYPE_CHECKING:
     from codesign.components.memory import ExternalMemory
-    from codesign.planners.styles import Step
+    from codesign.planners.styles import MemoryStep, Step
 
 T = TypeVar("T")
 

@@ -25,6 +25,7 @@ from codesign.models import TaskParameters
 from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.drive_faults import drive_faults, robot_faults
@@ -62,6 +63,18 @@ class System:
     def planning(self) -> Any:
         """The parameters of the planning task."""
         return self.parameters[self.planner.planning_task]
+
+    @property
+    def job(self) -> Job[Any, Any]:
+        """What planner and style are asked about: the whole problem, before anything of it is planned."""
+        return Job(
+            self.problem,
+            self.planning,
+            part=self.part,
+            inside=self.placement.inside,
+            mapped=frozenset(self.parameters),
+            external=self.external,
+        )
 
 
 def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None = None) -> System:
@@ -109,7 +122,7 @@ def bind(platform: Platform, workload: Workload, *, grid: OccupancyGrid | None =
         placement=placement,
         external=external_of(platform, workload),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
-        notes=architecture.notes(problem, declared),
+        notes=architecture.notes(Job(problem, declared)),
     )
 
 
@@ -130,7 +143,8 @@ def plannable(workload: Workload, *, grid: OccupancyGrid | None = None) -> tuple
     problem, faults = _problem(workload, planner, task.parameters, grid)
     if problem is None:
         return None, faults
-    wrong = planner.check(_to_check(workload, planner, task.parameters, problem), task.parameters)
+    parameters = task.parameters
+    wrong = planner.check(Job(_to_check(workload, planner, parameters, problem), parameters))
     if wrong is not None:
         key, what = wrong
         own = key in type(workload.problem).model_fields
@@ -204,7 +218,7 @@ def _to_check(workload: Workload, planner: Planner, parameters: Any, problem: Pr
     """
     if not isinstance(workload.scenario, Drive):
         return problem
-    reach = planner.reachable(problem, parameters)
+    reach = planner.reachable(Job(problem, parameters))
     if all(reach[start] for start in problem.starts):
         return problem
     return replace(problem, starts=problem.goals)
@@ -254,7 +268,7 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
     """Goals that the planner leads no other cell to, though there are others, and starts that it leads to no goal."""
 
     def alone(goal: tuple[int, int]) -> bool:
-        return int(planner.reachable(replace(problem, goals=(goal,)), parameters).sum()) == 1
+        return int(planner.reachable(Job(replace(problem, goals=(goal,)), parameters)).sum()) == 1
 
     elsewhere = int(problem.free.sum()) > len(set(problem.goals))
     faults = []
@@ -270,7 +284,7 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
         isinstance(workload.problem, ProblemSpec) and isinstance(workload.problem.starts, tuple)
     ):
         return faults
-    reach = planner.reachable(problem, parameters)
+    reach = planner.reachable(Job(problem, parameters))
     for index, start in enumerate(problem.starts):
         if not reach[start]:
             near = maps.nearest_free(reach, start)

@@ -318,7 +318,7 @@ class Machine:
         request = Flow(asker, task, f"{task} request", step.bits)
         yield from self.carry(request, ledger, priority=priority)
         style = placement.styles[task]
-        steps = style.steps(system.problem, system.planning, None, (0.0, 0.0))
+        steps = style.steps(system.job)
         yield from self.perform(task, steps, ledger, priority=priority)
         answer = Flow(task, asker, f"{task} answer", step.answer_bits)
         yield from self.carry(answer, ledger, priority=priority)
@@ -352,7 +352,7 @@ class Machine:
         from codesign.components import BlockRam, choose_shape
 
         system = self.system
-        memory = system.architecture.memory(system.problem, system.planning)
+        memory = system.architecture.memory(system.job)
         if memory is None or system.part is None:
             return None
         depth, width = choose_shape(system.part.block_ram_shapes, memory.width)

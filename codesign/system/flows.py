@@ -6,16 +6,17 @@ from typing import Any
 
 from codesign.errors import InputError
 from codesign.planners.interface import COMMAND, LOAD, Planner
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow, TaskGraph
 
 
-def sound_flows(planner: Planner, problem: Any, parameters: Any) -> tuple[Flow, ...]:
-    """``planner.flows`` for a problem, with ``parameters`` of its planning task.
+def sound_flows(planner: Planner, job: Job[Any, Any]) -> tuple[Flow, ...]:
+    """``planner.flows`` of a job.
 
     Raises:
         InputError: they are not what ``Planner.flows`` promises: the plug-in is at fault, not the workload.
     """
-    flows: Any = planner.flows(problem, parameters)
+    flows: Any = planner.flows(job)
     wrong = _fault(planner, flows)
     if wrong is not None:
         where = f"{type(planner).__module__}.{type(planner).__qualname__}.flows"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from codesign.errors import Fault, InputError, choose_hint
 from codesign.inputs import Platform, Workload, fault
@@ -12,6 +11,7 @@ from codesign.inputs.components import ProcessorComponent, RobotComponent
 from codesign.inputs.scenario import Drive
 from codesign.inputs.tasks import SCENARIO_TASKS
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner, Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
@@ -97,16 +97,14 @@ def place(
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
     faults += _way_faults(platform, graph, places)
-    parameters = workload.mapping[planner.planning_task].parameters
-    needed = [
-        (planning, kernel, f"style {architecture.style}") for kernel in _kernels(architecture, parameters)
-    ]
+    job = Job(problem, workload.mapping[planner.planning_task].parameters)
+    needed = [(planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(job)]
     again = isinstance(workload.scenario, Drive) and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], kernel, f"task {task}")
         for task, style in styles.items()
         if task not in inside or (again and task != DETECT)
-        for kernel in _kernels(style, parameters)
+        for kernel in style.kernels(job)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
     faults += _cost_faults(platform, needed)
@@ -167,8 +165,8 @@ def _flows(
     platform: Platform, workload: Workload, planner: Planner, problem: Problem, places: Mapping[str, str]
 ) -> tuple[Flow, ...]:
     parameters = workload.mapping[planner.planning_task].parameters
-    told = sound_flows(planner, problem, parameters)
-    flows = [flow for flow in told if {flow.sender, flow.receiver} <= set(places)]
+    declared = sound_flows(planner, Job(problem, parameters))
+    flows = [flow for flow in declared if {flow.sender, flow.receiver} <= set(places)]
     if SENSE in places:
         flows.append(Flow(SENSE, LOAD, "scan", scan_bits(platform, workload, problem)))
         flows.append(Flow(COMMAND, MOVE, "command", COMMAND_BITS))
@@ -296,11 +294,6 @@ def _way_faults(platform: Platform, graph: TaskGraph, places: Mapping[str, str])
             fault(platform, ("links",), text, f"add a link with between: [{ends[0]}, {ends[1]}] under links:")
         )
     return faults
-
-
-def _kernels(style: Architecture | TaskStyle, parameters: Any) -> tuple[str, ...]:
-    """Every kernel that the steps of a style are counted in."""
-    return style.kernels(parameters)
 
 
 def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> list[Fault]:

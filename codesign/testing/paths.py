@@ -32,7 +32,7 @@ def _is_path(points: Any, begin: tuple[float, float]) -> None:
 def reachable_cells_lead_to_a_goal(case: Case) -> None:
     """``reachable`` covers the goals, free cells only, and every start from which a path arrives."""
     problem = case.problem
-    found: Any = case.planner.reachable(problem, case.parameters)
+    found: Any = case.planner.reachable(case.job)
     require(
         found.dtype == np.bool_ and found.shape == problem.free.shape,
         f"reachable gives {found.dtype} {found.shape}, not bool {problem.free.shape}",
@@ -52,7 +52,7 @@ def quality_is_of_this_problem(case: Case) -> None:
     problem = case.problem
     quality = case.planner.quality(problem, case.plan)
     assert isinstance(quality, Quality), "quality of a map is a Quality"
-    reachable = int(case.planner.reachable(problem, case.parameters).sum()) - len(problem.goals)
+    reachable = int(case.planner.reachable(case.job).sum()) - len(problem.goals)
     require(
         quality.reachable_cells == reachable,
         f"quality counts {quality.reachable_cells} reachable cells, reachable gives {reachable} besides the goals",

@@ -80,7 +80,7 @@ SENT: dict[str, tuple[int, int]] = {
 
 @each_case
 def test_flows_bring_what_one_plan_sends(case: Case) -> None:
-    flows = case.planner.flows(case.problem, case.parameters)
+    flows = case.planner.flows(case.job)
     ends = [(flow.sender, flow.receiver, flow.bits) for flow in flows]
     brought = [bits for *way, bits in ends if way == [LOAD, case.planner.planning_task]]
     answered = [bits for _, receiver, bits in ends if receiver == COMMAND]
@@ -124,7 +124,7 @@ def test_a_lower_bound_ends_in_the_same_bits_with_fewer_cycles() -> None:
     for case in lower:
         (ended,) = cases_of(case.plug_in, [{**case.given, "stop": "schedule_end"}])
         ((_, maker),) = catalog.task_styles_of(case.planner.name, LOWER_BOUND).items()
-        bound = drained(maker.steps(ended.problem, ended.parameters, None, (0.0, 0.0)))
+        bound = drained(maker.steps(ended.job))
         assert bound.cycles == int(ended.problem.free.sum())
         for style in ended.styles:
             cold, warm = ended.work(style), ended.work(style, start=bound.made)

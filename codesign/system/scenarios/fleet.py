@@ -86,7 +86,7 @@ class _Run:
         system = machine.system
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
-        work: Updates | None = system.architecture.updates(system.problem, system.planning)
+        work: Updates | None = system.architecture.updates(system.job)
         if work is None:
             raise InputError(
                 f"style {system.architecture.style} does not say what each robot takes for an update",
@@ -146,7 +146,7 @@ class _Run:
         system = self.machine.system
         self.trace.begin()
         try:
-            for flow in system.planner.flows(system.problem, system.planning):
+            for flow in system.planner.flows(system.job):
                 if (flow.sender, flow.receiver) == (LOAD, system.planner.planning_task):
                     yield from self.machine.carry(flow)
         except LostMessageError as lost:

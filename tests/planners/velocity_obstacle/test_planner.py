@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from codesign.errors import InputError
+from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.paper import agreement
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, bounds, compare
 from codesign.planners.velocity_obstacle.plan import (
@@ -276,8 +277,8 @@ def test_equation_4_alone_leads_to_collisions_somewhere() -> None:
 
 def test_planner_plug_in() -> None:
     problem, parameters = generate("circle", 3, seed=4), AvoidParameters()
-    assert PLANNER.check(problem, parameters) is None
-    plan = PLANNER.plan(problem, parameters)
+    assert PLANNER.check(Job(problem, parameters)) is None
+    plan = PLANNER.plan(Job(problem, parameters))
     assert PLANNER.identity(plan) == PLANNER.identity(avoid(problem, parameters))
     assert PLANNER.identity(plan) != PLANNER.identity(avoid(generate("circle", 3, seed=5), parameters))
     details = PLANNER.figures(plan)["details"]
@@ -407,14 +408,14 @@ def test_robots_of_a_workload_become_the_problem() -> None:
 )
 def test_arrays_too_coarse_and_words_too_narrow(parameters: dict[str, Any], key: str, what: str) -> None:
     problem = generate("circle", 4, seed=1)
-    fault = PLANNER.check(problem, AvoidParameters(**parameters))
+    fault = PLANNER.check(Job(problem, AvoidParameters(**parameters)))
     assert fault is not None
     assert fault[0] == key
     assert what in fault[1]
     with pytest.raises(InputError, match=what):
         avoid(problem, AvoidParameters(**parameters))
     said = int(what.split(maxsplit=1)[0])
-    assert PLANNER.check(problem, AvoidParameters(**{key: said})) is None
+    assert PLANNER.check(Job(problem, AvoidParameters(**{key: said}))) is None
 
 
 def test_the_least_width_is_the_least() -> None:

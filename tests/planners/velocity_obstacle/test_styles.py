@@ -14,6 +14,7 @@ from codesign.figures import Status
 from codesign.inputs import load_part, load_platform
 from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.job import Job
 from codesign.planners.reproduction import Reproduction, Use
 from codesign.planners.styles import RESOURCES
 from codesign.planners.velocity_obstacle import published
@@ -215,10 +216,10 @@ def test_hybrid_with_8_robots_is_infeasible_by_three_budgets_and_says_what_mends
     problem = generate("circle", 8)
     circuit = CIRCUITS["hybrid"]
     held = fit(
-        circuit.demand(problem, parameters, part),
+        circuit.demand(Job(problem, parameters, part=part)),
         part,
         50_000_000,
-        circuit.clock_limit(problem, parameters, part),
+        circuit.clock_limit(Job(problem, parameters, part=part)),
     )
     reasons = {reason.name: reason for reason in held.reasons}
     assert set(reasons) == {"slices", "lut4", "multipliers"}
@@ -241,8 +242,8 @@ def test_the_sequential_style_refuses_units_that_it_cannot_have(kind: str, part:
     for style, circuit in CIRCUITS.items():
         for count in (None, 1, 2, 4):
             parameters = AvoidParameters.model_validate({kind: count})
-            limit = circuit.clock_limit(problem, parameters, part)
-            held = fit(circuit.demand(problem, parameters, part), part, 50_000_000, limit)
+            limit = circuit.clock_limit(Job(problem, parameters, part=part))
+            held = fit(circuit.demand(Job(problem, parameters, part=part)), part, 50_000_000, limit)
             refused = [reason for reason in held.reasons if reason.name == f"{kind} of the sequential style"]
             assert bool(refused) == (style == "sequential" and (count or 1) > 1)
             for reason in refused:
@@ -287,7 +288,7 @@ def test_the_mapper_packs_denser_only_near_the_end() -> None:
 
 def test_an_array_too_large_for_a_block_ram_is_a_bound(part: Part) -> None:
     large = AvoidParameters(directions=512, speeds=64)
-    (bound,) = CIRCUITS["pipelined"].demand(generate("circle", 2), large, part).bounds
+    (bound,) = CIRCUITS["pipelined"].demand(Job(generate("circle", 2), large, part=part)).bounds
     assert bound.demand == 512 * 64 > bound.limit == 16_384
     assert "at most 32" in bound.levers[0].advice
 
@@ -306,7 +307,7 @@ def test_power_is_fitted_to_2_and_4_robots_and_holds_for_8() -> None:
 def test_intervals_of_power_hold_every_row(part: Part) -> None:
     for style, listed in published.TABLE_III.items():
         for robots, milliwatts in listed.items():
-            demand = CIRCUITS[style].demand(generate("circle", robots), AvoidParameters(), part)
+            demand = CIRCUITS[style].demand(Job(generate("circle", robots), AvoidParameters(), part=part))
             static, dynamic = CIRCUITS[style].power(demand, published.CLOCK, part)
             low, high = dynamic.interval
             assert low <= milliwatts / 1e3 - static.value <= high
@@ -315,7 +316,7 @@ def test_intervals_of_power_hold_every_row(part: Part) -> None:
 
 def test_dynamic_power_follows_the_clock_and_another_part_is_assumed(part: Part) -> None:
     circuit = CIRCUITS["pipelined"]
-    demand = circuit.demand(generate("circle", 4), AvoidParameters(), part)
+    demand = circuit.demand(Job(generate("circle", 4), AvoidParameters(), part=part))
     slow, fast = (circuit.power(demand, clock, part)[1].value for clock in (25_000_000, 50_000_000))
     assert fast == pytest.approx(2 * slow)
     other = circuit.power(demand, 50_000_000, load_part("XC2VP30-6"))[1]
@@ -328,10 +329,10 @@ def test_dynamic_power_follows_the_clock_and_another_part_is_assumed(part: Part)
 @pytest.mark.parametrize("style", list(CIRCUITS))
 def test_coarse_and_fine_steps_cost_the_same(style: str, problem: RobotsProblem) -> None:
     circuit, parameters, memo = CIRCUITS[style], AvoidParameters(), Memo()
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     told = []
     for detail in (True, False, False):
-        steps, drawn = drained(circuit.work(problem, parameters, memo=memo, detail=detail))
+        steps, drawn = drained(circuit.work(Job(problem, parameters, memo=memo, detail=detail)))
         assert PLANNER.identity(drawn) == PLANNER.identity(plan)
         assert all(int(step.cycles.min()) >= 1 for step in steps if len(step.cycles))
         sums: dict[str, int] = {}
@@ -347,7 +348,7 @@ def test_coarse_and_fine_steps_cost_the_same(style: str, problem: RobotsProblem)
 
 def test_an_update_takes_as_long_as_its_slowest_robot(problem: RobotsProblem) -> None:
     parameters = AvoidParameters()
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     cycles = run_cycles(Style.PIPELINED, plan, parameters)
     assert (cycles.each >= cycles.costs.of_robot(plan.checks, plan.trials).max(axis=1)).all()
     assert (cycles.trials[:, None] * cycles.costs.trial <= cycles.each[:, None]).all()
@@ -358,18 +359,18 @@ def test_units_change_cycles_and_no_choice(problem: RobotsProblem) -> None:
     found = set()
     for update, detect, detector in ((None, None, "published"), (2, 1, "published"), (1, 2, "cross_product")):
         parameters = AvoidParameters(update_units=update, detect_units=detect, detector=Detector(detector))
-        steps, plan = drained(CIRCUITS["hybrid"].work(problem, parameters, memo=memo, detail=False))
+        steps, plan = drained(CIRCUITS["hybrid"].work(Job(problem, parameters, memo=memo, detail=False)))
         found.add(PLANNER.identity(plan))
         assert steps
     assert len(found) == 1
     assert (memo.misses, memo.hits) == (1, 2)
     other = AvoidParameters(detection=Detection.PUBLISHED, margin=0.0)
-    drained(CIRCUITS["hybrid"].work(problem, other, memo=memo, detail=False))
+    drained(CIRCUITS["hybrid"].work(Job(problem, other, memo=memo, detail=False)))
     assert memo.misses == 2
 
 
 def test_records_tell_every_phase_of_an_update(problem: RobotsProblem) -> None:
-    steps, plan = drained(CIRCUITS["sequential"].work(problem, AvoidParameters()))
+    steps, plan = drained(CIRCUITS["sequential"].work(Job(problem, AvoidParameters())))
     stories = [step.record(0, int(step.cycles.sum()), "fpga") for step in steps]
     assert [story.task for story in stories[:5]] == list(PHASES)
     assert all(story.cycles == story.end for story in stories)

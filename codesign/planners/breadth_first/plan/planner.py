@@ -7,7 +7,7 @@ timed on. A robot elsewhere plans anew, so quality and trajectories are those of
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from codesign.models import TaskParameters
 from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import Search, search_nearest
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import Planner, Problem, Quality
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 
@@ -48,7 +49,7 @@ class BreadthFirst(Planner):
     name = "breadth_first"
     planning_task = "search"
     answers_no_way = True
-    policies: tuple[Policy, ...] = ("restart",)
+    fields_a_stage = 0
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property
@@ -56,24 +57,25 @@ class BreadthFirst(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
-    def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
+    def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
         """A search begins at a start: there has to be one."""
-        return None if problem.starts else ("starts", NO_START)
+        return None if job.problem.starts else ("starts", NO_START)
 
-    def reachable(self, problem: Problem, parameters: SearchParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, SearchParameters]) -> NDArray[np.bool_]:
         """The search looks at the four neighbours of a cell."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
+    def plan(self, job: Job[Problem, SearchParameters]) -> Search:
         """Search without a clock. Raises InputError where the problem has no start."""
-        return plan_search(problem)
+        return plan_search(job.problem)
 
-    def flows(self, problem: Problem, parameters: SearchParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+    def flows(self, job: Job[Problem, SearchParameters]) -> tuple[Flow, ...]:
         """The map and the directions of discovery, two bits a cell; the path, two bits a step.
 
         Raises:
             InputError: the problem has no start.
         """
+        problem = job.problem
         cells, steps = problem.free.size, plan_search(problem).path_steps or 0
         return (
             Flow("load", "search", "map", CELL_BITS * cells),
@@ -81,17 +83,9 @@ class BreadthFirst(Planner):
             Flow("track", "command", "path", max(STEP_BITS, STEP_BITS * steps)),
         )
 
-    def memory(self, problem: Problem, parameters: SearchParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, SearchParameters]) -> int:
         """Measured: 52 bytes a cell on maps of 2^20 to 2^24 cells (map, directions, what was pushed, distances)."""
-        return 52 * problem.free.size
-
-    def memory_levers(self, problem: Problem, parameters: SearchParameters) -> list[str]:  # noqa: ARG002
-        """None besides the map."""
-        return []
-
-    def fields_recorded(self, parameters: SearchParameters) -> int:  # noqa: ARG002
-        """None."""
-        return 0
+        return 52 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: Search) -> Quality:
         """What the plan is worth, and a search from each start of the problem.
@@ -141,9 +135,6 @@ class BreadthFirst(Planner):
     def field_of(self, plan: Search) -> tuple[str, str, NDArray[np.float64]]:
         """Steps from the start to each cell that the search came to; infinite elsewhere."""
         return "distance", "steps", distances(plan)
-
-    def start_of(self, plan: Search) -> None:
-        """None: a search begins anew."""
 
     def way(
         self, problem: Problem, plan: Search, start: tuple[float, float]

@@ -8,13 +8,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.memo import Memo
+from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import plan_search
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
 from codesign.planners.breadth_first.plan.search import Search
-from codesign.planners.external_memory import MemoryStep, Traffic
+from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Step
+from codesign.planners.job import Job
+from codesign.planners.styles import MemoryStep, Step
 from codesign.records import TaskRecord
 
 INIT, SEARCH, PATH = "init", "bf", "path"
@@ -27,11 +28,9 @@ BATCH = 1 << 16
 """Units of a step, at most: so that a large map is not held twice."""
 
 
-def searched(problem: Problem, memo: Memo | None) -> Search:
-    """The search of a problem, shared through ``memo``."""
-    if memo is None:
-        return plan_search(problem)
-    return memo.get(("breadth-first search", problem.digest), lambda: plan_search(problem))
+def searched(job: Job[Problem, SearchParameters]) -> Search:
+    """The search of a problem, shared through the memo of the job."""
+    return job.shared(("breadth-first search", job.problem.digest), lambda: plan_search(job.problem))
 
 
 def pushes_of_each_pop(search: Search) -> NDArray[np.int64]:

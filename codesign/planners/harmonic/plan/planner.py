@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
@@ -23,6 +23,7 @@ from codesign.planners.harmonic.plan.parameters import (
 )
 from codesign.planners.harmonic.plan.relax import Relaxation, relax
 from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of
 
@@ -71,11 +72,12 @@ class Harmonic(Planner):
             "decide": DecideParameters,
         }
 
-    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """Equal blocks must be able to part the map as often as asked, and not be too many.
 
         A block larger than the map is one more partial one: the rest of it is obstacle.
         """
+        problem, parameters = job.problem, job.parameters
         height, width = parameters.block_shape(problem.rows, problem.columns)
         if parameters.blocks is not None:
             made = -(-problem.rows // height), -(-problem.columns // width)
@@ -92,12 +94,13 @@ class Harmonic(Planner):
             return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
         return None
 
-    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
+    def plan(self, job: Job[Problem, RelaxParameters]) -> Relaxation:
         """Relax the field without a clock."""
+        problem, parameters = job.problem, job.parameters
         return relax(
             problem.free,
             problem.goals,
@@ -109,18 +112,17 @@ class Harmonic(Planner):
             record_visits=False,
         )
 
-    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:
+    def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
 
         The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
         """
-        return self._flows(problem, parameters, parameters.precisions[-1])
+        parameters = job.parameters
+        return self._flows(job.problem, parameters, parameters.precisions[-1])
 
-    def flows_after(
-        self, problem: Problem, parameters: RelaxParameters, plan: Relaxation
-    ) -> tuple[Flow, ...]:
+    def flows_after(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
-        return self._flows(problem, parameters, plan.precision)
+        return self._flows(job.problem, job.parameters, job.plan.precision)
 
     def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
         cells = problem.free.size
@@ -133,28 +135,26 @@ class Harmonic(Planner):
             Flow("decide", "command", "direction", DIRECTION_BITS),
         )
 
-    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:
+    def memory(self, job: Job[Problem, RelaxParameters]) -> int:
         """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and what follows the field.
 
         Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 x 64 or as one.
         """
+        problem, parameters = job.problem, job.parameters
         from codesign.planners.harmonic.plan.layout import plane_bytes
 
         cells, precision = problem.free.size, parameters.precisions[-1]
         block = parameters.block_shape(problem.rows, problem.columns)
         planes = precision * plane_bytes((problem.rows, problem.columns), block)
         values = VALUES_AT_ONCE * 8 * limbs_needed(precision) * cells
-        bounds = BOUND_BYTES * cells if "lower_bound" in tasks else 0
+        bounds = BOUND_BYTES * cells if "lower_bound" in job.mapped else 0
         return planes + values + FOLLOWING_BYTES * cells + bounds
 
-    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:
+    def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Fewer bits; and smaller blocks, as the visited one is kept several times."""
-        large = parameters.block_count(problem.rows, problem.columns) < 8
+        problem = job.problem
+        large = job.parameters.block_count(problem.rows, problem.columns) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
-
-    def fields_recorded(self, parameters: RelaxParameters) -> int:
-        """The potential at the end of every stage."""
-        return len(parameters.precisions)
 
     def quality(self, problem: Problem, plan: Relaxation) -> Quality:
         """What following the field is worth."""

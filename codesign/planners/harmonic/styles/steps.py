@@ -16,9 +16,11 @@ from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.plan.relax import Relaxation, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Exchange, Step, beyond_map, is_done
-from codesign.records import StageRecord, TaskRecord, VisitsRecord
+from codesign.planners.job import Job
+from codesign.planners.styles import Exchange, Step, beyond_map
+from codesign.records import StageRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
@@ -99,34 +101,27 @@ class _StageClock:
     begin: int | None = None
 
 
-def relax_steps(
-    problem: Problem,
-    parameters: RelaxParameters,
-    costs: Costs,
-    memo: Memo | None,
-    detail: bool,
-    start: Field | None = None,
-    inside: frozenset[str] | None = None,
-) -> Generator[Step, None, Relaxation]:
+def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[Step, None, Relaxation]:
     """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
 
-    With ``detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
-    that ``memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of its
-    own, whatever ``detail`` says, and an ``Exchange`` follows.
+    With ``job.detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
+    that ``job.memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of
+    its own, whatever ``detail`` says, and an ``Exchange`` follows.
 
-    From a ``start`` the stages are those that ``remaining_precisions`` leaves.
+    From ``job.start`` the stages are those that ``remaining_precisions`` leaves.
     """
     from codesign.maps.reach import reachable
 
-    run = _Run(problem, parameters, start)
-    if not is_done(DETECT, inside):
-        told = _each_visit(run, costs, detect=True)
-    elif detail:
-        told = _each_visit(run, costs, detect=False)
+    run = _Run(job.problem, job.parameters, job.start)
+    if not job.does(DETECT):
+        steps = _each_visit(run, costs, detect=True)
+    elif job.detail:
+        steps = _each_visit(run, costs, detect=False)
     else:
-        told = _each_stage(run, costs, memo)
-    stages, field, fault = yield from told
-    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None, run.below, fault)
+        steps = _each_stage(run, costs, job.memo)
+    stages, field, fault = yield from steps
+    free, goals = job.problem.free, job.problem.goals
+    return Relaxation(tuple(stages), field, reachable(free, goals), None, run.below, fault)
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
@@ -164,7 +159,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
             stages.append(item.stage)
             field, fault = item.field, item.fault
             if costs.stage_end:
-                yield replace(task_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
+                yield replace(one_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
             yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
@@ -246,15 +241,6 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
         most_sweeps=None if run.below else MOST_SWEEPS,
     )
-
-
-def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """One step that is a task by itself, told as a ``TaskRecord``."""
-
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, task, end, cycles)
-
-    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
 
 
 def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:

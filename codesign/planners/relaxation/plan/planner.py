@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
 from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.parameters import (
     LoadParameters,
     Method,
@@ -62,19 +63,19 @@ class Relaxation(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
 
-    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """The method must suit the map."""
-        reason = refusal(parameters.method, problem.free.shape, problem.goals)
+        problem = job.problem
+        reason = refusal(job.parameters.method, problem.free.shape, problem.goals)
         return None if reason is None else ("method", reason)
 
-    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A step of the search never cuts a corner, with four neighbours or with eight."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(
-        self, problem: Problem, parameters: RelaxParameters, start: NDArray[np.float64] | None = None
-    ) -> Plan:
+    def plan(self, job: Job[Problem, RelaxParameters]) -> Plan:
         """Compute the potential, from nothing or from the potential of an earlier plan."""
+        problem, parameters = job.problem, job.parameters
         solution = solve(
             problem.free,
             problem.goals,
@@ -84,13 +85,13 @@ class Relaxation(Planner):
             tolerance=parameters.tolerance,
             boundary=parameters.boundary,
             max_iterations=parameters.max_iterations,
-            start=start,
+            start=job.start,
         )
         return Plan(solution, parameters.neighbours)
 
-    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+    def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; the potential, a double a cell; the next cell, row and column."""
-        cells = problem.free.size
+        cells = job.problem.free.size
         return (
             Flow("load", "relax", "map", CELL_BITS * cells),
             Flow("relax", "search", "potential", VALUE_BITS * cells),
@@ -98,21 +99,17 @@ class Relaxation(Planner):
             Flow("search", "command", "step", STEP_BITS),
         )
 
-    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, RelaxParameters]) -> int:
         """Measured: 43 bytes a cell by sweeps; the factors of the direct solver, 0.8 KB a cell of 2^18, and growing."""
-        cells = problem.free.size
+        cells = job.problem.free.size
         factors = (
-            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if parameters.method is Method.DIRECT else 0.0
+            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if job.parameters.method is Method.DIRECT else 0.0
         )
         return round(cells * (43 + factors))
 
-    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:  # noqa: ARG002
+    def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Sweeps instead of factors."""
-        return ["a method of sweeps such as sor"] if parameters.method is Method.DIRECT else []
-
-    def fields_recorded(self, parameters: RelaxParameters) -> int:  # noqa: ARG002
-        """The potential."""
-        return 1
+        return ["a method of sweeps such as sor"] if job.parameters.method is Method.DIRECT else []
 
     def quality(self, problem: Problem, plan: Plan) -> Quality:
         """What following the potential is worth."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from codesign.errors import MapError
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import Planner, Problem, Quality
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
@@ -36,7 +37,6 @@ class Wavefront(Planner):
 
     name = "wavefront"
     planning_task = "propagate"
-    policies: tuple[Policy, ...] = ("restart",)
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
@@ -44,8 +44,9 @@ class Wavefront(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
-    def check(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str] | None:
         """A wave that waits for its starts has to reach them; tiles are not too many."""
+        problem, parameters = job.problem, job.parameters
         if parameters.tile is not None:
             height, width = parameters.tile
             count = parameters.tile_count(problem.rows, problem.columns)
@@ -57,23 +58,25 @@ class Wavefront(Planner):
             return "stop", fault.what
         return None
 
-    def reachable(self, problem: Problem, parameters: PropagateParameters) -> NDArray[np.bool_]:
+    def reachable(self, job: Job[Problem, PropagateParameters]) -> NDArray[np.bool_]:
         """The wave passes between two obstacles that touch at a corner where it may cut corners."""
+        problem = job.problem
         from codesign.maps.reach import reachable
 
-        return reachable(problem.free, problem.goals, corner_cutting=parameters.corner_cutting)
+        return reachable(problem.free, problem.goals, corner_cutting=job.parameters.corner_cutting)
 
-    def plan(self, problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
+    def plan(self, job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
         """Run the wave without a clock."""
-        return compute_plan(problem, parameters)
+        return compute_plan(job.problem, job.parameters)
 
-    def flows(self, problem: Problem, parameters: PropagateParameters) -> tuple[Flow, ...]:
+    def flows(self, job: Job[Problem, PropagateParameters]) -> tuple[Flow, ...]:
         """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
 
         A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
         of the way. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a wave
         that does not wait for it.
         """
+        problem, parameters = job.problem, job.parameters
         parameters = sizing_parameters(problem, parameters)
         cells, plan = problem.free.size, known_plan(problem, parameters)
         local = parameters.course is Course.LOCAL
@@ -85,19 +88,16 @@ class Wavefront(Planner):
             Flow("track", "command", "way", NEXT_BITS * steps),
         )
 
-    def check_drive(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: PropagateParameters,
-    ) -> tuple[str, str, str] | None:
+    def check_drive(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str, str] | None:
         """A way that passes between two obstacles that touch at a corner is none for a robot."""
-        if not parameters.corner_cutting:
+        if not job.parameters.corner_cutting:
             return None
         text = "a way that cuts corners may lead between two obstacles, where no robot can drive"
         return "corner_cutting", text, "set corner_cutting: false"
 
-    def horizon(self, parameters: PropagateParameters) -> int | None:
+    def horizon(self, job: Job[Any, PropagateParameters]) -> int | None:
         """The steps of a local course."""
+        parameters = job.parameters
         return parameters.steps if parameters.course is Course.LOCAL else None
 
     def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
@@ -106,17 +106,9 @@ class Wavefront(Planner):
             return 1
         return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
 
-    def memory(self, problem: Problem, parameters: PropagateParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, PropagateParameters]) -> int:
         """Measured: 56 bytes a cell on maps of 2^20 to 2^24 cells (map, distances, labels, paths)."""
-        return 56 * problem.free.size
-
-    def memory_levers(self, problem: Problem, parameters: PropagateParameters) -> list[str]:  # noqa: ARG002
-        """None besides the map."""
-        return []
-
-    def fields_recorded(self, parameters: PropagateParameters) -> int:  # noqa: ARG002
-        """The distances."""
-        return 1
+        return 56 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
         """What the ways are worth."""
@@ -157,9 +149,6 @@ class Wavefront(Planner):
     def field_of(self, plan: WavefrontPlan) -> tuple[str, str, NDArray[np.float64]]:
         """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""
         return "potential", "1", np.where(plan.potentials >= 0, plan.potentials, np.inf)
-
-    def start_of(self, plan: WavefrontPlan) -> None:
-        """None: a wave begins anew."""
 
     def way(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]
