@@ -15,11 +15,12 @@ from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
+from codesign.planners.styles import MemoryStep
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 if TYPE_CHECKING:
     from codesign.components.memory import ExternalMemory
-    from codesign.planners.styles import MemoryStep, Step
+    from codesign.planners.styles import Step
 
 T = TypeVar("T")
 

@@ -107,7 +107,7 @@ def test_largest_arrays_of_the_four_parts(name: str, side: int) -> None:
 @pytest.mark.parametrize("style", [DelayLine(), AdderComparator(), Tiled()])
 def test_a_register_that_is_too_narrow_says_how_many_bits(style: Architecture) -> None:
     problem, part = rooms(), load_part("XC4VLX160-12")
-    largest = style.largest_potential(problem, PropagateParameters())  # type: ignore[attr-defined]
+    largest = style.largest_potential(Job(problem, PropagateParameters()))  # type: ignore[attr-defined]
     needed = register_bits(largest)
     for bits in (needed - 1, needed, needed + 3):
         (bound,) = style.demand(Job(problem, PropagateParameters(register_bits=bits), part=part)).bounds
@@ -122,7 +122,7 @@ def test_the_tile_that_a_lever_names_fits(name: str, paths: str) -> None:
     problem, part = rooms(128), load_part(name)
     demand = DelayLine().demand(Job(problem, PropagateParameters(paths=paths), part=part))
     levers = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
-    bits = DelayLine().bits(problem, PropagateParameters(paths=paths))
+    bits = DelayLine().bits(Job(problem, PropagateParameters(paths=paths)))
 
     def tiled(side: int) -> Demand:
         raw = PropagateParameters(paths=paths, tile=(side, side), register_bits=bits)
@@ -179,7 +179,7 @@ def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw
 def test_a_wave_without_stop_runs_until_the_counter_is_full() -> None:
     problem = rooms(starts=())
     assert run(DelayLine(), problem, stop="whole_map", register_bits=9)[0]["propagate"] == 511
-    needed = DelayLine().bits(problem, PropagateParameters())
+    needed = DelayLine().bits(Job(problem, PropagateParameters()))
     assert run(DelayLine(), problem)[0]["propagate"] == 2**needed - 1
 
 
