@@ -21,7 +21,7 @@ from codesign.planners.interface import (
     RobotsQuality,
 )
 from codesign.planners.job import Job
-from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce
+from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     RESOURCES,
@@ -77,6 +77,7 @@ __all__ = [
     "Reproduction",
     "RobotsQuality",
     "Row",
+    "Samples",
     "Series",
     "SpecModel",
     "Status",

@@ -16,7 +16,7 @@ PACKAGE = ROOT / "codesign"
 
 # Lowest first. A module imports only from levels below its own, and from its own entry. The longest name that fits
 # decides: `codesign.planners.harmonic.paper` is in the room of harmonic control, `codesign.planners.styles` is not.
-ROOMS = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+ROOMS = sorted(path.parent.name for path in PACKAGE.glob("planners/*/plug_in.py"))
 LEVELS: list[list[str]] = [
     ["errors"],
     ["units"],
@@ -33,8 +33,8 @@ LEVELS: list[list[str]] = [
     ["planners.interface", "planners.reproduction"],
     ["planners.ways", "planners.styles"],
     ["planners.host", "planners.plug_in"],
-    [f"planners.{room}" for room in ROOMS],
     ["plugin"],
+    [f"planners.{room}" for room in ROOMS],
     ["planners", "components"],
     ["results"],
     ["mission"],

@@ -138,7 +138,7 @@ def test_the_class_on_the_page_checks_the_same(example: Path) -> None:
     }
     exec(block, names)
     suite = names["TestFlood"]
-    cases = cases_of(suite.plug_in, suite.parameters, suite.problems)
+    cases = [case for plug_in in suite.plug_ins for case in cases_of(plug_in)]
     assert [case.parameters.bits for case in cases] == [12, 5]
     for case in cases:
         for rule in RULES:
