@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field
-from codesign.planners.harmonic.plan.relax import Relaxation, VisitRecord
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, VisitRecord
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
 
 def relax_reference(
     free: Any, goals: Any, *, termination: str = "sound", start: Any = None, **rest: Any
-) -> Relaxation:
+) -> HarmonicPlan:
     """``relax`` over the whole schedule, by :func:`relax_stage`. It never ends where values never settle."""
     arguments = check_arguments(free, goals, termination=termination, start=start, **rest)
     field, stages, visits = arguments.start, [], []
@@ -28,7 +28,7 @@ def relax_reference(
             else:
                 visits += [(index, *visit) for visit in zip(item.block, item.iterations, strict=True)]
     record = VisitRecord(*np.array(visits, np.int32).T)
-    return Relaxation(tuple(stages), field, arguments.reachable, record)
+    return HarmonicPlan(tuple(stages), field, arguments.reachable, record)
 
 
 def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[VisitBatch | StageEnd]:

@@ -16,7 +16,14 @@ from pydantic import ValidationError
 
 from codesign import maps
 from codesign.errors import InputError, MapError
-from codesign.planners.breadth_first.plan import EAST, NEIGHBOURS, WEST, Search, search, search_nearest
+from codesign.planners.breadth_first.plan import (
+    EAST,
+    NEIGHBOURS,
+    WEST,
+    BreadthFirstPlan,
+    search,
+    search_nearest,
+)
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import mark_path, trail
@@ -250,7 +257,7 @@ def test_trajectory_is_the_path(problem: Problem) -> None:
 
 def test_identity_is_that_of_the_answer(problem: Problem) -> None:
     plan = PLANNER.plan(Job(problem, SearchParameters()))
-    assert isinstance(pickle.loads(pickle.dumps(plan)), Search)
+    assert isinstance(pickle.loads(pickle.dumps(plan)), BreadthFirstPlan)
     assert PLANNER.identity(pickle.loads(pickle.dumps(plan))) == PLANNER.identity(plan)
     free = problem.free.copy()
     free[2, 4] = False

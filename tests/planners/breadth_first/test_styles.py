@@ -15,10 +15,10 @@ from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import (
-    Display,
     MemoryPlace,
     MicroArchitecture,
     SearchParameters,
+    VgaController,
 )
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
@@ -101,8 +101,8 @@ def test_without_a_way_every_cell_is_expanded_and_nothing_marked() -> None:
 
 @pytest.mark.parametrize("place", ["process_external", "external"])
 def test_external_memory_costs_its_accesses(problem: Problem, place: str) -> None:
-    inside = SearchParameters(display=Display.NONE)
-    outside = SearchParameters(display=Display.NONE, memory=place, external_cycles=20)  # type: ignore[arg-type]
+    inside = SearchParameters(display=VgaController.NONE)
+    outside = SearchParameters(display=VgaController.NONE, memory=place, external_cycles=20)  # type: ignore[arg-type]
     near, _, plan = drained(MACHINE.work(Job(problem, inside)))
     far, _, _ = drained(MACHINE.work(Job(problem, outside)))
     # The pushes of the goal's ring that the search never got to expand are pushes all the same.
@@ -169,7 +169,7 @@ def test_block_rams_are_those_of_the_rtl(part: Part, side: int, count: int) -> N
 
 def test_logic_is_within_the_synthesised_range(part: Part) -> None:
     small, large = (
-        MACHINE.demand(Job(empty(side, side), SearchParameters(display=Display.NONE), part=part))
+        MACHINE.demand(Job(empty(side, side), SearchParameters(display=VgaController.NONE), part=part))
         for side in (30, 100)
     )
     assert 202 <= small.total("lut4") <= 216
@@ -178,7 +178,7 @@ def test_logic_is_within_the_synthesised_range(part: Part) -> None:
     with_display = MACHINE.demand(Job(empty(100, 100), SearchParameters(), part=part))
     assert with_display.total("lut4") > large.total("lut4")
     assert with_display.total("block_rams") == large.total("block_rams")
-    copied = MACHINE.demand(Job(empty(100, 100), SearchParameters(display=Display.COPY), part=part))
+    copied = MACHINE.demand(Job(empty(100, 100), SearchParameters(display=VgaController.COPY), part=part))
     assert copied.total("block_rams") == large.total("block_rams") + 2
 
 
@@ -245,7 +245,7 @@ def test_a_map_larger_than_the_screen(part: Part) -> None:
     )
     for name in ("rows on the screen", "columns on the screen"):
         assert bound(demand, name).demand > bound(demand, name).limit
-    alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=Display.NONE)
+    alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=VgaController.NONE)
     assert MACHINE.demand(Job(empty(601, 401), alone, part=part)).bounds == ()
     assert MACHINE.memory(Job(empty(601, 401), alone)) is None
 

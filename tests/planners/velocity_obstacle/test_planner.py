@@ -35,7 +35,7 @@ from codesign.planners.velocity_obstacle.plan.arithmetic import (
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains, Responsibility
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 from codesign.planners.velocity_obstacle.plan.problem import distances
-from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, RobotState
 
 ALL_TERMS = Gains.model_construct(proportional=0.5, integral=0.05, derivative=0.1)
 """Refused in a workload, as the sum overshoots; the arithmetic of all three terms is held against its twin anyway."""
@@ -159,7 +159,7 @@ def test_direction_to_the_target_is_the_nearest_of_the_array(angle: float, far: 
     problem = generate("circle", 2)
     parameters = AvoidParameters(directions=count, width=24)
     target = 150.0 + far * math.cos(angle), 150.0 + far * math.sin(angle)
-    chosen = plain.to_goal(double(problem, parameters), Robot((150.0, 150.0), target))
+    chosen = plain.to_goal(double(problem, parameters), RobotState((150.0, 150.0), target))
     sector = 2.0 * math.pi / count
     off = (angle - chosen * sector + math.pi) % (2.0 * math.pi) - math.pi
     assert abs(off) <= sector / 2.0 + 1e-9

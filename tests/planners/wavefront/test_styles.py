@@ -24,7 +24,7 @@ from codesign.planners.wavefront.plan import longest_distance, reference, regist
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled
-from codesign.planners.wavefront.styles.resources import Layout, adder_node, delay_line_node
+from codesign.planners.wavefront.styles.resources import ArrayLayout, adder_node, delay_line_node
 from codesign.records import TaskRecord
 
 PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 24}
@@ -82,7 +82,7 @@ def test_the_paper_s_cycles_and_times() -> None:
 
 
 def test_nodes_take_what_was_counted() -> None:
-    layout = Layout((256, 256), register_bits(published.STOP_POTENTIAL))
+    layout = ArrayLayout((256, 256), register_bits(published.STOP_POTENTIAL))
     node, adder = delay_line_node(layout), adder_node(layout)
     assert layout.bits == 11
     assert sum(part[1] for part in node.flip_flops) * layout.nodes == 983_040

@@ -36,7 +36,7 @@ class MemoryPlace(StrEnum):
     EXTERNAL = "external"
 
 
-class Display(StrEnum):
+class VgaController(StrEnum):
     """The VGA controller: none, on the second port of the cells' memory, or with its own copy of it."""
 
     NONE = "none"
@@ -53,9 +53,9 @@ class SearchParameters(TaskParameters):
     memory: Annotated[
         MemoryPlace, Field(description="where the cells, the directions and the queue are kept")
     ] = MemoryPlace.BLOCK_RAM
-    display: Annotated[Display, Field(description="VGA controller: none, shared (second port) or copy")] = (
-        Display.SHARED
-    )
+    display: Annotated[
+        VgaController, Field(description="VGA controller: none, shared (second port) or copy")
+    ] = VgaController.SHARED
     queue_words: Annotated[
         int | None,
         Field(

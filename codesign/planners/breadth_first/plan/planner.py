@@ -17,7 +17,7 @@ from codesign.errors import InputError
 from codesign.models import TaskParameters
 from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
-from codesign.planners.breadth_first.plan.search import Search, search_nearest
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_nearest
 from codesign.planners.interface import Planner, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
@@ -32,7 +32,7 @@ DIRECTION_BITS = STEP_BITS = 2
 """A side of a cell: on which the one that discovered it lies, or to which a step goes."""
 
 
-def plan_search(problem: Problem) -> Search:
+def plan_search(problem: Problem) -> BreadthFirstPlan:
     """The search that a problem asks for: from its first start.
 
     Raises:
@@ -65,7 +65,7 @@ class BreadthFirst(Planner):
         """The search looks at the four neighbours of a cell."""
         return by_sides(job.problem)
 
-    def plan(self, job: Job[Problem, SearchParameters]) -> Search:
+    def plan(self, job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
         """Search without a clock. Raises InputError where the problem has no start."""
         return plan_search(job.problem)
 
@@ -87,7 +87,7 @@ class BreadthFirst(Planner):
         """Measured: 52 bytes a cell on maps of 2^20 to 2^24 cells (map, directions, what was pushed, distances)."""
         return 52 * job.problem.free.size
 
-    def quality(self, problem: Problem, plan: Search) -> Quality:
+    def quality(self, problem: Problem, plan: BreadthFirstPlan) -> Quality:
         """What the plan is worth, and a search from each start of the problem.
 
         The plan covers the cells that its search came to before it ended: each of them has its way back to the path. So
@@ -106,14 +106,14 @@ class BreadthFirst(Planner):
             **judge_ways(problem, ways),
         )
 
-    def identity(self, plan: Search) -> str:
+    def identity(self, plan: BreadthFirstPlan) -> str:
         """The digest of where the search came, how it came there, and the path."""
         digest = hashlib.sha256(f"{plan.directions.shape}{plan.start}{plan.goal}".encode())
         for array in (plan.directions, plan.pushed, plan.path):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 
-    def figures(self, plan: Search) -> dict[str, Any]:
+    def figures(self, plan: BreadthFirstPlan) -> dict[str, Any]:
         """What a reader wants to know of the search."""
         return {
             "details": {
@@ -126,18 +126,20 @@ class BreadthFirst(Planner):
             }
         }
 
-    def trajectory(self, problem: Problem, plan: Search, start: Cell) -> tuple[NDArray[np.float64], bool]:
+    def trajectory(
+        self, problem: Problem, plan: BreadthFirstPlan, start: Cell
+    ) -> tuple[NDArray[np.float64], bool]:
         """The way from ``start``, cell by cell: that of the plan, or of a search from there."""
         way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
 
-    def field_of(self, plan: Search) -> tuple[str, str, NDArray[np.float64]]:
+    def field_of(self, plan: BreadthFirstPlan) -> tuple[str, str, NDArray[np.float64]]:
         """Steps from the start to each cell that the search came to; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
     def way(
-        self, problem: Problem, plan: Search, start: tuple[float, float]
+        self, problem: Problem, plan: BreadthFirstPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
         """The rest of the path from a position on one of its cells.
 
@@ -151,7 +153,7 @@ class BreadthFirst(Planner):
         return from_position(start, back, problem.free), True
 
 
-def distances(plan: Search) -> NDArray[np.float64]:
+def distances(plan: BreadthFirstPlan) -> NDArray[np.float64]:
     """Float64, rows × columns: steps from the start back along the directions of discovery; infinite for others."""
     steps = np.full(plan.directions.shape, np.inf)
     columns = plan.directions.shape[1]
@@ -169,7 +171,7 @@ def distances(plan: Search) -> NDArray[np.float64]:
     return steps
 
 
-def _back_to_path(plan: Search, cell: Cell) -> NDArray[np.int32] | None:
+def _back_to_path(plan: BreadthFirstPlan, cell: Cell) -> NDArray[np.int32] | None:
     """The cells from ``cell`` to the path, and those of the path from there on; None where the search did not come."""
     place = {(int(row), int(column)): index for index, (row, column) in enumerate(plan.path)}
     cells = []

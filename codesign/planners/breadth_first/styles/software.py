@@ -20,7 +20,7 @@ import numpy as np
 from codesign.figures import Status
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step, steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
@@ -70,7 +70,7 @@ class Software(HostStyle):
         """No resource of a part; of the Java program, its heap."""
         return Demand(items=(), bounds=(heap_bound(job.problem.free.size),) if self._java else ())
 
-    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Search]:
+    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost.
 
         So nothing is saved where the path is tracked elsewhere, and every search begins anew: ``start`` and ``inside``

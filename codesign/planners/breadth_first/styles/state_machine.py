@@ -12,7 +12,7 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import external as outside
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.steps import (
@@ -98,7 +98,7 @@ class StateMachine(Architecture):
         words = 1 << resources.address_bits(problem.rows, problem.columns)
         return Memory(1, {"cells": min(words, 16_384)})
 
-    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Search]:
+    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
         State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
@@ -128,7 +128,7 @@ class StateMachine(Architecture):
         return plan
 
     def expansion_cycles(
-        self, plan: Search, parameters: SearchParameters, traffic: Traffic | None = None
+        self, plan: BreadthFirstPlan, parameters: SearchParameters, traffic: Traffic | None = None
     ) -> NDArray[np.int64]:
         """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them.
 

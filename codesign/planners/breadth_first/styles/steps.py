@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import plan_search
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -28,12 +28,12 @@ BATCH = 1 << 16
 """Units of a step, at most: so that a large map is not held twice."""
 
 
-def searched(job: Job[Problem, SearchParameters]) -> Search:
+def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
     """The search of a problem, shared through the memo of the job."""
     return job.shared(("breadth-first search", job.problem.digest), lambda: plan_search(job.problem))
 
 
-def pushes_of_each_pop(search: Search) -> NDArray[np.int64]:
+def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
     """Int64, one entry a popped cell: the cells that its expansion pushed."""
     columns = search.directions.shape[1]
     offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
@@ -71,6 +71,6 @@ def _task(phase: str, cycles: int, begin: int, end: int, source: str) -> TaskRec
     return TaskRecord(begin, source, phase, end, cycles)
 
 
-def expansions(search: Search) -> int:
+def expansions(search: BreadthFirstPlan) -> int:
     """Cells whose neighbours were looked at: all that were popped but the goal."""
     return search.popped_cells - search.reached

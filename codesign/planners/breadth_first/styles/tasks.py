@@ -11,7 +11,7 @@ from codesign.figures import Figure, Status
 from codesign.part import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
@@ -57,7 +57,7 @@ class PathMachine(TaskStyle):
 
     def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Way]:
         """State Path; one cycle where the search found none."""
-        plan: Search = job.plan
+        plan: BreadthFirstPlan = job.plan
         cycles = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0) if plan.reached else 1
         yield step(PATH, cycles, 1)
         return PLANNER.way(job.problem, plan, job.position)
@@ -77,7 +77,7 @@ class HostTracking(HostTask):
 
     def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Way]:
         """The way from the position."""
-        plan: Search = job.plan
+        plan: BreadthFirstPlan = job.plan
         return max(1, len(plan.path)), PLANNER.way(job.problem, plan, job.position)
 
 

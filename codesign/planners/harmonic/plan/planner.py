@@ -21,7 +21,7 @@ from codesign.planners.harmonic.plan.parameters import (
     RelaxParameters,
     Stop,
 )
-from codesign.planners.harmonic.plan.relax import Relaxation, relax
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
 from codesign.planners.interface import Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
@@ -45,7 +45,7 @@ FOLLOWING_BYTES = 32
 BOUND_BYTES = 1800
 """Bytes a cell of the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
 
-_ascents: WeakKeyDictionary[Relaxation, tuple[str, Ascent]] = WeakKeyDictionary()
+_ascents: WeakKeyDictionary[HarmonicPlan, tuple[str, Ascent]] = WeakKeyDictionary()
 
 
 class Harmonic(Planner):
@@ -98,7 +98,7 @@ class Harmonic(Planner):
         """A value spreads to the four neighbours of its cell."""
         return by_sides(job.problem)
 
-    def plan(self, job: Job[Problem, RelaxParameters]) -> Relaxation:
+    def plan(self, job: Job[Problem, RelaxParameters]) -> HarmonicPlan:
         """Relax the field without a clock."""
         problem, parameters = job.problem, job.parameters
         return relax(
@@ -156,17 +156,17 @@ class Harmonic(Planner):
         large = job.parameters.block_count(problem.rows, problem.columns) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
 
-    def quality(self, problem: Problem, plan: Relaxation) -> Quality:
+    def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:
         """What following the field is worth."""
         from codesign.planners.harmonic.plan.quality import quality
 
         return quality(problem, plan.field, from_below=plan.from_below)
 
-    def identity(self, plan: Relaxation) -> str:
+    def identity(self, plan: HarmonicPlan) -> str:
         """The digest of the final field."""
         return plan.field.digest()
 
-    def figures(self, plan: Relaxation) -> dict[str, Any]:
+    def figures(self, plan: HarmonicPlan) -> dict[str, Any]:
         """The stages and the final precision; why the field did not settle, where it did not."""
         stages = [
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
@@ -176,18 +176,18 @@ class Harmonic(Planner):
         return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
     def trajectory(
-        self, problem: Problem, plan: Relaxation, start: tuple[int, int]
+        self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The way of a robot that follows the decision module from ``start``."""
         way = _ascent(problem, plan).follow(start)
         return way.points, way.arrived
 
-    def start_of(self, plan: Relaxation) -> Field:
+    def start_of(self, plan: HarmonicPlan) -> Field:
         """The field."""
         return plan.field
 
     def way(
-        self, problem: Problem, plan: Relaxation, start: tuple[float, float]
+        self, problem: Problem, plan: HarmonicPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
         """The way of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
@@ -196,7 +196,7 @@ class Harmonic(Planner):
         return way.points, way.arrived
 
 
-def _ascent(problem: Problem, plan: Relaxation) -> Ascent:
+def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     """The plan's field made ready for following, once for all positions."""
     from codesign.planners.harmonic.plan.trajectory import Ascent
 

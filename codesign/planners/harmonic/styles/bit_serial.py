@@ -8,7 +8,7 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
-from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import levers, resources, timing
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_notes, relax_steps
 from codesign.planners.host import one_step
@@ -60,7 +60,7 @@ class BitSerial(Architecture):
         last = parameters.precisions[-1]
         return Memory(resources.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
 
-    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Relaxation]:
+    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
 
         A ``LowerBound`` to start from is written into the block RAMs first. Any other start is what the last plan
@@ -89,7 +89,7 @@ class BitSerial(Architecture):
             yield self.decision(plan)
         return plan
 
-    def decision(self, plan: Relaxation) -> Step:
+    def decision(self, plan: HarmonicPlan) -> Step:
         """One decision: the direction to take from one cell, once the plan stands."""
         return one_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
-from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
@@ -67,7 +67,7 @@ class Software(HostStyle):
         """A block that is larger than the map."""
         return block_notes(job.problem, job.parameters)
 
-    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Relaxation]:
+    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
         problem, parameters = job.problem, job.parameters
         map_shape = problem.rows, problem.columns
@@ -83,6 +83,6 @@ class Software(HostStyle):
             yield self.decision(plan)
         return plan
 
-    def decision(self, plan: Relaxation) -> Step:
+    def decision(self, plan: HarmonicPlan) -> Step:
         """One decision, in units of ``kernel``."""
         return Step(DECIDE, np.array([DECISION_UPDATES * self.units(plan.precision)], np.int64))

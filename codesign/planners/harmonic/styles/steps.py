@@ -14,7 +14,7 @@ from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.plan.relax import Relaxation, work
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
@@ -101,7 +101,7 @@ class _StageClock:
     begin: int | None = None
 
 
-def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[Step, None, Relaxation]:
+def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[Step, None, HarmonicPlan]:
     """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
 
     With ``job.detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
@@ -121,7 +121,7 @@ def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[S
         steps = _each_stage(run, costs, job.memo)
     stages, field, fault = yield from steps
     free, goals = job.problem.free, job.problem.goals
-    return Relaxation(tuple(stages), field, reachable(free, goals), None, run.below, fault)
+    return HarmonicPlan(tuple(stages), field, reachable(free, goals), None, run.below, fault)
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:

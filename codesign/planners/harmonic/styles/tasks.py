@@ -19,7 +19,7 @@ from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
-from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.bit_serial import slice_power
 from codesign.planners.harmonic.styles.software import limbs
@@ -75,7 +75,7 @@ class DecisionModule(TaskStyle):
 
     def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Way]:
         """One decision."""
-        plan: Relaxation = job.plan
+        plan: HarmonicPlan = job.plan
         yield one_step(self.task, timing.decision_cycles(plan.precision))
         return PLANNER.way(job.problem, plan, job.position)
 
@@ -94,7 +94,7 @@ class HostDecision(HostTask):
 
     def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, Way]:
         """The way from the position, of which the direction is the beginning."""
-        plan: Relaxation = job.plan
+        plan: HarmonicPlan = job.plan
         return limbs(plan.precision), PLANNER.way(job.problem, plan, job.position)
 
 

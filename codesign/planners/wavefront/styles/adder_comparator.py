@@ -16,7 +16,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Item, Step
 from codesign.planners.wavefront.plan.grid import check_cells
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, Stop
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
 from codesign.planners.wavefront.plan.wave import obstacle_map
 from codesign.planners.wavefront.styles import resources, timing
@@ -34,11 +34,11 @@ class AdderComparator(ArrayStyle):
 
     def settled(self, parameters: PropagateParameters) -> PropagateParameters:
         """With ``stop: whole_map``: only when no potential changes any more is that of a start known to be final."""
-        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """That it does not stop at the starts, where it is asked to."""
-        if job.parameters.stop is Stop.WHOLE_MAP or not job.problem.starts:
+        if job.parameters.stop is WaveEnd.WHOLE_MAP or not job.problem.starts:
             return ()
         return (
             f"propagate.stop: style {self.style} runs as with whole_map, as it cannot stop at a start: a smaller"

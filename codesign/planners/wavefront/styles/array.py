@@ -17,7 +17,7 @@ from codesign.planners.wavefront.plan.parameters import Paths, PropagateParamete
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
-from codesign.planners.wavefront.styles.resources import Layout
+from codesign.planners.wavefront.styles.resources import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 
 QUIET_ACTIVITY = 0.1
@@ -52,13 +52,13 @@ class ArrayStyle(Architecture):
         given = job.parameters.register_bits
         return register_bits(self.largest_potential(job)) if given is None else given
 
-    def layout(self, job: Job[Problem, PropagateParameters]) -> Layout:
+    def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
         """What decides the size of the array."""
         problem, parameters, obstacle_bits = job.problem, job.parameters, 0
         if parameters.paths is Paths.SAFE:
             longest = longest_distance((problem.rows, problem.columns), parameters.delays)
             obstacle_bits = register_bits(longest)
-        return Layout(
+        return ArrayLayout(
             self.array_shape(job),
             self.bits(job),
             obstacle_bits,
