@@ -40,10 +40,12 @@ _grids = Memo(max_bytes=256 * 2**20)
 class System:
     """One design point, all settled: what ``fit`` and ``run`` take.
 
-    ``component`` is the name of the component that plans; ``part`` its chip, or None on a processor; ``clock`` in Hz.
-    ``placement``: where each task is done; ``external``: the memory beside the FPGA that holds what does not fit in
-    block RAM, where one is asked for. ``parameters``: those of each mapped task, as the style runs with them;
-    ``planning``: of the planning task. ``notes``: see ``Architecture.notes``.
+    - ``planner``: what computes the plan, without a clock. ``component``: the name of the component that it runs on
+      (``Machine.planning_component``); ``part``: its chip, or None on a processor; ``clock``: in Hz.
+    - ``placement``: where each task is done. ``external``: the memory beside the FPGA that holds what does not fit in
+      block RAM, where one is asked for.
+    - ``parameters``: those of each mapped task, as the style runs with them; ``planning``: of the planning task.
+      ``notes``: see ``Architecture.notes``.
     """
 
     platform: Platform

@@ -99,7 +99,7 @@ class _Run:
         problem: Any = system.problem
         assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
         self.trace = FleetTrace(machine, self.work, problem)
-        own = machine.planner
+        own = machine.planning_component
         self.fpgas: tuple[Fpga, ...] = (
             own,
             *(
