@@ -6,7 +6,7 @@ The platform declares a processor's clock and power, so no law gives them. Softw
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from typing import Any
 
 import numpy as np
@@ -40,10 +40,11 @@ class HostTask(TaskStyle):
         return made
 
 
+def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
+    """The record of a step that is a task by itself, for ``Step.record``."""
+    return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
+
+
 def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
     """A step of one unit, told as a ``TaskRecord`` of ``task``."""
-
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, task, end, cycles)
-
-    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
+    return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses)

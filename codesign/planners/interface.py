@@ -67,6 +67,11 @@ class Problem:
         """Columns of the map."""
         return int(self.free.shape[1])
 
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the map."""
+        return self.rows, self.columns
+
     @cached_property
     def digest(self) -> str:
         """SHA-256 over map, goals and starts: equal problems have equal digests, in every process."""
@@ -169,6 +174,10 @@ class RobotsQuality:
             description="parameters with which all robots arrive, as tried; None where none of those tried does"
         ),
     ] = None
+
+
+class LoadParameters(TaskParameters):
+    """The task ``load``, which brings the map to the planner, has nothing to choose."""
 
 
 class Planner(ABC):

@@ -44,7 +44,7 @@ def head_fields(system: System) -> dict[str, Any]:
 
 def _told(system: System, parameters: TaskParameters) -> dict[str, Any]:
     """The parameters of a task but those that this design does not use."""
-    exclude = set(parameters.unused(external_memory=system.external is not None))
+    exclude = set(parameters.unused(system.external is not None))
     return parameters.model_dump(mode="json", exclude=exclude)
 
 

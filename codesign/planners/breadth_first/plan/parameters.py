@@ -74,14 +74,10 @@ class SearchParameters(TaskParameters):
         ),
     ] = 15
 
-    def unused(self, *, external_memory: bool) -> tuple[str, ...]:
+    def unused(self, external_memory: bool) -> tuple[str, ...]:
         """What a result leaves out: ``external_cycles`` where the platform's own memory, or none, is outside."""
         on_chip = self.memory is MemoryPlace.BLOCK_RAM
         return ("external_cycles",) if external_memory or on_chip else ()
-
-
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""
 
 
 class TrackParameters(TaskParameters):

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.models import TaskParameters
-from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
+from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_nearest
-from codesign.planners.interface import Planner, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways

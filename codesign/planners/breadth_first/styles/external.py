@@ -52,12 +52,12 @@ def placed(parameters: SearchParameters, memory: ExternalMemoryLaw | None) -> Se
 
 def entry_bits(problem: Problem) -> int:
     """Bits of a queue entry outside: an address in whole bytes."""
-    return -(-address_bits(problem.rows, problem.columns) // BYTE) * BYTE
+    return -(-address_bits(*problem.shape) // BYTE) * BYTE
 
 
 def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
     """Bits of every memory that is outside, by name."""
-    words = 1 << address_bits(problem.rows, problem.columns)
+    words = 1 << address_bits(*problem.shape)
     found = {
         "directions": BYTE * words,
         "queue": entry_bits(problem) * (parameters.queue_words or words),

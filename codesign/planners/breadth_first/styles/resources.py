@@ -82,7 +82,7 @@ def items(
     problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
 ) -> tuple[Item, ...]:
     """The demand of a design, item by item."""
-    bits = address_bits(problem.rows, problem.columns)
+    bits = address_bits(*problem.shape)
     logic = [
         (
             "state machine",
@@ -118,7 +118,7 @@ def items(
             Item(name, "lut4", lut4, status, source),
             Item(name, "flip_flops", flip_flops, status, source),
         ]
-    for name, (words, width) in memories(problem.rows, problem.columns, parameters).items():
+    for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
         found.append(Item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
     return tuple(found)
@@ -141,7 +141,7 @@ def largest_side(parameters: SearchParameters, part: Part) -> int:
 def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
     """What would mend a lack of block RAMs; each with the figure that it comes to."""
     budget = int(part.resources["block_rams"].value)
-    shape = problem.rows, problem.columns
+    shape = problem.shape
     need = block_ram_total(*shape, parameters, part)
     if need <= budget:
         return {}

@@ -95,7 +95,7 @@ class StateMachine(Architecture):
         problem = job.problem
         if job.parameters.memory is MemoryPlace.EXTERNAL:
             return None
-        words = 1 << resources.address_bits(problem.rows, problem.columns)
+        words = 1 << resources.address_bits(*problem.shape)
         return Memory(1, {"cells": min(words, 16_384)})
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:

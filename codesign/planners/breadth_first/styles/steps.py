@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +12,10 @@ from codesign.planners.breadth_first.plan.planner import plan_search
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.external_memory import Traffic
+from codesign.planners.host import task_record
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import MemoryStep, Step
-from codesign.records import TaskRecord
 
 INIT, SEARCH, PATH = "init", "bf", "path"
 """The phases that cycles are booked under, named as the states of the paper; nothing is booked in Standby."""
@@ -54,21 +53,17 @@ def steps(
     """
     for first in range(0, len(cycles), BATCH):
         units = cycles[first : first + BATCH]
-        told = partial(_task, phase, int(units.sum()))
+        record = task_record(phase, int(units.sum()))
         if traffic is None:
-            yield Step(phase, units, told, ram_addresses)
+            yield Step(phase, units, record, ram_addresses)
         else:
-            yield MemoryStep(phase, units, told, ram_addresses, traffic=traffic.part(first, first + BATCH))
+            yield MemoryStep(phase, units, record, ram_addresses, traffic=traffic.part(first, first + BATCH))
 
 
 def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | None = None) -> Step:
     """A phase in one step of one unit; ``traffic``: that of its parts together."""
     (only,) = steps(phase, np.array([cycles], np.int64), ram_addresses, traffic.total if traffic else None)
     return only
-
-
-def _task(phase: str, cycles: int, begin: int, end: int, source: str) -> TaskRecord:
-    return TaskRecord(begin, source, phase, end, cycles)
 
 
 def expansions(search: BreadthFirstPlan) -> int:

@@ -16,13 +16,12 @@ from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import (
     DecideParameters,
     DetectParameters,
-    LoadParameters,
     LowerBoundParameters,
     RelaxParameters,
     Stop,
 )
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.ways import by_sides, cell_of
@@ -78,7 +77,7 @@ class Harmonic(Planner):
         A block larger than the map is one more partial one: the rest of it is obstacle.
         """
         problem, parameters = job.problem, job.parameters
-        height, width = parameters.block_shape(problem.rows, problem.columns)
+        height, width = parameters.block_shape(*problem.shape)
         if parameters.blocks is not None:
             made = -(-problem.rows // height), -(-problem.columns // width)
             if made != parameters.blocks:
@@ -88,7 +87,7 @@ class Harmonic(Planner):
                     f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 )
                 return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
-        count = parameters.block_count(problem.rows, problem.columns)
+        count = parameters.block_count(*problem.shape)
         if count > MAX_BLOCKS:
             key = "block" if parameters.block is not None else "blocks"
             return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
@@ -104,7 +103,7 @@ class Harmonic(Planner):
         return relax(
             problem.free,
             problem.goals,
-            block=parameters.block_shape(problem.rows, problem.columns),
+            block=parameters.block_shape(*problem.shape),
             iterations=parameters.iterations,
             schedule=parameters.precisions,
             termination=parameters.termination,
@@ -144,8 +143,8 @@ class Harmonic(Planner):
         from codesign.planners.harmonic.plan.layout import plane_bytes
 
         cells, precision = problem.free.size, parameters.precisions[-1]
-        block = parameters.block_shape(problem.rows, problem.columns)
-        planes = precision * plane_bytes((problem.rows, problem.columns), block)
+        block = parameters.block_shape(*problem.shape)
+        planes = precision * plane_bytes(problem.shape, block)
         values = VALUES_AT_ONCE * 8 * limbs_needed(precision) * cells
         bounds = BOUND_BYTES * cells if "lower_bound" in job.mapped else 0
         return planes + values + FOLLOWING_BYTES * cells + bounds
@@ -153,7 +152,7 @@ class Harmonic(Planner):
     def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Fewer bits; and smaller blocks, as the visited one is kept several times."""
         problem = job.problem
-        large = job.parameters.block_count(problem.rows, problem.columns) < 8
+        large = job.parameters.block_count(*problem.shape) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
 
     def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:

@@ -58,7 +58,7 @@ def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> i
     from codesign.planners.harmonic.plan.relax import stage_cost
 
     if from_below:
-        whole = problem.rows, problem.columns
+        whole = problem.shape
         _, settled = stage_cost(
             problem.free,
             problem.goals,

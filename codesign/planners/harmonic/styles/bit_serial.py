@@ -38,7 +38,7 @@ class BitSerial(Architecture):
         stays where ``detect`` is not: its answer is what is sent.
         """
         problem, parameters, part = job.problem, job.parameters, job.chip
-        map_shape = problem.rows, problem.columns
+        map_shape = problem.shape
         block = parameters.block_shape(*map_shape)
         last = parameters.precisions[-1]
         depth, decision = resources.word_depth(part), job.does(DECIDE)
@@ -51,12 +51,12 @@ class BitSerial(Architecture):
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
-        return timing.clock_limit(*job.parameters.block_shape(problem.rows, problem.columns), job.chip)
+        return timing.clock_limit(*job.parameters.block_shape(*problem.shape), job.chip)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
         """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4)."""
         problem, parameters = job.problem, job.parameters
-        blocks = parameters.block_count(problem.rows, problem.columns)
+        blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
         return Memory(resources.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
 
@@ -67,8 +67,8 @@ class BitSerial(Architecture):
         left in them: the map is brought in, and no value is touched but those of goals and obstacles.
         """
         problem, parameters, start = job.problem, job.parameters, job.start
-        rows, columns = parameters.block_shape(problem.rows, problem.columns)
-        blocks = parameters.block_count(problem.rows, problem.columns)
+        rows, columns = parameters.block_shape(*problem.shape)
+        blocks = parameters.block_count(*problem.shape)
         cells, last = problem.rows * problem.columns, parameters.precisions[-1]
         if start is None:
             load = timing.load_cycles(cells, blocks, last)

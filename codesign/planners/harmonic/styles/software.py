@@ -70,7 +70,7 @@ class Software(HostStyle):
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
         problem, parameters = job.problem, job.parameters
-        map_shape = problem.rows, problem.columns
+        map_shape = problem.shape
         cells = block_cells(map_shape, parameters.block_shape(*map_shape))
 
         def iteration_cost(

@@ -37,7 +37,7 @@ MOST_SWEEPS = 1 << 16
 
 def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
     """A note where a block is larger than the map."""
-    map_shape = problem.rows, problem.columns
+    map_shape = problem.shape
     return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
 
 
@@ -149,7 +149,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
-    blocks = run.parameters.block_count(run.problem.rows, run.problem.columns)
+    blocks = run.parameters.block_count(*run.problem.shape)
     for item in _work(run, run.precisions, run.start):
         if isinstance(item, VisitBatch) and detect:
             yield from _each_sweep(item, costs, clock, blocks)
@@ -189,7 +189,7 @@ def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
 def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
-    height, width = parameters.block_shape(problem.rows, problem.columns)
+    height, width = parameters.block_shape(*problem.shape)
     partition = (
         # Blocks that hold the same cells have the same visits.
         (min(height, problem.rows), min(width, problem.columns)),
@@ -220,7 +220,7 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
 
 def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
     """Run one stage from the field of an earlier one."""
-    iterations = np.zeros(run.parameters.block_count(run.problem.rows, run.problem.columns), np.int64)
+    iterations = np.zeros(run.parameters.block_count(*run.problem.shape), np.int64)
     for item in _work(run, (precision,), start):
         if isinstance(item, StageEnd):
             return _StageSums(item.stage, item.field, iterations, item.fault)
@@ -233,7 +233,7 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
     return work(
         problem.free,
         problem.goals,
-        block=parameters.block_shape(problem.rows, problem.columns),
+        block=parameters.block_shape(*problem.shape),
         iterations=parameters.iterations,
         schedule=precisions,
         termination=parameters.termination,

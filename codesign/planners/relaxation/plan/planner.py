@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.parameters import (
-    LoadParameters,
     Method,
     RelaxParameters,
     SearchParameters,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.part import Part
+from codesign.planners.host import task_record
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Demand, Memory, Step
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
@@ -18,7 +19,6 @@ from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
-from codesign.records import TaskRecord
 
 if TYPE_CHECKING:
     from codesign.planners.velocity_obstacle.styles.updates import Updates
@@ -118,11 +118,4 @@ def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Ste
         cycles = (
             np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
         )
-        yield Step(phase, cycles, _story(phase, amount), timing.addresses(phase))
-
-
-def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, phase, end, cycles)
-
-    return tell
+        yield Step(phase, cycles, task_record(phase, amount), timing.addresses(phase))

@@ -116,7 +116,3 @@ class PropagateParameters(TaskParameters):
 
 class TrackParameters(TaskParameters):
     """The tracking of the way has nothing of its own to choose."""
-
-
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""

@@ -10,13 +10,12 @@ from numpy.typing import NDArray
 
 from codesign.errors import MapError
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
     Course,
-    LoadParameters,
     Paths,
     PropagateParameters,
     TrackParameters,
@@ -49,7 +48,7 @@ class Wavefront(Planner):
         problem, parameters = job.problem, job.parameters
         if parameters.tile is not None:
             height, width = parameters.tile
-            count = parameters.tile_count(problem.rows, problem.columns)
+            count = parameters.tile_count(*problem.shape)
             if count > MAX_TILES:
                 return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
         try:
@@ -167,7 +166,7 @@ def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
         plan = known_plan(problem, sizing_parameters(problem, parameters))
         bits = register_bits(plan.largest_potential)
     if parameters.paths is Paths.SAFE:
-        bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
+        bits += register_bits(longest_distance(problem.shape, parameters.delays))
     return bits
 
 

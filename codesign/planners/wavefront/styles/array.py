@@ -45,7 +45,7 @@ class ArrayStyle(Architecture):
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of the array: those of the map."""
-        return job.problem.rows, job.problem.columns
+        return job.problem.shape
 
     def bits(self, job: Job[Problem, PropagateParameters]) -> int:
         """Bits of a register: as given, or as many as the problem needs."""
@@ -56,7 +56,7 @@ class ArrayStyle(Architecture):
         """What decides the size of the array."""
         problem, parameters, obstacle_bits = job.problem, job.parameters, 0
         if parameters.paths is Paths.SAFE:
-            longest = longest_distance((problem.rows, problem.columns), parameters.delays)
+            longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
         return ArrayLayout(
             self.array_shape(job),
@@ -73,7 +73,7 @@ class ArrayStyle(Architecture):
         ``inside`` changes nothing: the papers count no circuit that tracks, and the chains that read the potentials out
         are needed to send them, too.
         """
-        map_shape, part = (job.problem.rows, job.problem.columns), job.chip
+        map_shape, part = job.problem.shape, job.chip
         layout = self.layout(job)
         largest = self.largest_potential(job)
         needed = register_bits(largest)

@@ -35,7 +35,7 @@ class DelayLine(ArrayStyle):
         """D_stop + 1 cycles; with no stop until the counter is full; for p^d, to the longest distance of the map."""
         plan = planned(job)
         if plan.obstacle_potentials is not None:
-            longest = longest_distance((job.problem.rows, job.problem.columns), job.parameters.delays)
+            longest = longest_distance(job.problem.shape, job.parameters.delays)
             yield one_step(OBSTACLES, stop_cycle(longest))
         if plan.stop_potential is None:
             yield one_step(PROPAGATE, timing.whole_map_cycles(self.bits(job)))

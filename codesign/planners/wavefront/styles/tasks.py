@@ -47,7 +47,7 @@ class Tracker(TaskStyle):
         """The potentials of every cell, a comparator and the registers of two cells."""
         problem = job.problem
         width = value_bits(problem, job.parameters)
-        address = memories.address_bits(problem.rows, problem.columns)
+        address = memories.address_bits(*problem.shape)
         lut4 = LUT4_A_BIT * width + LUT4_AN_ADDRESS_BIT * address + CONTROL_LUT4
         flip_flops = FLIP_FLOPS_A_BIT * width + FLIP_FLOPS_AN_ADDRESS_BIT * address + CONTROL_FLIP_FLOPS
         by_hand = f"{width} bits of potential, {address} of address; counted by hand, not synthesised"

@@ -46,30 +46,30 @@ class Tiled(ArrayStyle):
         largest = known_plan(problem, parameters).largest_potential
         visits = self._visits(replace(job, parameters=parameters, memo=None))
         if parameters.paths is Paths.SAFE:
-            largest = max(largest, longest_distance((problem.rows, problem.columns), parameters.delays))
+            largest = max(largest, longest_distance(problem.shape, parameters.delays))
         return max(largest, visits.largest)
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """A tile that is larger than the map."""
         problem = job.problem
-        map_shape = problem.rows, problem.columns
+        map_shape = problem.shape
         return beyond_map("propagate.tile", "tile", job.parameters.tile_shape(*map_shape), map_shape)
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of a tile."""
-        return job.parameters.tile_shape(job.problem.rows, job.problem.columns)
+        return job.parameters.tile_shape(*job.problem.shape)
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
         layout = self.layout(job)
-        return resources.tiled_items(layout, (job.problem.rows, job.problem.columns), layout.shape, job.chip)
+        return resources.tiled_items(layout, job.problem.shape, layout.shape, job.chip)
 
     def memory(self, job: Job[Problem, PropagateParameters]) -> Memory:
         """F and the potential of every cell in a column of the tiles; deeper than one block RAM, over several."""
         problem, parameters = job.problem, job.parameters
         width = self.bits(job) + resources.RAM_FLAG_BITS
         rows, _ = self.array_shape(job)
-        words = parameters.tile_count(problem.rows, problem.columns) * rows
+        words = parameters.tile_count(*problem.shape) * rows
         # Virtex and Spartan-3 parts have the same shapes: 18 kbit, 1,024 words at 18 bits.
         depth = 512 if width > 18 else 1024 if width > 9 else 2048
         contents = ["potentials"] + ["obstacle potentials"] * (parameters.paths is Paths.SAFE)
@@ -93,7 +93,7 @@ class Tiled(ArrayStyle):
         def compute() -> Visits:
             sources = check_cells(problem.goals, problem.free, "goals")
             stops = stop_cells(problem, parameters)
-            tile = parameters.tile_shape(problem.rows, problem.columns)
+            tile = parameters.tile_shape(*problem.shape)
             return run_tiles(problem_map(problem, parameters), sources, stops, tile)[1]
 
         return job.shared(key, lambda: _kept.get(key, compute))
@@ -103,7 +103,7 @@ class Tiled(ArrayStyle):
     ) -> Iterator[Step]:
         problem, parameters = job.problem, job.parameters
         rows, _ = self.array_shape(job)
-        exchange = timing.exchange_cycles(rows, parameters.tile_count(problem.rows, problem.columns))
+        exchange = timing.exchange_cycles(rows, parameters.tile_count(*problem.shape))
         longest = parameters.delays[-1] + (0 if parameters.penalty is None else parameters.penalty.delay)
         waves = timing.visit_cycles(visits.span, longest)
         if not len(waves):
@@ -122,5 +122,5 @@ def obstacle_visits(problem: Problem, parameters: PropagateParameters) -> Visits
     wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
     if not len(obstacles):
         return Visits(np.zeros(0, np.int32), np.zeros(0, np.int64), 0)
-    tile = parameters.tile_shape(problem.rows, problem.columns)
+    tile = parameters.tile_shape(*problem.shape)
     return run_tiles(wave_map, obstacles, np.zeros((0, 2), np.int64), tile)[1]
