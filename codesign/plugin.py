@@ -22,6 +22,7 @@ from codesign.planners.interface import (
     RobotsQuality,
 )
 from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
@@ -38,7 +39,6 @@ from codesign.planners.styles import (
     TaskStyle,
 )
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 from codesign.records import FieldRecord, Record, TaskRecord
 
 __all__ = [
@@ -92,7 +92,7 @@ __all__ = [
     "cell_of",
     "from_position",
     "judge_arrival",
-    "judge_ways",
+    "judge_paths",
     "one_step",
     "row",
 ]

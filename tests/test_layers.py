@@ -31,7 +31,7 @@ LEVELS: list[list[str]] = [
     ["planners.task_graph", "planners.external_memory"],
     ["planners.job"],
     ["planners.interface", "planners.reproduction"],
-    ["planners.ways", "planners.styles"],
+    ["planners.paths", "planners.styles"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],
     [f"planners.{room}" for room in ROOMS],

@@ -135,7 +135,7 @@ class Quality:
 
 @dataclass(frozen=True)
 class RobotsQuality:
-    """What the ways of several robots are worth."""
+    """What the paths of several robots are worth."""
 
     robots: Annotated[int, Field(description="robots")]
     robots_arrived: Annotated[int, Field(description="robots that reached their targets")]
@@ -225,8 +225,8 @@ class Planner(ABC):
         """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
 
         A run that names another cell as a start is refused before it plans. The starts of the problem do not matter.
-        ``ways.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without cutting
-        a corner.
+        ``paths.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without
+        cutting a corner.
         """
 
     def memory(self, job: Job[Any, Any]) -> int:
@@ -291,7 +291,7 @@ class Planner(ABC):
     def trajectory(self, problem: Any, plan: Any, start: Any) -> tuple[NDArray[np.float64], bool]:
         """The path from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
 
-    def way(
+    def path_from(
         self, _problem: Any, _plan: Any, start: tuple[float, float], /
     ) -> tuple[NDArray[np.float64], bool]:
         """The path from a position, (row, column) in cells, that need not be the middle of a cell.

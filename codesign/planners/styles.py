@@ -241,7 +241,7 @@ class TaskStyle(_Style):
     def steps(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
         """One execution, for a robot at ``job.position``.
 
-        Returns what the task makes: a path as ``Planner.way`` (of decisions and paths), a start for
+        Returns what the task makes: a path as ``Planner.path_from`` (of decisions and paths), a start for
         ``Architecture.work`` (of lower bounds), or None.
         """
 

@@ -49,7 +49,7 @@ def asking_changes_nothing(case: Case) -> None:
     if case.on_maps:
         planner.reachable(job)
         planner.trajectory(problem, plan, problem.starts[0])
-        planner.way(problem, plan, case.position)
+        planner.path_from(problem, plan, case.position)
     require(
         planner.identity(plan) == identity, "a plan changes when it is asked for quality, figures or a path"
     )

@@ -294,10 +294,10 @@ def tasks_by_themselves_are_those_of_the_planner(case: Case) -> None:
             _steps_are_sound(each, style)
             require(each.cycles >= 1, f"{of(style)} takes no cycle")
         if style.task == case.answer:
-            points, arrived = case.planner.way(case.problem, case.plan, case.position)
+            points, arrived = case.planner.path_from(case.problem, case.plan, case.position)
             require(
                 np.array_equal(run.made[0], points) and run.made[1] == arrived,
-                f"{of(style)} gives another path than Planner.way",
+                f"{of(style)} gives another path than Planner.path_from",
             )
 
 

@@ -178,7 +178,7 @@ def test_the_design_runs_no_faster_than_the_memory() -> None:
 
 
 def test_only_the_state_machine_knows_an_external_memory() -> None:
-    knowing = [style.style for style in ARCHITECTURES if getattr(style, "supports_external", False)]
+    knowing = [style.style for style in ARCHITECTURES if style.supports_external]
     assert knowing == ["state_machine"]
 
 

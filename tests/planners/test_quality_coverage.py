@@ -73,7 +73,9 @@ def test_a_search_is_judged_by_the_cells_that_it_came_to(problem: Problem) -> No
     covered = set(come_to) - set(problem.goals)
     assert quality.planned_cells == len(covered)
     assert quality.share_reaching_goal == (1.0 if covered else None)
-    arriving = [cell for cell in covered if planner.way(problem, plan, (float(cell[0]), float(cell[1])))[1]]
+    arriving = [
+        cell for cell in covered if planner.path_from(problem, plan, (float(cell[0]), float(cell[1])))[1]
+    ]
     assert len(arriving) == len(covered)
     assert quality.planned_cells <= quality.reachable_cells
 

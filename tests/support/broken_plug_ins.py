@@ -121,7 +121,7 @@ def plus(kind: str, amount: int, status: Any = Status.ASSUMED) -> tuple[Item, ..
     return (Item("more", kind, amount, status, "counted by hand"),)
 
 
-STRAIGHT = planner(way=straight, trajectory=straight)
+STRAIGHT = planner(path_from=straight, trajectory=straight)
 
 RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ("plug_in_holds_parts_of_one_planner", "of planner 'another'", styles(planner="another")),
@@ -216,7 +216,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "paths_from_any_position_keep_to_free_cells",
         "begins at",
-        planner(way=lambda self, problem, *_: (np.array(problem.goals, np.float64), True)),
+        planner(path_from=lambda self, problem, *_: (np.array(problem.goals, np.float64), True)),
     ),
     ("no_path_from_where_no_robot_can_be", "no robot can be", STRAIGHT),
     ("work_drained_ends_in_the_plan", "another plan", work_elsewhere(lambda job: True)),

@@ -281,7 +281,7 @@ def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
     shortest = maps.distance_steps(problem.free, [plan.start])
     known = 0
     for cell in map(tuple, np.argwhere(problem.free).tolist()):
-        points, arrived = PLANNER.way(problem, plan, (float(cell[0]), float(cell[1])))
+        points, arrived = PLANNER.path_from(problem, plan, (float(cell[0]), float(cell[1])))
         came = plan.directions[cell] >= 0 or cell == plan.start
         assert arrived == came
         if not arrived:

@@ -20,8 +20,8 @@ from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, 
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_nearest
 from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 
 NO_START = "no start is given"
 
@@ -95,7 +95,7 @@ class BreadthFirst(Planner):
         search each.
         """
         found = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
-        ways = ((way.start, way.path if way.reached else None) for way in found)
+        paths = ((way.start, way.path if way.reached else None) for way in found)
         reachable = by_sides(problem)
         reachable[tuple(np.array(problem.goals).T)] = False
         planned = int(reachable.ravel()[plan.pushed].sum())
@@ -103,7 +103,7 @@ class BreadthFirst(Planner):
             local_maxima=0,
             wrong_cells=0,
             **judge_arrival(planned, planned, int(reachable.sum())),
-            **judge_ways(problem, ways),
+            **judge_paths(problem, paths),
         )
 
     def identity(self, plan: BreadthFirstPlan) -> str:
@@ -129,7 +129,7 @@ class BreadthFirst(Planner):
     def trajectory(
         self, problem: Problem, plan: BreadthFirstPlan, start: Cell
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way from ``start``, cell by cell: that of the plan, or of a search from there."""
+        """The path from ``start``, cell by cell: that of the plan, or of a search from there."""
         way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
@@ -138,13 +138,13 @@ class BreadthFirst(Planner):
         """Steps from the start to each cell that the search came to; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
-    def way(
+    def path_from(
         self, problem: Problem, plan: BreadthFirstPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
         """The rest of the path from a position on one of its cells.
 
         From beside the path, back along the directions of discovery to where they meet it: at its start, at the latest.
-        Where the search did not come, no way is known.
+        Where the search did not come, no path is known.
         """
         cell = cell_of(problem, start)
         back = None if cell is None or not plan.reached else _back_to_path(plan, cell)

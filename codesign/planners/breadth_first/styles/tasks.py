@@ -20,7 +20,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 
 class PathMachine(TaskStyle):
@@ -55,12 +55,12 @@ class PathMachine(TaskStyle):
         """As the whole machine's, Hz."""
         return StateMachine().clock_limit(job)
 
-    def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Way]:
+    def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Path]:
         """State Path; one cycle where the search found none."""
         plan: BreadthFirstPlan = job.plan
         cycles = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0) if plan.reached else 1
         yield step(PATH, cycles, 1)
-        return PLANNER.way(job.problem, plan, job.position)
+        return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As the whole machine's, W."""
@@ -75,10 +75,10 @@ class HostTracking(HostTask):
     description = "from the goal back along the directions of discovery"
     kernel = "breadth_first_cell"
 
-    def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Way]:
-        """The way from the position."""
+    def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Path]:
+        """The path from the position."""
         plan: BreadthFirstPlan = job.plan
-        return max(1, len(plan.path)), PLANNER.way(job.problem, plan, job.position)
+        return max(1, len(plan.path)), PLANNER.path_from(job.problem, plan, job.position)
 
 
 TASK_STYLES = (PathMachine(), HostTracking())

@@ -23,8 +23,8 @@ from codesign.planners.harmonic.plan.parameters import (
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
 from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.trajectory import Ascent
@@ -177,7 +177,7 @@ class Harmonic(Planner):
     def trajectory(
         self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of a robot that follows the decision module from ``start``."""
+        """The path of a robot that follows the decision module from ``start``."""
         way = _ascent(problem, plan).follow(start)
         return way.points, way.arrived
 
@@ -185,10 +185,10 @@ class Harmonic(Planner):
         """The field."""
         return plan.field
 
-    def way(
+    def path_from(
         self, problem: Problem, plan: HarmonicPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
+        """The path of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
             return np.array([start], np.float64), False
         way = _ascent(problem, plan).follow(start)

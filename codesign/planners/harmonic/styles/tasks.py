@@ -28,13 +28,13 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 
 class DecisionModule(TaskStyle):
     """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
 
-    ``steps`` returns the way from the position, of which the direction is the beginning.
+    ``steps`` returns the path from the position, of which the direction is the beginning.
     """
 
     planner = "harmonic"
@@ -73,11 +73,11 @@ class DecisionModule(TaskStyle):
         )
         return Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
 
-    def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Way]:
+    def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Path]:
         """One decision."""
         plan: HarmonicPlan = job.plan
         yield one_step(self.task, timing.decision_cycles(plan.precision))
-        return PLANNER.way(job.problem, plan, job.position)
+        return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As the whole circuit's: slices × clock × the part's power a slice and Hz, W."""
@@ -92,10 +92,10 @@ class HostDecision(HostTask):
     description = "one direction in compiled code, a unit for each 64 bits of a value"
     kernel = "harmonic_decision"
 
-    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, Way]:
-        """The way from the position, of which the direction is the beginning."""
+    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, Path]:
+        """The path from the position, of which the direction is the beginning."""
         plan: HarmonicPlan = job.plan
-        return limbs(plan.precision), PLANNER.way(job.problem, plan, job.position)
+        return limbs(plan.precision), PLANNER.path_from(job.problem, plan, job.position)
 
 
 class SparseSolve(HostTask):

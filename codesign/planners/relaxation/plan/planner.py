@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from codesign.models import TaskParameters
 from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position
 from codesign.planners.relaxation.plan.parameters import (
     Method,
     RelaxParameters,
@@ -22,7 +23,6 @@ from codesign.planners.relaxation.plan.parameters import (
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""
@@ -35,7 +35,7 @@ FACTOR_BYTES, FACTOR_GROWTH = 750, 0.35
 on empty maps of 2^16 to 2^20 cells; maps of rooms take half as much."""
 
 STEP_BITS = POSE_BITS = 64
-"""The next cell of the way: row and column, 32 bits each."""
+"""The next cell of the path: row and column, 32 bits each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +142,7 @@ class Relaxation(Planner):
     def trajectory(
         self, problem: Problem, plan: Plan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the gradient descent search from ``start``."""
+        """The path of the gradient descent search from ``start``."""
         way = search_of(problem, plan).follow(start)
         return way.cells.astype(np.float64), way.arrived
 
@@ -150,10 +150,10 @@ class Relaxation(Planner):
         """The potential, rows × columns."""
         return plan.solution.potential
 
-    def way(
+    def path_from(
         self, problem: Problem, plan: Plan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the gradient descent search from a position: that of its cell, the cell's middle left out."""
+        """The path of the gradient descent search from a position: that of its cell, the cell's middle left out."""
         cell = cell_of(problem, start)
         if cell is None:
             return np.array([start], np.float64), False

@@ -18,7 +18,7 @@ from codesign.planners.styles import Step
 
 
 class HostSearch(HostTask):
-    """Two units for each step of the way, as in the styles of the whole planner; again, for one step. Assumed."""
+    """Two units for each step of the path, as in the styles of the whole planner; again, for one step. Assumed."""
 
     planner = "relaxation"
     task = SEARCH
@@ -26,8 +26,8 @@ class HostSearch(HostTask):
     kernel = "relaxation_node_update"
 
     def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, tuple[NDArray[np.float64], bool]]:
-        """The way from the position."""
-        points, arrived = PLANNER.way(job.problem, job.plan, job.position)
+        """The path from the position."""
+        points, arrived = PLANNER.path_from(job.problem, job.plan, job.position)
         return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
 
     def again(self, _job: Job[Problem, RelaxParameters], /) -> Generator[Step, None, None]:

@@ -96,7 +96,7 @@ class VelocityObstacle(Planner):
     def trajectory(
         self, problem: RobotsProblem, plan: Avoidance, start: int
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
+        """The path of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
 
         Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).
         """

@@ -12,6 +12,7 @@ from codesign.errors import MapError
 from codesign.models import TaskParameters
 from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
+from codesign.planners.paths import cell_of, from_position
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
@@ -22,13 +23,12 @@ from codesign.planners.wavefront.plan.parameters import (
 )
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
-from codesign.planners.ways import cell_of, from_position
 
 CELL_BITS = 2
 """F and Z of a cell."""
 
 NEXT_BITS = POSE_BITS = 64
-"""A cell of the way: row and column, 32 bits each."""
+"""A cell of the path: row and column, 32 bits each."""
 
 
 class Wavefront(Planner):
@@ -69,11 +69,11 @@ class Wavefront(Planner):
         return compute_plan(job.problem, job.parameters)
 
     def flows(self, job: Job[Problem, PropagateParameters]) -> tuple[Flow, ...]:
-        """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
+        """The map, F and Z of every cell; the potentials; the path of the first start, a cell at a time.
 
         A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
-        of the way. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a wave
-        that does not wait for it.
+        of the path. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a
+        wave that does not wait for it.
         """
         problem, parameters = job.problem, job.parameters
         parameters = sizing_parameters(problem, parameters)
@@ -100,7 +100,7 @@ class Wavefront(Planner):
         return parameters.steps if parameters.course is Course.LOCAL else None
 
     def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
-        """Steps of the way of the first start; at least one, which tells that it is there."""
+        """Steps of the path of the first start; at least one, which tells that it is there."""
         if not problem.starts or plan.potentials[problem.starts[0]] < 0:
             return 1
         return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
@@ -110,13 +110,13 @@ class Wavefront(Planner):
         return 56 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
-        """What the ways are worth."""
+        """What the paths are worth."""
         from codesign.planners.wavefront.plan.quality import quality
 
         return quality(problem, plan)
 
     def identity(self, plan: WavefrontPlan) -> str:
-        """The digest of the potentials and the rule of the ways."""
+        """The digest of the potentials and the rule of the paths."""
         return plan.digest
 
     def figures(self, plan: WavefrontPlan) -> dict[str, Any]:
@@ -133,7 +133,7 @@ class Wavefront(Planner):
     def trajectory(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way from ``start`` by the rule of the plan; ``start`` alone where the wave did not come.
+        """The path from ``start`` by the rule of the plan; ``start`` alone where the wave did not come.
 
         Raises:
             MapError: a start outside of the map or on an obstacle.
@@ -149,10 +149,10 @@ class Wavefront(Planner):
         """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""
         return "potential", "1", np.where(plan.potentials >= 0, plan.potentials, np.inf)
 
-    def way(
+    def path_from(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way from a position, by the rule of the plan from its cell; none where the wave did not come."""
+        """The path from a position, by the rule of the plan from its cell; none where the wave did not come."""
         cell = cell_of(problem, start)
         if cell is None or plan.potentials[cell] < 0:
             return np.array([start], np.float64), False

@@ -25,7 +25,7 @@ from codesign.planners.wavefront.styles.steps import (
 
 
 class Software(HostStyle):
-    """Every node that the wave reaches costs one unit, and so does every step of the way. The latter is assumed."""
+    """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed."""
 
     planner = "wavefront"
     description = "one node after the other as the wave reaches it"

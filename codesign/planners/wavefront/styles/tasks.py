@@ -14,14 +14,14 @@ from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.paths import cell_of
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
-from codesign.planners.ways import cell_of
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 LUT4_A_BIT, FLIP_FLOPS_A_BIT = 3, 2
 """Of a bit of potential: a difference to the neighbour, the best so far, a multiplexer; two registers. Assumed."""
@@ -75,10 +75,10 @@ class Tracker(TaskStyle):
         source = "as of a state machine around block RAMs: Vacariu et al. 2008, section 3.2"
         return Figure(shown, "Hz", Status.ASSUMED, source, shown / 2, shown)
 
-    def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Way]:
-        """The way from the position; a local course costs its first steps only."""
+    def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
+        """The path from the position; a local course costs its first steps only."""
         yield one_step(TRACK, timing.track_cycles(_steps(job), job.parameters.paths))
-        return PLANNER.way(job.problem, job.plan, job.position)
+        return PLANNER.path_from(job.problem, job.plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As of a state machine around block RAMs, W."""
@@ -92,16 +92,16 @@ def _steps(job: Job[Problem, PropagateParameters]) -> int:
 
 
 class HostTracking(HostTask):
-    """A unit for each step of the way, as in style ``software``: eight neighbours are looked at. Assumed."""
+    """A unit for each step of the path, as in style ``software``: eight neighbours are looked at. Assumed."""
 
     planner = "wavefront"
     task = TRACK
     description = "the way by the rule of Dreyfus, eight neighbours a step"
     kernel = "wavefront_cell"
 
-    def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Way]:
-        """The way from the position; a local course costs its first steps only."""
-        return _steps(job), PLANNER.way(job.problem, job.plan, job.position)
+    def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Path]:
+        """The path from the position; a local course costs its first steps only."""
+        return _steps(job), PLANNER.path_from(job.problem, job.plan, job.position)
 
 
 TASK_STYLES = (Tracker(), HostTracking())
