@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from codesign import maps
 from codesign.maps import OccupancyGrid, reachable
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.paper.map import GOAL, floor_plan
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
@@ -113,7 +114,7 @@ def _worst(free: NDArray[np.bool_], goals: list[tuple[int, int]], chosen: dict[s
         problem = Problem(free, (goal,), tuple((int(row), int(column)) for row, column in picked))
         # The processor's time: other work beside this changes it less than it changes the time that passes.
         began = time.process_time()
-        plan = PLANNER.plan(problem, parameters)
+        plan = PLANNER.plan(Job(problem, parameters))
         seconds.append(time.process_time() - began)
         quality = PLANNER.quality(problem, plan)
         shares.append(quality.share_reaching_goal or 0.0)

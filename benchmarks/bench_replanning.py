@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.maps.reach import distance_octile
-from codesign.planners.harmonic.plan import Relaxation
+from codesign.planners.harmonic.plan import HarmonicPlan
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.harmonic.plan.trajectory import Ascent, share_reaching_goal
@@ -26,6 +26,7 @@ from codesign.planners.harmonic.plan.warm_start import warm_start
 from codesign.planners.harmonic.styles import ARCHITECTURES
 from codesign.planners.harmonic.styles.steps import MOST_SWEEPS
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, solve
 
 PLACEMENTS = 5
@@ -51,7 +52,7 @@ class Case:
 
     problem: Problem
     parameters: RelaxParameters
-    plan: Relaxation
+    plan: HarmonicPlan
     on_the_way: NDArray[np.int64]
 
     def closed(self, count: int, seed: int) -> Problem:
@@ -81,9 +82,9 @@ def case_of(name: str, side: int, last: int, options: dict[str, Any]) -> Case:
     return Case(problem, parameters, plan, cells[np.abs(cells - goal).sum(axis=1) > 2])
 
 
-def cost(problem: Problem, parameters: RelaxParameters, start: Any = None) -> tuple[int, Relaxation]:
+def cost(problem: Problem, parameters: RelaxParameters, start: Any = None) -> tuple[int, HarmonicPlan]:
     """Cycles of the bit-serial circuit from the map to the first decision, and the plan."""
-    work = ARCHITECTURES[0].work(problem, parameters, detail=False, start=start)
+    work = ARCHITECTURES[0].work(Job(problem, parameters, detail=False, start=start))
     cycles = 0
     while True:
         try:

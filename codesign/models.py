@@ -134,14 +134,14 @@ class TaskParameters(SpecModel):
 
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
-    def unused(self, *, external_memory: bool) -> tuple[str, ...]:  # noqa: ARG002 - the default uses all
-        """Names of the parameters that a design makes no use of; results leave them out.
+    def unused(self, _external_memory: bool, /) -> tuple[str, ...]:
+        """Names of the parameters that a design makes no use of; results leave them out. By default none.
 
-        ``external_memory``: whether the mapping names an external memory.
+        The argument says whether the mapping names an external memory.
         """
         return ()
 
-    def block_count(self, rows: int, columns: int) -> int | None:  # noqa: ARG002
+    def block_count(self, _rows: int, _columns: int, /) -> int | None:
         """Blocks that a map of so many rows and columns is divided into; None where it is not divided."""
         return None
 

@@ -14,13 +14,16 @@ from codesign.planners.interface import (
     LOAD,
     LOWER_BOUND,
     POSE,
+    LoadParameters,
     Planner,
     Policy,
     Problem,
     Quality,
     RobotsQuality,
 )
-from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce
+from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
+from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     RESOURCES,
@@ -31,12 +34,11 @@ from codesign.planners.styles import (
     Item,
     Lever,
     Memory,
+    MemoryStep,
     Step,
     TaskStyle,
-    is_done,
 )
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 from codesign.records import FieldRecord, Record, TaskRecord
 
 __all__ = [
@@ -57,9 +59,12 @@ __all__ = [
     "HostStyle",
     "HostTask",
     "Item",
+    "Job",
     "Lever",
+    "LoadParameters",
     "Memo",
     "Memory",
+    "MemoryStep",
     "Part",
     "Planner",
     "Plot",
@@ -74,6 +79,7 @@ __all__ = [
     "Reproduction",
     "RobotsQuality",
     "Row",
+    "Samples",
     "Series",
     "SpecModel",
     "Status",
@@ -85,9 +91,8 @@ __all__ = [
     "by_sides",
     "cell_of",
     "from_position",
-    "is_done",
     "judge_arrival",
-    "judge_ways",
+    "judge_paths",
     "one_step",
     "row",
 ]

@@ -163,7 +163,7 @@ def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
         module: path for module, path in rooms.items() if module.split(".")[2:3] in (["plan"], ["styles"])
     }
     assert {module.split(".")[1] for module in inner} == set(ROOMS)
-    below = {"planners.interface", "planners.styles", "planners.ways", "planners.task_graph"}
+    below = {"planners.interface", "planners.styles", "planners.paths", "planners.task_graph"}
     inner |= {module: path for module, path in modules().items() if module in below}
     found = [
         f"{path.relative_to(ROOT)}:{line}"
@@ -175,15 +175,6 @@ def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
 
 
 # A problem and parameters for the planner of each room, as a user of it alone would write them.
-PLANNED = {
-    "harmonic": {"block": (6, 6), "iterations": 6, "schedule": (7, 15)},
-    "breadth_first": {},
-    "wavefront": {},
-    "velocity_obstacle": {"updates": 5},
-    "relaxation": {"method": "direct"},
-}
-
-
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_planner_plans_without_yaml(room: str) -> None:
     script = (
@@ -191,14 +182,16 @@ def test_a_planner_plans_without_yaml(room: str) -> None:
         "sys.modules['yaml'] = None\n"
         "import numpy as np\n"
         "from codesign.planners.interface import Problem\n"
-        f"planner = importlib.import_module('codesign.planners.{room}.plan.planner').PLANNER\n"
-        f"importlib.import_module('codesign.planners.{room}.styles')\n"
-        f"parameters = planner.tasks[planner.planning_task].model_validate({PLANNED[room]!r})\n"
+        "from codesign.planners.job import Job\n"
+        f"plug_in = importlib.import_module('codesign.planners.{room}.plug_in').PLUG_IN\n"
+        "planner, samples = plug_in.planner, plug_in.samples\n"
+        "parameters = planner.tasks[planner.planning_task].model_validate(samples.parameters[0])\n"
         "model = planner.problem_model\n"
-        "crossing = {'robots': {'count': 4, 'arrangement': 'circle'}}\n"
-        "map_ = Problem(np.ones((6, 6), bool), ((0, 0),), ((5, 5),))\n"
-        "problem = map_ if model is None else model.model_validate(crossing).problem()\n"
-        "assert planner.plan(problem, parameters) is not None\n"
+        "if model is None:\n"
+        "    problem = Problem(np.ones((24, 32), bool), ((0, 0),), ((5, 5),))\n"
+        "else:\n"
+        "    problem = model.model_validate(samples.problems[0]).problem()\n"
+        "assert planner.plan(Job(problem, parameters)) is not None\n"
         "print([name for name in sys.modules if name.startswith('codesign.inputs')])\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)

@@ -15,7 +15,7 @@ from codesign.components.block_ram import PORTS, BlockRam
 from codesign.components.clock import ClockDomain
 from codesign.components.component import Component
 from codesign.errors import RunError
-from codesign.planners.external_memory import MemoryStep
+from codesign.planners.styles import MemoryStep
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
 
 if TYPE_CHECKING:

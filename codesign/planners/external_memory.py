@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.planners.styles import Step
 
 REFRESH_DENOMINATOR = 10_000
 """The share that refreshing takes is held as a fraction with at most this denominator, so that cycles stay exact."""
@@ -43,13 +42,6 @@ class Traffic:
     def total(self) -> Traffic:
         """That of all units as one."""
         return Traffic(self.cycles.sum(keepdims=True), self.words.sum(keepdims=True))
-
-
-@dataclass(frozen=True)
-class MemoryStep(Step):
-    """A step whose units use an external memory; the cycles of ``traffic`` are among those of the step."""
-
-    traffic: Traffic = field(default_factory=Traffic)
 
 
 @dataclass(frozen=True)

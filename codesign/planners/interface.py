@@ -7,7 +7,7 @@ same way.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from codesign.models import SpecModel, TaskParameters
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 
 Cell = tuple[int, int]
@@ -65,6 +66,11 @@ class Problem:
     def columns(self) -> int:
         """Columns of the map."""
         return int(self.free.shape[1])
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of the map."""
+        return self.rows, self.columns
 
     @cached_property
     def digest(self) -> str:
@@ -129,7 +135,7 @@ class Quality:
 
 @dataclass(frozen=True)
 class RobotsQuality:
-    """What the ways of several robots are worth."""
+    """What the paths of several robots are worth."""
 
     robots: Annotated[int, Field(description="robots")]
     robots_arrived: Annotated[int, Field(description="robots that reached their targets")]
@@ -170,6 +176,10 @@ class RobotsQuality:
     ] = None
 
 
+class LoadParameters(TaskParameters):
+    """The task ``load``, which brings the map to the planner, has nothing to choose."""
+
+
 class Planner(ABC):
     """A planner: its name, the parameters it takes, and what it does with them.
 
@@ -179,8 +189,11 @@ class Planner(ABC):
       starts.
     - ``policies``: the replan policies it knows; the first is the default.
     - ``answers_no_way``: True where a start from which no path leads to a goal is an answer, not a fault.
+    - ``fields_a_stage``: fields of a double a cell that the records of one stage hold. A plan without stages
+      (``TaskParameters.precisions``) counts as one.
 
-    Every method has the problem as its first argument: a ``Problem``, or what ``problem_model`` makes.
+    A method that is asked before there is a plan takes a ``Job``. A method that is asked of a plan takes the problem
+    and the plan, or the plan alone.
     """
 
     name: str
@@ -189,66 +202,67 @@ class Planner(ABC):
     problem_model: type[SpecModel] | None = None
     policies: tuple[Policy, ...] = ("restart",)
     answers_no_way: bool = False
+    fields_a_stage: int = 1
 
     @property
     @abstractmethod
     def tasks(self) -> Mapping[str, type[TaskParameters]]:
         """The tasks a workload may map, each with the model that its parameters are checked against."""
 
-    def check(self, problem: Any, parameters: Any) -> tuple[str, str] | None:  # noqa: ARG002
-        """What keeps these parameters from this problem, as (key, sentence), or None.
+    def check(self, _job: Job[Any, Any], /) -> tuple[str, str] | None:
+        """What keeps these parameters from this problem, as (key, sentence). By default None: nothing does.
 
         The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
         """
         return None
 
-    def check_drive(self, problem: Any, parameters: Any) -> tuple[str, str, str] | None:  # noqa: ARG002
-        """What keeps the planner from a drive, as (key of the planning task, sentence, hint), or None."""
+    def check_drive(self, _job: Job[Any, Any], /) -> tuple[str, str, str] | None:
+        """What keeps the planner from a drive, as (key of the planning task, sentence, hint). By default None."""
         return None
 
     @abstractmethod
-    def reachable(self, problem: Any, parameters: Any) -> NDArray[np.bool_]:
+    def reachable(self, job: Job[Any, Any]) -> NDArray[np.bool_]:
         """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
 
-        A run that names another cell as a start is refused before it plans. The starts of ``problem`` do not matter.
-        ``ways.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without cutting
-        a corner.
+        A run that names another cell as a start is refused before it plans. The starts of the problem do not matter.
+        ``paths.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without
+        cutting a corner.
         """
 
-    def memory(self, problem: Any, parameters: Any, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Any, Any]) -> int:
         """Bytes at the peak of a run: those of the problem, the plan, what makes it, and what judges it.
 
-        ``parameters``: those of the planning task; ``tasks``: the names of all that are mapped. By default 64 bytes a
-        cell, assumed: as much as the most that ours take whose values are one word.
+        ``job.mapped`` names all tasks that take part. By default 64 bytes a cell, assumed: as much as the most that
+        ours take whose values are one word.
         """
-        return BYTES_A_CELL * problem.free.size if isinstance(problem, Problem) else 0
+        return BYTES_A_CELL * job.problem.free.size if isinstance(job.problem, Problem) else 0
 
-    def memory_levers(self, problem: Any, parameters: Any) -> list[str]:  # noqa: ARG002
-        """What takes less memory, besides a smaller map, as in "smaller blocks"."""
+    def memory_levers(self, _job: Job[Any, Any], /) -> list[str]:
+        """What takes less memory, besides a smaller map, as in "smaller blocks". By default nothing."""
         return []
 
-    def fields_recorded(self, parameters: Any) -> int:  # noqa: ARG002
-        """Fields of a double a cell that the records of one plan hold."""
-        return 1
-
     @abstractmethod
-    def plan(self, problem: Any, parameters: Any) -> Any:
+    def plan(self, job: Job[Any, Any]) -> Any:
         """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
 
     @abstractmethod
-    def flows(self, problem: Any, parameters: Any) -> tuple[Flow, ...]:
+    def flows(self, job: Job[Any, Any]) -> tuple[Flow, ...]:
         """What flows between tasks, by name, for one plan and one answer; sizes are above 0.
 
-        Senders and receivers are names of ``tasks``, or ``load`` and ``command``. ``parameters``: those of the planning
-        task. Flows of tasks that are not done (``lower_bound`` where it is not mapped) are listed all the same.
+        Senders and receivers are names of ``tasks``, or ``load`` and ``command``. Flows of tasks that are not done
+        (``lower_bound`` where it is not mapped) are listed all the same.
 
         A flow "pose" goes to the task that a drive asks for a decision at every control turn; the first plan knows the
         start from the map. Without one, the answer is the whole path, sent once a plan.
         """
 
-    def flows_after(self, problem: Any, parameters: Any, plan: Any) -> tuple[Flow, ...]:  # noqa: ARG002
-        """``flows`` with the sizes that are known once the plan is made; messages after it have these."""
-        return self.flows(problem, parameters)
+    def flows_after(self, job: Job[Any, Any]) -> tuple[Flow, ...]:
+        """``flows`` with the sizes that are known once ``job.plan`` is made; messages after it have these."""
+        return self.flows(job)
+
+    def horizon(self, _job: Job[Any, Any], /) -> float | None:
+        """Cells of path that one answer holds, beyond which a robot is not led. By default None: all that it needs."""
+        return None
 
     @abstractmethod
     def quality(self, problem: Any, plan: Any) -> Quality | RobotsQuality:
@@ -258,34 +272,33 @@ class Planner(ABC):
     def identity(self, plan: Any) -> str:
         """A text that is equal for equal answers: their quality is then computed once."""
 
-    def figures(self, plan: Any) -> dict[str, Any]:  # noqa: ARG002
+    def figures(self, _plan: Any, /) -> dict[str, Any]:
         """The fields of a result that only this plan can fill: ``stages``, ``precision``, ``details``."""
         return {}
 
-    def field_of(self, plan: Any) -> tuple[str, str, NDArray[np.float64]] | None:  # noqa: ARG002
-        """The field of a plan as (name, unit, float64 rows × columns), for traces; None where there is none.
+    def field_of(self, _plan: Any, /) -> tuple[str, str, NDArray[np.float64]] | None:
+        """The field of a plan as (name, unit, float64 rows × columns), for traces. By default None: there is none.
 
         See ``records.FieldRecord``. A planner that writes its field by records of its own has none here.
         """
+        return None
+
+    def start_of(self, _plan: Any, /) -> Any:
+        """The values that ``Job.start`` may continue from under policy ``continue``. By default None."""
         return None
 
     @abstractmethod
     def trajectory(self, problem: Any, plan: Any, start: Any) -> tuple[NDArray[np.float64], bool]:
         """The path from ``start``: float64 n × 2 (row, column) in cells, and whether it arrives."""
 
-    def start_of(self, plan: Any) -> Any:  # noqa: ARG002
-        """The values that ``Architecture.work(start=...)`` may continue from under policy ``continue``, or None."""
-        return None
-
-    def horizon(self, parameters: Any) -> float | None:  # noqa: ARG002
-        """Cells of path that one answer holds, beyond which a robot is not led; None: all that it needs."""
-        return None
-
-    @abstractmethod
-    def way(self, problem: Any, plan: Any, start: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
+    def path_from(
+        self, _problem: Any, _plan: Any, start: tuple[float, float], /
+    ) -> tuple[NDArray[np.float64], bool]:
         """The path from a position, (row, column) in cells, that need not be the middle of a cell.
 
         As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan knows no path
-        from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False. It computes
-        nothing that the plan does not hold: a path from elsewhere takes another plan.
+        from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False: the default, of
+        a planner that plans for no drive. It computes nothing that the plan does not hold: a path from elsewhere takes
+        another plan.
         """
+        return np.array([start], np.float64), False

@@ -7,9 +7,9 @@ may leave the planner out and add styles to a planner of another package.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from codesign.planners.interface import Planner
 from codesign.planners.reproduction import Progress, Reproduction
@@ -56,6 +56,19 @@ class Reproduce(Protocol):
 
 
 @dataclass(frozen=True)
+class Samples:
+    """What ``codesign.testing`` checks a planner and its styles on.
+
+    - ``parameters``: sets of parameters of the planning task as a workload writes them. Each runs in a moment.
+    - ``problems``: two problems that differ: what the planner takes, or mappings for its ``problem_model``. None: two
+      maps of six rooms, 24 × 32 cells. Required where the planner has a ``problem_model``.
+    """
+
+    parameters: Sequence[Mapping[str, Any]] = ({},)
+    problems: Sequence[Any] | None = None
+
+
+@dataclass(frozen=True)
 class PlugIn:
     """Everything of one planner.
 
@@ -65,6 +78,7 @@ class PlugIn:
     - ``probes``: how ``hwsw calibrate host`` times each kernel whose cost the styles on a processor are counted in, by
       the name of the kernel. A probe is made when it is needed.
     - ``reproduce``: how ``hwsw reproduce`` holds the model against the planner's paper; None where there is no paper.
+    - ``samples``: what the conformance suite checks planner and styles on.
     """
 
     planner: Planner | None = None
@@ -72,3 +86,4 @@ class PlugIn:
     task_styles: tuple[TaskStyle, ...] = ()
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
     reproduce: Reproduce | None = None
+    samples: Samples = Samples()

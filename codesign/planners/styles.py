@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.errors import InputError
 from codesign.figures import Figure, Status
-from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.external_memory import Traffic
+from codesign.planners.job import Job
 
 RESOURCES = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
 """The kinds of resource a part is budgeted in. They are never added up over kinds."""
@@ -108,20 +110,18 @@ class Exchange(Step):
 
 
 @dataclass(frozen=True)
+class MemoryStep(Step):
+    """A step whose units use an external memory; the cycles of ``traffic`` are among those of the step."""
+
+    traffic: Traffic = field(default_factory=Traffic)
+
+
+@dataclass(frozen=True)
 class Memory:
     """What stands in each of the design's block RAMs, which are driven alike: words of ``width`` bits by content."""
 
     width: int
     words: Mapping[str, int]
-
-
-def is_done(task: str, inside: frozenset[str] | None) -> bool:
-    """Whether ``task`` is among those that the planning component does itself; see ``Architecture.work``.
-
-    >>> is_done("decide", None), is_done("decide", frozenset({"relax"}))
-    (True, False)
-    """
-    return inside is None or task in inside
 
 
 def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int, int]) -> tuple[str, ...]:
@@ -145,6 +145,9 @@ class _Style(ABC):
       without a full stop.
     - ``component_type``: the type of component it runs on: ``fpga`` or ``processor``.
     - ``kernel``: on a processor, the kernel that the platform gives a cost, and that cycles of steps are units of.
+
+    Every method that asks about a problem takes a ``Job``. A style on an FPGA gives ``demand``, ``clock_limit`` and
+    ``power``. A style on a processor leaves all three as they are: the platform declares clock and power.
     """
 
     planner: str
@@ -153,35 +156,43 @@ class _Style(ABC):
     component_type: str
     kernel: str = ""
 
-    def kernels(self, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
-        """Every kernel that steps under ``parameters`` are counted in.
+    def kernels(self, _job: Job[Any, Any], /) -> tuple[str, ...]:
+        """Every kernel that steps of the job are counted in. By default the one kernel of the style.
 
         A platform without a cost of one of them is refused before anything runs.
         """
         return (self.kernel,)
 
-    @abstractmethod
-    def clock_limit(self, problem: Any, parameters: Any, part: Part) -> Figure:
-        """The fastest clock that the design of this size reaches on the part, Hz, with its interval.
+    def demand(self, _job: Job[Any, Any], /) -> Demand:
+        """Resources and other bounds, as a vector with items; no feasibility is judged here. By default none.
+
+        A planning task asks for nothing for a task that the component does not do itself (``Job.does``). On a processor
+        only bounds count.
+        """
+        return Demand(items=())
+
+    def clock_limit(self, _job: Job[Any, Any], /) -> Figure:
+        """The fastest clock that a design of this size reaches on the part, Hz, with its interval.
 
         Raises:
             InputError: the style runs on a processor, whose clock has no limit law.
         """
+        raise InputError("a processor's clock has no limit law", self.style, "declare it in the platform")
 
-    @abstractmethod
-    def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static and dynamic power at ``clock`` Hz, W, with their intervals.
+    def power(self, _demand: Demand, _clock: int, _part: Part, /) -> tuple[Figure, Figure]:
+        """Static and dynamic power of a demand on a part at a clock in Hz: W, with their intervals.
 
         Raises:
             InputError: the style runs on a processor, whose power is declared in the platform.
         """
+        raise InputError("a processor's power has no law", self.style, "declare it in the platform")
 
 
 class Architecture(_Style):
     """A style of one planner's planning task on one type of component.
 
-    - ``supports_external``: whether the design can keep its memories in an external memory. ``demand``, ``clock_limit``
-      and ``work`` then take ``external``, an ``ExternalMemoryLaw``, where the mapping names one.
+    - ``supports_external``: whether the design can keep its memories in an external memory. Then ``demand``,
+      ``clock_limit`` and ``work`` look at ``Job.external``.
     """
 
     supports_external: bool = False
@@ -194,85 +205,49 @@ class Architecture(_Style):
         """
         return parameters
 
-    def notes(self, problem: Any, parameters: Any) -> tuple[str, ...]:  # noqa: ARG002
-        """What a reader has to know of a design with these parameters, as given: "key: sentence", no full stop.
+    def notes(self, _job: Job[Any, Any], /) -> tuple[str, ...]:
+        """What a reader has to know of a design with the parameters as given: "key: sentence", no full stop.
 
         A note is no fault. It says where a design does other work than its parameters let one expect.
         """
         return ()
 
-    @abstractmethod
-    def demand(
-        self,
-        problem: Any,
-        parameters: Any,
-        part: Any,
-        *,
-        inside: frozenset[str] | None = None,
-    ) -> Demand:
-        """Resources and other bounds, as a vector with items; no feasibility is judged here.
-
-        ``part``: a ``Part``; None on a processor, where only bounds count. ``inside``: the planner's tasks that are
-        done by this component, as in ``work``; a task that is not inside takes nothing here.
-        """
-
-    def memory(self, problem: Any, parameters: Any) -> Memory | None:  # noqa: ARG002
-        """What the block RAMs hold; None where the style uses none."""
+    def memory(self, _job: Job[Any, Any], /) -> Memory | None:
+        """What the block RAMs hold. By default None: the style uses none."""
         return None
 
     @abstractmethod
-    def work(
-        self,
-        problem: Any,
-        parameters: Any,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,
-        inside: frozenset[str] | None = None,
-    ) -> Generator[Step, None, Any]:
+    def work(self, job: Job[Any, Any]) -> Generator[Step, None, Any]:
         """Steps to be run on a clock; returns the plan, the same that ``Planner.plan`` gives.
 
-        Without ``detail`` nobody listens and nothing interrupts: steps may be as coarse as a whole stage, and what
-        ``memo`` holds of it need not be computed again. The cycles add up to the same.
-
-        ``start``: values to continue from, of ``Planner.start_of`` or of the task ``lower_bound``; a planner that knows
-        neither ignores it. ``inside``: the planner's tasks that are done by this component; None for all of them. A
-        task that is not inside takes no steps here; where the work has to wait for one, it yields an ``Exchange``.
+        A task that the component does not do itself takes no steps here; where the work has to wait for one, it yields
+        an ``Exchange``.
         """
 
-    def updates(self, problem: Any, parameters: Any) -> Any:  # noqa: ARG002
-        """What each robot of a fleet takes for an update; None where the style plans for one robot only."""
+    def updates(self, _job: Job[Any, Any], /) -> Any:
+        """The updates of each robot of a fleet. By default None: the style plans for one robot only."""
         return None
 
 
 class TaskStyle(_Style):
     """One task of a planner that is placed by itself, on one type of component.
 
-    ``task``: the task's name. ``parameters`` are those of the planning task throughout.
+    ``task``: the task's name. ``demand`` is that of this task alone.
     """
 
     task: str
 
     @abstractmethod
-    def demand(self, problem: Any, parameters: Any, part: Any) -> Demand:
-        """Resources and other bounds of this task alone. ``part``: a ``Part``; None on a processor."""
+    def steps(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
+        """One execution, for a robot at ``job.position``.
 
-    @abstractmethod
-    def steps(
-        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
-    ) -> Generator[Step, None, Any]:
-        """One execution, for a robot at ``position``, (row, column) in cells.
-
-        ``plan`` is the planner's, or None for a task that comes before it. Returns what the task makes: a path as
-        ``Planner.way`` (of decisions and paths), a start for ``Architecture.work`` (of lower bounds), or None.
+        Returns what the task makes: a path as ``Planner.path_from`` (of decisions and paths), a start for
+        ``Architecture.work`` (of lower bounds), or None.
         """
 
-    def again(
-        self, problem: Any, parameters: Any, plan: Any, position: tuple[float, float]
-    ) -> Generator[Step, None, Any]:
+    def again(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
         """The steps of one decision more of a plan that is made: a drive asks for one at every control turn.
 
         What they return is not used. By default one decision costs what ``steps`` says.
         """
-        return self.steps(problem, parameters, plan, position)
+        return self.steps(job)

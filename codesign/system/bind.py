@@ -25,6 +25,7 @@ from codesign.models import TaskParameters
 from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Planner, Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
@@ -38,7 +39,8 @@ _grids = Memo(max_bytes=256 * 2**20)
 class System(Draft):
     """One design point, all settled: what ``fit`` and a run take.
 
-    - ``component``: the name of the component that plans. ``part``: its chip, or None on a processor. ``clock``: in Hz.
+    - ``planner``: it computes the plan, without a clock. ``component``: the name of the component that it runs on
+      (``Machine.planning_component``). ``part``: its chip, or None on a processor. ``clock``: in Hz.
     - ``placement``: the component of each task.
     - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
     - ``parameters``: those of each mapped task, as the style runs with them.
@@ -52,6 +54,18 @@ class System(Draft):
     external: ExternalMemoryLaw | None
     parameters: Mapping[str, TaskParameters]
     notes: tuple[str, ...]
+
+    @property
+    def job(self) -> Job[Any, Any]:
+        """What planner and style are asked about: the whole problem, before any of it is planned."""
+        return Job(
+            self.problem,
+            self.planning,
+            part=self.part,
+            inside=self.placement.inside,
+            mapped=frozenset(self.parameters),
+            external=self.external,
+        )
 
 
 def bind_to(
@@ -100,7 +114,7 @@ def bind_to(
         placement=placement,
         external=external_of(draft),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
-        notes=draft.architecture.notes(draft.problem, declared),
+        notes=draft.architecture.notes(Job(draft.problem, declared)),
     )
 
 
@@ -125,7 +139,7 @@ def plannable(
     if problem is None:
         return None, faults
     checked = _to_check(planner, task.parameters, problem) if scenario.begins_anywhere else problem
-    wrong = planner.check(checked, task.parameters)
+    wrong = planner.check(Job(checked, task.parameters))
     if wrong is not None:
         key, what = wrong
         own = key in type(workload.problem).model_fields
@@ -197,7 +211,7 @@ def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:
 
     There the planner checks the map alone, and each problem of the run once that comes.
     """
-    reach = planner.reachable(problem, parameters)
+    reach = planner.reachable(Job(problem, parameters))
     if all(reach[start] for start in problem.starts):
         return problem
     return replace(problem, starts=problem.goals)
@@ -247,7 +261,7 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
     """Goals that the planner leads no other cell to, though there are others, and starts that it leads to no goal."""
 
     def alone(goal: tuple[int, int]) -> bool:
-        return int(planner.reachable(replace(problem, goals=(goal,)), parameters).sum()) == 1
+        return int(planner.reachable(Job(replace(problem, goals=(goal,)), parameters)).sum()) == 1
 
     elsewhere = int(problem.free.sum()) > len(set(problem.goals))
     faults = []
@@ -263,7 +277,7 @@ def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem
         isinstance(workload.problem, ProblemSpec) and isinstance(workload.problem.starts, tuple)
     ):
         return faults
-    reach = planner.reachable(problem, parameters)
+    reach = planner.reachable(Job(problem, parameters))
     for index, start in enumerate(problem.starts):
         if not reach[start]:
             near = maps.nearest_free(reach, start)

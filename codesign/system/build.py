@@ -61,9 +61,10 @@ def _planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, N
 class Machine:
     """A platform come to life on one simulation environment.
 
-    ``by_name``: components, ``links``: links, by name. ``planner``: the component that plans. The robot of a drive
-    is put in by its scenario, which knows where it stands (``by_name`` again). ``progress``: who is told how far a
-    mission is, None: nobody.
+    - ``by_name``: components, ``links``: links, by name. The robot of a drive is put in by its scenario, which knows
+      where it stands.
+    - ``planning_component``: the component that the planner (``System.planner``) runs on.
+    - ``progress``: who is told how far a mission is; None: nobody.
     """
 
     def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
@@ -94,7 +95,7 @@ class Machine:
             for name, link in system.platform.links.items()
         }
         self.messages = Messages(system.placement.places, Routes(system.platform), self.links)
-        self.planner = self.by_name[system.component]
+        self.planning_component = self.by_name[system.component]
         self._turns = {
             name: Turns(self.environment, name)
             for name, spec in system.platform.components.items()
@@ -115,7 +116,7 @@ class Machine:
     @property
     def components(self) -> tuple[Component, ...]:
         """Components and links, in the order of the platform file, and the block RAMs of the planner."""
-        ram = None if self.system.part is None else self.planner.block_ram
+        ram = None if self.system.part is None else self.planning_component.block_ram
         ordered = [self.by_name[name] for name in self.system.platform.components if name in self.by_name]
         return (*ordered, *self.links.values(), *([ram] if ram is not None else []))
 
@@ -137,9 +138,9 @@ class Machine:
     def cycles(self) -> dict[str, int]:
         """Clock cycles of the planning component by phase."""
         if self.system.part is None:
-            clock = self.planner.clock
+            clock = self.planning_component.clock
             return {phase: clock.cycle_at_or_after(spent) for phase, spent in self._spent.items()}
-        return {phase: use.cycles for phase, use in self.planner.phases.items()}
+        return {phase: use.cycles for phase, use in self.planning_component.phases.items()}
 
     def carry(
         self,
@@ -273,7 +274,7 @@ class Machine:
         return made
 
     def _count(self, name: str, ended: dict[str, int]) -> None:
-        if self.by_name[name] is self.planner:
+        if self.by_name[name] is self.planning_component:
             for phase, spent in ended.items():
                 self._spent[phase] = self._spent.get(phase, 0) + spent
 
@@ -314,7 +315,7 @@ class Machine:
         request = Flow(asker, task, f"{task} request", step.bits)
         yield from self.carry(request, ledger, priority=priority)
         style = placement.styles[task]
-        steps = style.steps(system.problem, system.planning, None, (0.0, 0.0))
+        steps = style.steps(system.job)
         yield from self.perform(task, steps, ledger, priority=priority)
         answer = Flow(task, asker, f"{task} answer", step.answer_bits)
         yield from self.carry(answer, ledger, priority=priority)
@@ -348,7 +349,7 @@ class Machine:
         from codesign.components import BlockRam, choose_shape
 
         system = self.system
-        memory = system.architecture.memory(system.problem, system.planning)
+        memory = system.architecture.memory(system.job)
         if memory is None or system.part is None:
             return None
         depth, width = choose_shape(system.part.block_ram_shapes, memory.width)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from codesign import maps
@@ -85,7 +85,7 @@ class _Chain:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
         self._sent = sent
         system = machine.system
-        self._flows = self._done_here(system.planner.flows(problem, system.planning))
+        self._flows = self._done_here(system.planner.flows(replace(system.job, problem=problem)))
 
     def _done_here(self, flows: tuple[Flow, ...]) -> TaskGraph:
         """The flows between tasks that are done."""
@@ -135,7 +135,7 @@ class _Chain:
                 system.planner.planning_task,
             )
         with planner_code(system.planner):
-            wrong = system.planner.check(held, system.planning)
+            wrong = system.planner.check(replace(system.job, problem=held))
         if wrong is not None:
             raise MisreadMapError(
                 f"of the map that the planner read wrong: {wrong[0]}: {wrong[1]}",
@@ -147,7 +147,9 @@ class _Chain:
         """Process generator: a task that is done by itself; returns what it makes."""
         system = self.machine.system
         style = system.placement.styles[task]
-        steps = style.steps(self.problem, system.planning, plan, _position(self.problem))
+        steps = style.steps(
+            replace(system.job, problem=self.problem, plan=plan, position=_position(self.problem))
+        )
         return (yield from self.machine.perform(task, steps, self.ledger, priority=PLANNING))
 
     def make_start(self) -> Generator[Any, Any, Any]:
@@ -162,23 +164,19 @@ class _Chain:
         """Process generator: the plan."""
         system, placement = self.machine.system, self.machine.system.placement
         apart = set(placement.places) - placement.inside
-        external = {} if system.external is None else {"external": system.external}
-        steps = system.architecture.work(
-            self.problem,
-            system.planning,
-            memo=memo,
-            detail=detail or DETECT in apart,
-            start=start,
-            inside=placement.inside,
-            **external,
+        job = replace(
+            system.job, problem=self.problem, memo=memo, detail=detail or DETECT in apart, start=start
         )
+        steps = system.architecture.work(job)
         return (yield from self.machine.plan(steps, self.ledger))
 
     def tell(self, plan: Any) -> Generator[Any, Any, None]:
         """Process generator: every task between the planning task and ``command``, with the messages between them."""
         machine, system = self.machine, self.machine.system
         planner, placement = system.planner, system.placement
-        self._flows = self._done_here(planner.flows_after(self.problem, system.planning, plan))
+        self._flows = self._done_here(
+            planner.flows_after(replace(system.job, problem=self.problem, plan=plan))
+        )
         done = [planner.planning_task]
         for task in self._flows.order:
             if task in {*done, LOAD, LOWER_BOUND, DETECT} or task not in planner.tasks:

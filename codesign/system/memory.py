@@ -49,8 +49,8 @@ def estimate(system: System, *, listening: bool = False, keeping: bool = False) 
     """
     problem, planner = system.problem, system.planner
     cells = int(problem.free.size) if isinstance(problem, Problem) else 0
-    planned = planner.memory(problem, system.planning, frozenset(system.parameters))
-    fields = planner.fields_recorded(system.planning)
+    planned = planner.memory(system.job)
+    fields = planner.fields_a_stage * max(1, len(system.planning.precisions))
     recorded = (_TRACE_BYTES_A_CELL if listening else 0) + (_FIELD_BYTES_A_CELL * fields if keeping else 0)
     return Estimate(
         program=PROGRAM_BYTES,
@@ -76,7 +76,7 @@ def refusal(
     levers = (
         ["a smaller or coarser map"] if isinstance(system.problem, Problem) else ["fewer robots or updates"]
     )
-    levers += system.planner.memory_levers(system.problem, system.planning)
+    levers += system.planner.memory_levers(system.job)
     if need.listeners > 0:
         levers.append("no trace and no page")
     return what, f"take {', '.join(levers)}; or allow more (--memory 8GiB)"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
+from codesign.planners.job import Job
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Source, Times
 from codesign.system.bind import System
@@ -41,7 +42,7 @@ def head_fields(system: System) -> dict[str, Any]:
 
 def _told(system: System, parameters: TaskParameters) -> dict[str, Any]:
     """The parameters of a task but those that this design does not use."""
-    exclude = set(parameters.unused(external_memory=system.external is not None))
+    exclude = set(parameters.unused(system.external is not None))
     return parameters.model_dump(mode="json", exclude=exclude)
 
 
@@ -60,16 +61,14 @@ class Fitted:
 
 def fitted(system: System) -> Fitted:
     """Hold the design against its parts."""
-    problem, parameters, part = system.problem, system.planning, system.part
-    external = {} if system.external is None else {"external": system.external}
-    inside = system.placement.inside
-    demand = system.architecture.demand(problem, parameters, part, inside=inside, **external)
+    job, part = system.job, system.part
+    demand = system.architecture.demand(job)
     fields, reasons, powers = _apart(system)
     if part is None:
         held = fit(demand, None, system.clock, None)
         fields = {"processor": _processor_figures(system), **fields}
     else:
-        limit = system.architecture.clock_limit(problem, parameters, part, **external)
+        limit = system.architecture.clock_limit(job)
         held = fit(demand, part, system.clock, limit)
         static, dynamic = system.architecture.power(demand, system.clock, part)
         powers[system.component] = power = Power(static=source(static), dynamic=source(dynamic))
@@ -90,8 +89,9 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
         if task in system.placement.inside or not isinstance(spec, FpgaComponent):
             continue
         part, clock = spec.chip, int(spec.clock.value)
-        demand = style.demand(system.problem, system.planning, part)
-        held = fit(demand, part, clock, style.clock_limit(system.problem, system.planning, part))
+        job = Job(system.problem, system.planning, part=part)
+        demand = style.demand(job)
+        held = fit(demand, part, clock, style.clock_limit(job))
         static, dynamic = style.power(demand, clock, part)
         powers[name] = power = Power(static=source(static), dynamic=source(dynamic))
         fields = {"resources": held.resources, "clock": held.clock, "power": power}

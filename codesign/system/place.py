@@ -11,6 +11,7 @@ from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import MemoryComponent, ProcessorComponent
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Planner
+from codesign.planners.job import Job
 from codesign.planners.styles import TaskStyle
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.system import catalog
@@ -75,16 +76,14 @@ def place(draft: Draft) -> tuple[Placement | None, list[Fault]]:
     except InputError as wrong:
         return None, [*faults, fault(workload, ("tasks",), wrong.what, wrong.hint)]
     faults += _link_faults(platform, graph, places)
-    parameters, architecture = draft.planning, draft.architecture
-    needed = [
-        (planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(parameters)
-    ]
+    job, architecture = draft.job, draft.architecture
+    needed = [(planning, kernel, f"style {architecture.style}") for kernel in architecture.kernels(job)]
     again = draft.scenario.asks_again and any(flow.name == POSE for flow in graph.flows)
     needed += [
         (places[task], kernel, f"task {task}")
         for task, style in styles.items()
         if task not in inside or (again and task != DETECT)
-        for kernel in style.kernels(parameters)
+        for kernel in style.kernels(job)
     ]
     needed += [(places[task.name], task.kernel, f"task {task.name}") for task in workload.tasks]
     faults += _cost_faults(platform, needed)
@@ -111,7 +110,7 @@ def _places(draft: Draft) -> dict[str, str]:
 
 
 def _flows(draft: Draft, places: Mapping[str, str]) -> tuple[Flow, ...]:
-    planned = sound_flows(draft.planner, draft.problem, draft.planning)
+    planned = sound_flows(draft.planner, draft.job)
     flows = [flow for flow in planned if {flow.sender, flow.receiver} <= set(places)]
     flows += draft.scenario.flows(draft, places, tuple(flows))
     for task in draft.workload.tasks:
@@ -229,13 +228,13 @@ def _cost_faults(platform: Platform, needed: Sequence[tuple[str, str, str]]) -> 
     return faults
 
 
-def sound_flows(planner: Planner, problem: Any, parameters: Any) -> tuple[Flow, ...]:
-    """``planner.flows`` for a problem, with ``parameters`` of its planning task.
+def sound_flows(planner: Planner, job: Job[Any, Any]) -> tuple[Flow, ...]:
+    """``planner.flows`` of a job.
 
     Raises:
         InputError: they are not what ``Planner.flows`` promises: the plug-in is at fault, not the workload.
     """
-    flows: Any = planner.flows(problem, parameters)
+    flows: Any = planner.flows(job)
     wrong = _flow_fault(planner, flows)
     if wrong is not None:
         where = f"{type(planner).__module__}.{type(planner).__qualname__}.flows"

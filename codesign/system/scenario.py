@@ -12,6 +12,7 @@ from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES, ResultFigure
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.planners.task_graph import Flow
 from codesign.results.result import Power, Result
@@ -65,6 +66,11 @@ class Draft:
     def planning(self) -> Any:
         """The parameters of the planning task."""
         return self.workload.mapping[self.planner.planning_task].parameters
+
+    @property
+    def job(self) -> Job[Any, Any]:
+        """What planner and style are asked about."""
+        return Job(self.problem, self.planning)
 
 
 class Scenario(ABC):

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from codesign.inputs import load_part
-from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.interface import COMMAND, Planner, Problem
+from codesign.planners.job import Job
 from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
 
@@ -117,7 +117,16 @@ class Case:
     @cached_property
     def plan(self) -> Any:
         """The planner's plan of ``problem``."""
-        return self.planner.plan(self.problem, self.parameters)
+        return self.planner.plan(self.job)
+
+    @property
+    def job(self) -> Job[Any, Any]:
+        """What planner and styles are asked about."""
+        return Job(self.problem, self.parameters, mapped=frozenset(self.planner.tasks))
+
+    def job_on(self, style: Architecture | TaskStyle, **more: Any) -> Job[Any, Any]:
+        """The job on the type of component that the style runs on; ``more``: other fields of it."""
+        return replace(self.job, part=self.part if style.component_type == "fpga" else None, **more)
 
     @property
     def part(self) -> Part:
@@ -127,7 +136,7 @@ class Case:
     @property
     def answering(self) -> frozenset[str]:
         """The tasks that send the answer."""
-        flows = self.planner.flows(self.problem, self.parameters)
+        flows = self.planner.flows(self.job)
         return frozenset(flow.sender for flow in flows if flow.receiver == COMMAND)
 
     @property
@@ -156,32 +165,18 @@ class Case:
         """Styles of both kinds."""
         return (*self.styles, *self.task_styles)
 
-    def part_of(self, style: Architecture | TaskStyle) -> Part | None:
-        """The part for a style; None on a processor."""
-        return self.part if style.component_type == "fpga" else None
-
     def demand(self, style: Architecture, inside: frozenset[str] | None = None) -> Demand:
         """What the style asks of its part."""
-        return style.demand(self.problem, self.parameters, self.part_of(style), inside=inside)
+        return style.demand(self.job_on(style, inside=inside))
 
-    def work(
-        self,
-        style: Architecture,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,
-        inside: frozenset[str] | None = None,
-    ) -> Run:
-        """The style's work on ``problem``, drained."""
-        return drained(
-            style.work(self.problem, self.parameters, memo=memo, detail=detail, start=start, inside=inside)
-        )
+    def work(self, style: Architecture, **more: Any) -> Run:
+        """The style's work on ``problem``, drained; ``more``: fields of its job."""
+        return drained(style.work(self.job_on(style, **more)))
 
     def task(self, style: TaskStyle, *, again: bool = False) -> Run:
         """One execution of a task at the first start, drained; ``again``: one decision more of the same plan."""
         ask = style.again if again else style.steps
-        return drained(ask(self.problem, self.parameters, self.plan, self.position))
+        return drained(ask(self.job_on(style, plan=self.plan, position=self.position)))
 
     @property
     def position(self) -> tuple[float, float]:

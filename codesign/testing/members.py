@@ -72,26 +72,26 @@ def planner_names_its_planning_task(case: Case) -> None:
 @rule()
 def planner_members_have_their_types(case: Case) -> None:
     """Members with defaults give what ``Planner`` promises, and the sample parameters fit the problem."""
-    planner, problem, parameters = case.planner, case.problem, case.parameters
+    planner, job = case.planner, case.job
     model: Any = planner.problem_model
     sound = model is None or (isinstance(model, type) and issubclass(model, SpecModel))
     require(sound, f"problem_model {model!r} is neither None nor a subclass of SpecModel")
     require(
         type(planner.answers_no_way) is bool, f"answers_no_way is {planner.answers_no_way!r}, not a boolean"
     )
-    wrong: Any = planner.check(problem, parameters)
+    wrong: Any = planner.check(job)
     require(wrong is None, f"check refuses the sample parameters: {wrong!r}; give others")
-    refused: Any = planner.check_drive(problem, parameters)
+    refused: Any = planner.check_drive(job)
     told = isinstance(refused, tuple) and len(refused) == 3 and all(isinstance(each, str) for each in refused)
     require(refused is None or told, f"check_drive gives {refused!r}, not (key, sentence, hint) or None")
-    taken = planner.memory(problem, parameters, frozenset(planner.tasks))
+    taken = planner.memory(job)
     require(_is_count(taken), f"memory gives {taken!r}, not a number of bytes")
-    levers: Any = planner.memory_levers(problem, parameters)
+    levers: Any = planner.memory_levers(job)
     require(isinstance(levers, list), f"memory_levers gives {levers!r}, not a list of texts")
     require(all(isinstance(lever, str) for lever in levers), f"memory_levers gives {levers!r}, not texts")
-    fields = planner.fields_recorded(parameters)
-    require(_is_count(fields), f"fields_recorded gives {fields!r}, not a number of fields")
-    horizon = planner.horizon(parameters)
+    fields = planner.fields_a_stage
+    require(_is_count(fields), f"fields_a_stage is {fields!r}, not a number of fields")
+    horizon = planner.horizon(job)
     require(horizon is None or horizon > 0, f"horizon gives {horizon!r}, neither None nor above 0 cells")
 
 
@@ -150,7 +150,7 @@ def style_members_have_their_types(case: Case) -> None:
             style.supports_external <= (style.component_type == "fpga"),
             f"{of(style)} runs on no FPGA and cannot keep its memories beside one",
         )
-        memory: Any = style.memory(case.problem, case.parameters)
+        memory: Any = style.memory(case.job_on(style))
         if memory is not None:
             require(isinstance(memory, Memory), f"memory of {of(style)} gives {type(memory).__name__}")
             sound = memory.width > 0 and memory.words and all(words > 0 for words in memory.words.values())

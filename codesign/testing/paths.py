@@ -32,7 +32,7 @@ def _is_path(points: Any, begin: tuple[float, float]) -> None:
 def reachable_cells_lead_to_a_goal(case: Case) -> None:
     """``reachable`` covers the goals, free cells only, and every start from which a path arrives."""
     problem = case.problem
-    found: Any = case.planner.reachable(problem, case.parameters)
+    found: Any = case.planner.reachable(case.job)
     require(
         found.dtype == np.bool_ and found.shape == problem.free.shape,
         f"reachable gives {found.dtype} {found.shape}, not bool {problem.free.shape}",
@@ -52,7 +52,7 @@ def quality_is_of_this_problem(case: Case) -> None:
     problem = case.problem
     quality = case.planner.quality(problem, case.plan)
     assert isinstance(quality, Quality), "quality of a map is a Quality"
-    reachable = int(case.planner.reachable(problem, case.parameters).sum()) - len(problem.goals)
+    reachable = int(case.planner.reachable(case.job).sum()) - len(problem.goals)
     require(
         quality.reachable_cells == reachable,
         f"quality counts {quality.reachable_cells} reachable cells, reachable gives {reachable} besides the goals",
@@ -112,14 +112,14 @@ def trajectories_stay_in_free_space(case: Case) -> None:
 
 @rule(on_maps)
 def paths_from_any_position_keep_to_free_cells(case: Case) -> None:
-    """``way`` begins at the position, agrees with ``trajectory`` in the middle of a cell, and ends at a goal."""
+    """``path_from`` begins at the position, agrees with ``trajectory`` in the middle of a cell, and ends at a goal."""
     planner, problem = case.planner, case.problem
     random = np.random.Generator(np.random.PCG64(3))
     for start in problem.starts[:12]:
-        middle, arrived = planner.way(problem, case.plan, (float(start[0]), float(start[1])))
+        middle, arrived = planner.path_from(problem, case.plan, (float(start[0]), float(start[1])))
         for off in random.uniform(-0.49, 0.49, (8, 2)):
             position = (start[0] + float(off[0]), start[1] + float(off[1]))
-            points, there = planner.way(problem, case.plan, position)
+            points, there = planner.path_from(problem, case.plan, position)
             _is_path(points, position)
             require(there == arrived, f"a path from {position} arrives: {there}; from its cell: {arrived}")
             dense = _dense(points, 41)
@@ -140,10 +140,10 @@ def paths_from_any_position_keep_to_free_cells(case: Case) -> None:
 
 @rule(on_maps)
 def no_path_from_where_no_robot_can_be(case: Case) -> None:
-    """From an obstacle and from outside of the map, ``way`` gives the position alone, and False."""
+    """From an obstacle and from outside of the map, ``path_from`` gives the position alone, and False."""
     obstacles = [(float(row), float(column)) for row, column in np.argwhere(~case.problem.free)[:1]]
     for position in (*obstacles, (-3.0, 2.0), (2.0, 1e6)):
-        points, arrived = case.planner.way(case.problem, case.plan, position)
+        points, arrived = case.planner.path_from(case.problem, case.plan, position)
         require(
             points.tolist() == [list(position)] and not arrived,
             f"way gives a path from {position}, where no robot can be",

@@ -15,7 +15,7 @@ from codesign.testing.case import Case, Rule, names, require, rule
 def same_answer_twice(case: Case) -> None:
     """Equal problems and parameters have equal plans, figures and quality."""
     planner = case.planner
-    first, second = (planner.plan(case.problem, case.parameters) for _ in range(2))
+    first, second = (planner.plan(case.job) for _ in range(2))
     require(
         planner.identity(first) == planner.identity(second), "two plans of one problem differ in identity"
     )
@@ -28,7 +28,7 @@ def same_answer_twice(case: Case) -> None:
 @rule()
 def another_problem_another_answer(case: Case) -> None:
     """``identity`` and the problem's ``digest`` tell two problems apart."""
-    other = case.planner.plan(case.other_problem, case.parameters)
+    other = case.planner.plan(replace(case.job, problem=case.other_problem))
     require(not case.same(other), "plans of two problems that differ have one identity")
     require(case.problem.digest != case.other_problem.digest, "two problems that differ have one digest")
 
@@ -38,17 +38,18 @@ def asking_changes_nothing(case: Case) -> None:
     """A planner leaves its problem as it is; ``quality``, ``figures`` and paths leave the plan as it is."""
     planner, problem = case.planner, case.fresh_problem()
     before = {name: pickle.dumps(value) for name, value in vars(problem).items()}
-    plan = planner.plan(problem, case.parameters)
+    job = replace(case.job, problem=problem)
+    plan = planner.plan(job)
     identity = planner.identity(plan)
-    planner.flows(problem, case.parameters)
+    planner.flows(job)
     planner.quality(problem, plan)
     planner.figures(plan)
     planner.field_of(plan)
     planner.start_of(plan)
     if case.on_maps:
-        planner.reachable(problem, case.parameters)
+        planner.reachable(job)
         planner.trajectory(problem, plan, problem.starts[0])
-        planner.way(problem, plan, case.position)
+        planner.path_from(problem, plan, case.position)
     require(
         planner.identity(plan) == identity, "a plan changes when it is asked for quality, figures or a path"
     )
@@ -62,7 +63,7 @@ def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
     """Flows name tasks, have bits, make no circle, and reach the answer and the planning task from the map."""
     planner = case.planner
     try:
-        flows = sound_flows(planner, case.problem, case.parameters)
+        flows = sound_flows(planner, case.job)
     except InputError as wrong:
         raise AssertionError(wrong.what) from wrong
     require(all(flow.name for flow in flows), "a flow has no name")
@@ -90,8 +91,8 @@ def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
 @rule()
 def flows_after_a_plan_differ_in_size_only(case: Case) -> None:
     """``flows_after`` gives the flows of ``flows``, none of them larger, none empty."""
-    before = case.planner.flows(case.problem, case.parameters)
-    after = case.planner.flows_after(case.problem, case.parameters, case.plan)
+    before = case.planner.flows(case.job)
+    after = case.planner.flows_after(replace(case.job, plan=case.plan))
     require(
         [replace(flow, bits=1) for flow in after] == [replace(flow, bits=1) for flow in before],
         "flows_after gives other flows than flows",
@@ -106,7 +107,7 @@ def flows_after_a_plan_differ_in_size_only(case: Case) -> None:
 @rule()
 def a_pose_goes_to_the_task_that_answers(case: Case) -> None:
     """A decision is asked of the answering task, and costs something on every type of component that plans."""
-    flows = case.planner.flows(case.problem, case.parameters)
+    flows = case.planner.flows(case.job)
     asked = [(flow.sender, flow.receiver) for flow in flows if flow.name == POSE]
     require(
         asked in ([], [(LOAD, case.answer)]),

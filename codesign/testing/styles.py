@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,8 +85,11 @@ def work_drained_ends_in_the_plan(case: Case) -> None:
     for style in case.styles:
         settled = style.settled(case.parameters)
         require(style.settled(settled) == settled, f"what {of(style)} settles on is settled otherwise again")
-        require(style.notes(case.problem, settled) == (), f"{of(style)} has notes on what it settled itself")
-        plan = planner.plan(case.problem, settled)
+        require(
+            style.notes(replace(case.job, parameters=settled)) == (),
+            f"{of(style)} has notes on what it settled itself",
+        )
+        plan = planner.plan(replace(case.job, parameters=settled))
         run = case.work(style)
         _steps_are_sound(run, style)
         require(
@@ -124,7 +128,7 @@ def styles_on_a_processor_list_their_kernels(case: Case) -> None:
     for style in case.styles:
         run = case.work(style)
         if style.component_type == "processor":
-            listed = set(style.kernels(case.parameters))
+            listed = set(style.kernels(case.job))
             require("" not in listed, f"{of(style)} lists no kernel")
             used = {step.kernel or style.kernel for step in run.steps}
             require(used <= listed, f"{of(style)} counts in {names(used - listed)}, which kernels leaves out")
@@ -172,7 +176,7 @@ def demand_names_resources_of_a_part(case: Case) -> None:
     for style in case.styles:
         _demand_is_sound(case.demand(style), style)
     for task in case.task_styles:
-        _demand_is_sound(task.demand(case.problem, case.parameters, case.part_of(task)), task)
+        _demand_is_sound(task.demand(case.job_on(task)), task)
 
 
 @rule()
@@ -209,33 +213,33 @@ def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
 @rule(lambda case: bool(case.every_style))
 def clock_limit_and_power_have_units_and_sources(case: Case) -> None:
     """On an FPGA both are figures within their intervals; on a processor the platform declares them."""
-    problem, parameters, part = case.problem, case.parameters, case.part
+    part = case.part
     for style in case.every_style:
-        demand = style.demand(problem, parameters, case.part_of(style))
+        job = case.job_on(style)
+        demand = style.demand(job)
         if style.component_type == "fpga":
-            limit = style.clock_limit(problem, parameters, part)
+            limit = style.clock_limit(job)
             _figure_is_sound(limit, "Hz", f"clock_limit of {of(style)}")
             require(limit.value > 0, f"clock_limit of {of(style)} is 0")
             for power in style.power(demand, CLOCK, part):
                 _figure_is_sound(power, "W", f"power of {of(style)}")
         else:
-            _refuses(lambda s=style: s.clock_limit(problem, parameters, part), f"clock_limit of {of(style)}")
+            _refuses(lambda s=style, j=job: s.clock_limit(j), f"clock_limit of {of(style)}")
             _refuses(lambda s=style, d=demand: s.power(d, CLOCK, part), f"power of {of(style)}")
 
 
 @rule(lambda case: any(style.supports_external for style in case.styles))
 def an_external_memory_changes_no_plan(case: Case) -> None:
-    """Styles that support one take ``external`` in ``demand``, ``clock_limit`` and ``work``."""
+    """Styles that support one look at ``Job.external`` in ``demand``, ``clock_limit`` and ``work``."""
     for style in case.styles:
         if not style.supports_external:
             continue
-        beside: dict[str, Any] = {"external": EXTERNAL}
-        problem, parameters, part = case.problem, case.parameters, case.part
-        _demand_is_sound(style.demand(problem, parameters, part, **beside), style)
-        limit = style.clock_limit(problem, parameters, part, **beside)
+        job = case.job_on(style, external=EXTERNAL)
+        _demand_is_sound(style.demand(job), style)
+        limit = style.clock_limit(job)
         _figure_is_sound(limit, "Hz", f"clock_limit of {of(style)} beside an external memory")
         require(limit.value <= EXTERNAL.hz, f"{of(style)} runs faster than the memory beside it")
-        run = drained(style.work(problem, parameters, **beside))
+        run = drained(style.work(job))
         _steps_are_sound(run, style)
         require(case.same(run.made), f"{of(style)} ends in another plan beside an external memory")
 
@@ -270,7 +274,7 @@ def a_lower_bound_can_be_made_and_taken(case: Case) -> None:
     makers = [task for task in case.task_styles if task.task == LOWER_BOUND]
     require(makers, "policy 'lower_bound' needs a style of task 'lower_bound': there is none")
     for maker in makers:
-        bound = drained(maker.steps(case.problem, case.parameters, None, (0.0, 0.0)))
+        bound = drained(maker.steps(case.job_on(maker)))
         _steps_are_sound(bound, maker)
         for style in case.styles:
             warm = case.work(style, start=bound.made)
@@ -290,10 +294,10 @@ def tasks_by_themselves_are_those_of_the_planner(case: Case) -> None:
             _steps_are_sound(each, style)
             require(each.cycles >= 1, f"{of(style)} takes no cycle")
         if style.task == case.answer:
-            points, arrived = case.planner.way(case.problem, case.plan, case.position)
+            points, arrived = case.planner.path_from(case.problem, case.plan, case.position)
             require(
                 np.array_equal(run.made[0], points) and run.made[1] == arrived,
-                f"{of(style)} gives another path than Planner.way",
+                f"{of(style)} gives another path than Planner.path_from",
             )
 
 

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 from codesign.planners.plug_in import PlugIn
-from codesign.testing import members, paths, planner, styles
+from codesign.testing import members, paths, styles
+from codesign.testing import planner as planners
 from codesign.testing.case import Case, Rule
 
-RULES: tuple[Rule, ...] = (*members.RULES, *planner.RULES, *paths.RULES, *styles.RULES)
+RULES: tuple[Rule, ...] = (*members.RULES, *planners.RULES, *paths.RULES, *styles.RULES)
 """Every rule, those of what is declared first."""
-
-Parameters = Sequence[Mapping[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -30,48 +29,46 @@ class Breach:
         return f"{self.rule} ({self.case}): {self.sentence}"
 
 
-def cases_of(
-    plug_in: PlugIn, parameters: Parameters = ({},), problems: Sequence[Any] | None = None
-) -> tuple[Case, ...]:
-    """One case for each set of parameters.
+def cases_of(plug_in: PlugIn) -> tuple[Case, ...]:
+    """One case for each set of parameters of the plug-in's samples.
 
     Raises:
         ValueError: no parameters, or not two problems where the planner takes problems of its own or some are given.
         InputError: a plug-in without a planner has styles of a planner that is not installed.
     """
+    parameters, problems = plug_in.samples.parameters, plug_in.samples.problems
     if not parameters:
-        raise ValueError("parameters is empty: give at least one set, as in parameters=[{}]")
-    found = plug_in.planner
-    if found is None:
+        raise ValueError("samples.parameters is empty: give at least one set, as in Samples(parameters=[{}])")
+    planner = plug_in.planner
+    if planner is None:
         from codesign.system import catalog
 
         owners = sorted({style.planner for style in (*plug_in.styles, *plug_in.task_styles)})
         if not owners:
             raise ValueError("the plug-in holds neither a planner nor a style")
-        found = catalog.planner(owners[0])
-    if problems is None and found.problem_model is not None:
-        raise ValueError(f"planner {found.name} has problems of its own: give two that differ as problems=")
+        planner = catalog.planner(owners[0])
+    if problems is None and planner.problem_model is not None:
+        text = f"planner {planner.name} has problems of its own: give two that differ as samples.problems"
+        raise ValueError(text)
     if problems is not None and len(problems) != 2:
-        raise ValueError(f"{len(problems)} problems are given: give two that differ")
-    return tuple(Case(plug_in, found, index, given, problems) for index, given in enumerate(parameters))
+        raise ValueError(f"samples.problems holds {len(problems)}: give two that differ")
+    return tuple(Case(plug_in, planner, index, given, problems) for index, given in enumerate(parameters))
 
 
-def broken_rules(
-    plug_in: PlugIn, parameters: Parameters = ({},), problems: Sequence[Any] | None = None
-) -> tuple[Breach, ...]:
-    """Every rule that the plug-in breaks; arguments as for ``check_plug_in``."""
-    found = []
-    for case in cases_of(plug_in, parameters, problems):
+def broken_rules(plug_in: PlugIn) -> tuple[Breach, ...]:
+    """Every rule that the plug-in breaks. Raises as ``cases_of``."""
+    breaches = []
+    for case in cases_of(plug_in):
         for each in RULES:
             try:
                 if each.applies(case):
                     each(case)
             except AssertionError as wrong:
-                found.append(Breach(each.name, str(case), str(wrong) or _raised(wrong)))
+                breaches.append(Breach(each.name, str(case), str(wrong) or _raised(wrong)))
             # The code of others: it may raise anything, and the other rules are still checked.
             except Exception as wrong:
-                found.append(Breach(each.name, str(case), _raised(wrong)))
-    return tuple(found)
+                breaches.append(Breach(each.name, str(case), _raised(wrong)))
+    return tuple(breaches)
 
 
 def _raised(wrong: Exception) -> str:
@@ -80,26 +77,20 @@ def _raised(wrong: Exception) -> str:
     return f"{type(wrong).__name__} is raised in {Path(last.filename).name}:{last.lineno}: {wrong}"
 
 
-def check_plug_in(
-    plug_in: PlugIn, parameters: Parameters = ({},), problems: Sequence[Any] | None = None
-) -> None:
-    """Check that a plug-in keeps its contract.
+def check_plug_in(plug_in: PlugIn) -> None:
+    """Check that a plug-in keeps its contract, on its ``samples``.
 
-    Args:
-        plug_in: what the package registers. Without a planner, its styles are checked with the installed planner.
-        parameters: sets of parameters of the planning task as a workload writes them, small enough to run in a moment.
-        problems: two problems that differ: what the planner takes, or mappings for its ``problem_model``. By default
-            two maps of six rooms, 24 × 32 cells; required where the planner has a ``problem_model``.
+    Without a planner, its styles are checked with the installed planner.
 
     Raises:
         AssertionError: rules are broken; the message names each rule with one sentence.
-        ValueError: no parameters, or not two problems.
+        ValueError: the samples have no parameters, or not two problems.
         InputError: a plug-in without a planner has styles of a planner that is not installed.
     """
-    found = broken_rules(plug_in, parameters, problems)
-    if found:
-        lines = "".join(f"\n- {breach}" for breach in found)
-        raise AssertionError(f"the plug-in breaks its contract in {len(found)} places:{lines}")
+    breaches = broken_rules(plug_in)
+    if breaches:
+        lines = "".join(f"\n- {breach}" for breach in breaches)
+        raise AssertionError(f"the plug-in breaks its contract in {len(breaches)} places:{lines}")
 
 
 class PlugInContract:
@@ -108,23 +99,24 @@ class PlugInContract:
     A subclass in a test module, with a name that begins with ``Test``, says what to check:
 
         class TestFlood(PlugInContract):
-            plug_in = PLUG_IN
-            parameters = ({"bits": 12}, {"bits": 5})
+            plug_ins = (PLUG_IN,)
 
-    ``parameters`` and ``problems`` are those of ``check_plug_in``.
+    By default every plug-in that is installed is checked.
     """
 
-    plug_in: ClassVar[PlugIn]
-    parameters: ClassVar[Parameters] = ({},)
-    problems: ClassVar[Sequence[Any] | None] = None
+    plug_ins: ClassVar[Sequence[PlugIn] | None] = None
 
     def pytest_generate_tests(self, metafunc: Any) -> None:
         """Give ``test_contract`` its rules and cases: pytest calls this by its name."""
         if "contract_rule" not in metafunc.fixturenames:
             return
+        from codesign.system import catalog
+
+        plug_ins = catalog.plug_ins() if self.plug_ins is None else self.plug_ins
         pairs = [
             (each, case)
-            for case in cases_of(self.plug_in, self.parameters, self.problems)
+            for plug_in in plug_ins
+            for case in cases_of(plug_in)
             for each in RULES
             if each.applies(case)
         ]

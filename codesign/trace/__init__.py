@@ -13,7 +13,7 @@ from codesign.trace.mcap import McapListener
 from codesign.trace.memory import MemoryListener
 from codesign.trace.moment import MOMENT_KINDS, Moment, moment, moment_lines
 from codesign.trace.reader import Channel, Trace, open_trace
-from codesign.trace.show import HEADER, Row, thumbnail, timeline, trace_thumbnail
+from codesign.trace.show import HEADER, TimelineRow, thumbnail, timeline, trace_thumbnail
 
 __all__ = [
     "HEADER",
@@ -24,7 +24,7 @@ __all__ = [
     "McapListener",
     "MemoryListener",
     "Moment",
-    "Row",
+    "TimelineRow",
     "Trace",
     "TraceInfo",
     "moment",

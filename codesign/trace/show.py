@@ -44,7 +44,7 @@ SHADES = "·:-=+*%@"
 
 
 @dataclass(frozen=True)
-class Row:
+class TimelineRow:
     """One line of a timeline: ``begin`` and ``end`` in ps, and what happened."""
 
     begin: int
@@ -65,7 +65,7 @@ def timeline(
     limit: int | None = None,
     begin: int = 0,
     end: int | None = None,
-) -> list[Row]:
+) -> list[TimelineRow]:
     """The records of a trace as rows in the order of their begin, the first ``limit`` of them.
 
     Those that begin together stay in their order.
@@ -82,11 +82,11 @@ def timeline(
     return [row for _, _, row in chosen]
 
 
-def row_of(record: Record) -> Row:
+def row_of(record: Record) -> TimelineRow:
     """The line of one record."""
     tell = _TELLERS.get(type(record), _tell_any)
     begin, end, what, details = tell(record)
-    return Row(begin, end, printable(record.source, 40), printable(what, 60), details)
+    return TimelineRow(begin, end, printable(record.source, 40), printable(what, 60), details)
 
 
 _Told = tuple[int, int, str, str]

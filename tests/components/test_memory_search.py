@@ -34,6 +34,7 @@ from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
 from codesign.planners.breadth_first.styles import ARCHITECTURES, StateMachine, external
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 
 MACHINE = StateMachine()
 SRAM = ExternalMemoryLaw("sram", 100_000_000, 32, 64 * 2**20, 3, name="sram")
@@ -50,7 +51,7 @@ def a_problem(seed: int, rows: int = 12, columns: int = 15, density: float = 0.3
 
 def phases(problem: Problem, parameters: SearchParameters, **options: Any) -> dict[str, int]:
     found: dict[str, int] = {}
-    for step in MACHINE.work(problem, parameters, **options):
+    for step in MACHINE.work(Job(problem, parameters, **options)):
         found[step.phase] = found.get(step.phase, 0) + int(step.cycles.sum())
     return found
 
@@ -97,7 +98,7 @@ def test_the_search_waits_for_every_access(seed: int, place: str, latency: int) 
     # 4 + 4 bits of address are a byte: 16 entries are 4 words, the first after the latency.
     assert external.entry_bits(problem) == 8
     assert far["bf"] - near["bf"] == random * latency + runs * (latency + 3)
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     each = 2 if place == "external" else 1
     assert far.get("path", 0) - near.get("path", 0) == latency * each * len(plan.path) * plan.reached
     # Clearing 180 bytes, 4 a word, hides behind the circuit's own cell a cycle.
@@ -110,7 +111,7 @@ def test_detail_moves_no_cycle(place: str, memory: ExternalMemoryLaw) -> None:
     problem, parameters = a_problem(3), SearchParameters(memory=place)  # type: ignore[arg-type]
     fine = phases(problem, parameters, external=memory)
     assert fine == phases(problem, parameters, external=memory, detail=False)
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     waits = external.search(plan, problem, parameters, memory)
     still = external.search(plan, problem, parameters, replace(memory, refresh_share=0.0))
     assert int(waits.cycles.sum()) == memory.refreshed(int(still.cycles.sum()))
@@ -132,7 +133,9 @@ def test_the_process_memory_moves_out_and_the_map_fits() -> None:
     part = load_part("XC2VP30-6")
     problem = Problem(np.ones((512, 512), np.bool_), ((511, 511),), ((0, 0),))
     parameters = SearchParameters(display="none")  # type: ignore[arg-type]
-    alone, beside = (MACHINE.demand(problem, parameters, part, external=memory) for memory in (None, SRAM))
+    alone, beside = (
+        MACHINE.demand(Job(problem, parameters, part=part, external=memory)) for memory in (None, SRAM)
+    )
     budget = part.resources["block_rams"].value
     assert beside.total("block_rams") == 32 <= budget < alone.total("block_rams")
     assert beside.levers == {}
@@ -140,35 +143,42 @@ def test_the_process_memory_moves_out_and_the_map_fits() -> None:
     # A byte for each direction, three for each queue entry of 18 bits.
     assert bound.demand == (1 + 3) * 8 * 512 * 512 <= bound.limit
     everything = parameters.model_copy(update={"memory": MemoryPlace.EXTERNAL})
-    outside = MACHINE.demand(problem, everything, part, external=SRAM)
+    outside = MACHINE.demand(Job(problem, everything, part=part, external=SRAM))
     assert outside.total("block_rams") == 0
     assert next(one for one in outside.bounds if one.name == "bits of sram").demand == 5 * 8 * 512 * 512
     assert all(item.status is Status.ASSUMED for item in beside.items if "memory" in item.name)
     # A static RAM needs less of a controller than a dynamic one.
-    assert beside.total("lut4") < MACHINE.demand(problem, parameters, part, external=DRAM).total("lut4")
+    assert beside.total("lut4") < MACHINE.demand(Job(problem, parameters, part=part, external=DRAM)).total(
+        "lut4"
+    )
 
 
 def test_a_memory_too_small_says_what_would_do() -> None:
     problem, part = a_problem(2), load_part("XC2VP30-6")
     small = replace(SRAM, capacity=2000)
-    bound = MACHINE.demand(problem, SearchParameters(), part, external=small).bounds[-1]
+    bound = MACHINE.demand(Job(problem, SearchParameters(), part=part, external=small)).bounds[-1]
     assert bound.demand == 2 * 8 * 256 > bound.limit == 2000
     assert [lever.parameter for lever in bound.levers] == ["sram.capacity", "search.queue_words"]
     short = SearchParameters(queue_words=64)
-    assert MACHINE.demand(problem, short, part, external=small).bounds[-1].demand == 8 * 256 + 8 * 64
+    assert (
+        MACHINE.demand(Job(problem, short, part=part, external=small)).bounds[-1].demand == 8 * 256 + 8 * 64
+    )
 
 
 def test_the_design_runs_no_faster_than_the_memory() -> None:
     problem, part, parameters = a_problem(2), load_part("XC2VP30-6"), SearchParameters()
-    alone = MACHINE.clock_limit(problem, parameters, part)
-    slow = MACHINE.clock_limit(problem, parameters, part, external=SRAM)
+    alone = MACHINE.clock_limit(Job(problem, parameters, part=part))
+    slow = MACHINE.clock_limit(Job(problem, parameters, part=part, external=SRAM))
     assert (slow.value, slow.status) == (100e6, Status.ASSUMED)
     assert slow.interval == (100e6, alone.interval[1])
-    assert MACHINE.clock_limit(problem, parameters, part, external=replace(SRAM, hz=200_000_000)) == alone
+    assert (
+        MACHINE.clock_limit(Job(problem, parameters, part=part, external=replace(SRAM, hz=200_000_000)))
+        == alone
+    )
 
 
 def test_only_the_state_machine_knows_an_external_memory() -> None:
-    knowing = [style.style for style in ARCHITECTURES if getattr(style, "supports_external", False)]
+    knowing = [style.style for style in ARCHITECTURES if style.supports_external]
     assert knowing == ["state_machine"]
 
 
@@ -177,14 +187,14 @@ def beside_a_display(micro_architecture: str, shown: bool) -> tuple[dict[str, in
     clock = ClockDomain(150_000_000)
     problem = a_problem(7, 60, 60, 0.2)
     parameters = SearchParameters(micro_architecture=micro_architecture, display="none")  # type: ignore[arg-type]
-    memory = MACHINE.memory(problem, parameters)
+    memory = MACHINE.memory(Job(problem, parameters))
     assert memory is not None
     ram = BlockRam(environment, "fpga.block_ram", clock, depth=16_384, width=memory.width)
     if shown:
         scan = replace(SVGA_65, window=(60, 60))
         Display(environment, "screen", ClockDomain(65_000_000), scan, memory=ram)
     fpga = Fpga(environment, "fpga", clock, (), ram)
-    environment.process(fpga.execute(MACHINE.work(problem, parameters), Granularity.RUN_AHEAD))
+    environment.process(fpga.execute(MACHINE.work(Job(problem, parameters)), Granularity.RUN_AHEAD))
     environment.run()
     return {phase: use.cycles for phase, use in fpga.phases.items()}, ram
 
@@ -224,7 +234,7 @@ def beside_a_memory(
 
     def search() -> Generator[simpy.Event, Any, None]:
         try:
-            yield from fpga.execute(MACHINE.work(a_problem(3), parameters, external=SRAM), granularity)
+            yield from fpga.execute(MACHINE.work(Job(a_problem(3), parameters, external=SRAM)), granularity)
         except PreemptedError:
             told.append(("preempted", 0, 0))
 
@@ -248,7 +258,7 @@ def test_the_memory_is_as_busy_as_the_search_waits(place: str) -> None:
         problem, parameters, external=SRAM
     )
     assert memory.clock is fpga.clock
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     traffic = [
         external.init(problem, parameters, SRAM)[1],
         external.search(plan, problem, parameters, SRAM),
@@ -294,7 +304,7 @@ def test_interrupted_the_traffic_of_the_units_done_is_booked(granularity: Granul
     at = ClockDomain(75_000_000).edge(1000)
     _, memory, told = beside_a_memory(granularity, parameters, None, interrupted=at)
     assert told[-1][0] == "preempted"
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     traffic = external.search(plan, problem, parameters, SRAM)
     ends = 181 + np.cumsum(MACHINE.expansion_cycles(plan, parameters, traffic))
     done = int(np.searchsorted(ends, 1000, side="right"))
@@ -330,6 +340,6 @@ def test_two_displays_that_stall_one_step_are_refused() -> None:
     for index, one in enumerate((ram, memory)):
         Display(environment, f"screen {index}", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=one)
     parameters = SearchParameters(micro_architecture="pipelined", display="none")  # type: ignore[arg-type]
-    environment.process(fpga.execute(MACHINE.work(a_problem(3), parameters, external=SRAM)))
+    environment.process(fpga.execute(MACHINE.work(Job(a_problem(3), parameters, external=SRAM))))
     with pytest.raises(RunError, match="two displays stall phase 'bf'"):
         environment.run()

@@ -19,6 +19,7 @@ from places import ROOT
 from codesign import maps
 from codesign.inputs import load_part, load_platform
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Step
 from codesign.system import catalog
 from codesign.testing import RULES, PlugInContract, cases_of
@@ -96,10 +97,10 @@ def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(
     problem = Problem(free, ((26, 40),), ((5, 5),))
     exact = maps.distance_steps(free, problem.goals)
     parameters = planner.tasks["flood"]()
-    plan = planner.plan(problem, parameters)
+    plan = planner.plan(Job(problem, parameters))
     assert np.array_equal(plan.steps, exact)
     for style in styles.values():
-        made, cycles = drained(style.work(problem, parameters))
+        made, cycles = drained(style.work(Job(problem, parameters)))
         assert planner.identity(made) == planner.identity(plan)
         way = int(exact[5, 5])
         assert cycles == (32 + exact.max() + way if style.style == "array" else (exact >= 0).sum())
@@ -137,7 +138,7 @@ def test_the_class_on_the_page_checks_the_same(example: Path) -> None:
     }
     exec(block, names)
     suite = names["TestFlood"]
-    cases = cases_of(suite.plug_in, suite.parameters, suite.problems)
+    cases = [case for plug_in in suite.plug_ins for case in cases_of(plug_in)]
     assert [case.parameters.bits for case in cases] == [12, 5]
     for case in cases:
         for rule in RULES:

@@ -21,6 +21,7 @@ from codesign.planners.harmonic.plan.relax import relax
 from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.scenarios import simulate
 from codesign.system import Result, catalog
@@ -137,7 +138,7 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     assert [note.partition(":")[0] for note in wide.notes] == ["propagate.tile"] * (tile != inside)
     parameters = PropagateParameters(tile=tile, stop="whole_map", corner_cutting=False)  # type: ignore[arg-type]
     style = catalog.styles_of("wavefront")["tiled"]
-    demand = style.demand(problem, parameters, load_part("XC4VLX160-12"))
+    demand = style.demand(Job(problem, parameters, part=load_part("XC4VLX160-12")))
     nodes = {item.resource: item.amount for item in demand.items if item.name in {"F", "node logic"}}
     assert nodes == {"flip_flops": tile[0] * tile[1], "lut4": 5 * tile[0] * tile[1]}
     assert {use.resource: use.demand for use in wide.resources if use.demand} == {
@@ -196,6 +197,6 @@ def test_stages_are_shared_by_blocks_that_hold_the_same_cells() -> None:
     style, model = catalog.styles_of("harmonic")["bit_serial"], catalog.planner("harmonic").tasks["relax"]
     for block in ((9, 7), (9, 12), (18, 7)):
         parameters = model.model_validate({"block": block, "iterations": 4, "schedule": (15,)})
-        for _ in style.work(problem, parameters, memo=memo, detail=False):
+        for _ in style.work(Job(problem, parameters, memo=memo, detail=False)):
             pass
     assert memo.misses == 1

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from codesign import maps
 from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.reference import dijkstra, edges
 from codesign.system import catalog
 
@@ -46,7 +47,7 @@ def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
 ) -> None:
     planner = catalog.planner("wavefront")
     parameters = planner.tasks["propagate"].model_validate({"stop": stop, "corner_cutting": cutting})
-    quality = planner.quality(problem, planner.plan(problem, parameters))
+    quality = planner.quality(problem, planner.plan(Job(problem, parameters)))
     everything = dijkstra(problem.free, problem.goals, corner_cutting=cutting)
     ended = everything.max() if stop == "whole_map" else max(everything[start] for start in problem.starts)
     covered = off_goals(problem, (everything >= 0) & (everything <= ended))
@@ -66,13 +67,15 @@ def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
 @settings(max_examples=60, deadline=None)
 def test_a_search_is_judged_by_the_cells_that_it_came_to(problem: Problem) -> None:
     planner = catalog.planner("breadth_first")
-    plan = planner.plan(problem, planner.tasks["search"]())
+    plan = planner.plan(Job(problem, planner.tasks["search"]()))
     quality = planner.quality(problem, plan)
     come_to = trail(problem.free, problem.starts[0], problem.goals).pushed
     covered = set(come_to) - set(problem.goals)
     assert quality.planned_cells == len(covered)
     assert quality.share_reaching_goal == (1.0 if covered else None)
-    arriving = [cell for cell in covered if planner.way(problem, plan, (float(cell[0]), float(cell[1])))[1]]
+    arriving = [
+        cell for cell in covered if planner.path_from(problem, plan, (float(cell[0]), float(cell[1])))[1]
+    ]
     assert len(arriving) == len(covered)
     assert quality.planned_cells <= quality.reachable_cells
 
@@ -80,7 +83,7 @@ def test_a_search_is_judged_by_the_cells_that_it_came_to(problem: Problem) -> No
 def test_a_search_without_an_answer_covers_no_cell() -> None:
     problem = Problem(np.array([[1, 1, 0, 1, 1]], bool), ((0, 4),), ((0, 0),))
     planner = catalog.planner("breadth_first")
-    quality = planner.quality(problem, planner.plan(problem, planner.tasks["search"]()))
+    quality = planner.quality(problem, planner.plan(Job(problem, planner.tasks["search"]())))
     assert (quality.reachable_cells, quality.planned_cells, quality.starts_arrived) == (1, 0, 0)
     assert quality.share_reaching_goal is None
 
@@ -91,6 +94,8 @@ def test_a_search_without_an_answer_covers_no_cell() -> None:
 def test_a_field_covers_every_cell_that_leads_to_a_goal(name: str, problem: Problem) -> None:
     planner = catalog.planner(name)
     parameters = planner.tasks["relax"].model_validate(PARAMETERS[name])
-    quality = planner.quality(problem, planner.plan(problem, parameters))
+    quality = planner.quality(problem, planner.plan(Job(problem, parameters)))
     assert quality.planned_cells == quality.reachable_cells
-    assert quality.reachable_cells == int(off_goals(problem, planner.reachable(problem, parameters)).sum())
+    assert quality.reachable_cells == int(
+        off_goals(problem, planner.reachable(Job(problem, parameters))).sum()
+    )

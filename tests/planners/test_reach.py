@@ -21,6 +21,7 @@ from codesign.inputs import Platform, Workload
 from codesign.maps import OccupancyGrid
 from codesign.planners.breadth_first.plan.reference import trail
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.search import STEPS
 from codesign.planners.wavefront.plan import propagate
 from codesign.planners.wavefront.plan.reference import dijkstra
@@ -137,7 +138,7 @@ def test_a_start_is_refused_where_the_planner_s_reference_does_not_reach_it(
     planner = catalog.planner(point(case)[1].planner)
     reached = CASES[case][2](free, goals)
     parameters = point(case)[1].mapping[planner.planning_task].parameters
-    assert np.array_equal(planner.reachable(Problem(free, tuple(goals), ()), parameters), reached)
+    assert np.array_equal(planner.reachable(Job(Problem(free, tuple(goals), ()), parameters)), reached)
     if any(reached[goal] and _alone(reached, free, goal, case) for goal in goals):
         return  # A goal that no other cell leads to is refused by itself.
     starts = [(int(row), int(column)) for row, column in np.argwhere(free)]

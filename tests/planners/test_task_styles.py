@@ -10,12 +10,13 @@ import pytest
 from codesign import maps
 from codesign.calibrate.host_costs import all_probes
 from codesign.errors import InputError
-from codesign.inputs import load_platform
+from codesign.inputs import load_part, load_platform
 from codesign.memo import Memo
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.styles import ARCHITECTURES as BREADTH_FIRST
 from codesign.planners.breadth_first.styles import TASK_STYLES as BREADTH_FIRST_TASKS
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import solve
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER
@@ -56,18 +57,21 @@ def style_of(styles: Any, name: str, component_type: str = "processor") -> Any:
 
 def test_path_of_a_search_costs_the_same_on_another_fpga() -> None:
     machine, parameters = BREADTH_FIRST[0], SearchParameters()
-    steps, plan = drain(machine.work(PROBLEM, parameters))
+    steps, plan = drain(machine.work(Job(PROBLEM, parameters)))
     alone = style_of(BREADTH_FIRST_TASKS, "state_machine", "fpga")
-    apart, (points, arrived) = drain(alone.steps(PROBLEM, parameters, plan, AT))
+    apart, (points, arrived) = drain(alone.steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(apart) == cycles(steps, "path")
     assert arrived
     assert points.tolist() == plan.path.tolist()
     part = load_platform("virtex2pro").components["fpga"].chip  # type: ignore[union-attr]
-    demand, whole = alone.demand(PROBLEM, parameters, part), machine.demand(PROBLEM, parameters, part)
+    job = Job(PROBLEM, parameters, part=part)
+    demand, whole = alone.demand(job), machine.demand(job)
     for kind in ("slices", "lut4", "flip_flops", "block_rams"):
         assert 0 < demand.total(kind) < whole.total(kind)
-    assert alone.clock_limit(PROBLEM, parameters, part) == machine.clock_limit(PROBLEM, parameters, part)
-    host, _ = drain(style_of(BREADTH_FIRST_TASKS, "software").steps(PROBLEM, parameters, plan, AT))
+    assert alone.clock_limit(job) == machine.clock_limit(job)
+    host, _ = drain(
+        style_of(BREADTH_FIRST_TASKS, "software").steps(Job(PROBLEM, parameters, plan=plan, position=AT))
+    )
     assert cycles(host) == len(plan.path)
 
 
@@ -75,13 +79,13 @@ def test_path_of_a_search_costs_the_same_on_another_fpga() -> None:
 def test_tracking_costs_the_same_on_a_host(course: Course) -> None:
     parameters = PropagateParameters(course=course, steps=3)
     software = style_of(WAVEFRONT, "software")
-    steps, plan = drain(software.work(PROBLEM, parameters))
+    steps, plan = drain(software.work(Job(PROBLEM, parameters)))
     alone = style_of(WAVEFRONT_TASKS, "software")
-    apart, (points, arrived) = drain(alone.steps(PROBLEM, parameters, plan, AT))
+    apart, (points, arrived) = drain(alone.steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(apart) == cycles(steps, "track")
     assert arrived
     assert cycles(apart) == (3 if course is Course.LOCAL else len(points) - 1)
-    nowhere, (left, there) = drain(alone.steps(PROBLEM, parameters, plan, (-5.0, 0.0)))
+    nowhere, (left, there) = drain(alone.steps(Job(PROBLEM, parameters, plan=plan, position=(-5.0, 0.0))))
     assert (cycles(nowhere), left.tolist(), there) == (1, [[-5.0, 0.0]], False)
 
 
@@ -93,21 +97,21 @@ def test_tracking_costs_the_same_in_the_fabric(course: Course, paths: Paths) -> 
         style_of(WAVEFRONT, "delay_line", "fpga"),
         style_of(WAVEFRONT_TASKS, "sequential", "fpga"),
     )
-    steps, plan = drain(array.work(PROBLEM, parameters))
-    apart, (points, arrived) = drain(alone.steps(PROBLEM, parameters, plan, AT))
+    steps, plan = drain(array.work(Job(PROBLEM, parameters)))
+    apart, (points, arrived) = drain(alone.steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(apart) == cycles(steps, "track")
     assert arrived
     assert cycles(apart) == (3 if course is Course.LOCAL else len(points) - 1) * (
         9 if paths == "shortest" else 17
     )
     part = load_platform("virtex2pro").components["fpga"].chip  # type: ignore[union-attr]
-    demand = alone.demand(PROBLEM, parameters, part)
+    demand = alone.demand(Job(PROBLEM, parameters, part=part))
     # Small beside any array, and as much memory as the potentials that are sent to it need.
-    assert 0 < demand.total("slices") < array.demand(PROBLEM, parameters, part).total("slices") / 50
-    (sent,) = [f.bits for f in WAVEFRONT_PLANNER.flows(PROBLEM, parameters) if f.name == "potentials"]
+    assert 0 < demand.total("slices") < array.demand(Job(PROBLEM, parameters, part=part)).total("slices") / 50
+    (sent,) = [f.bits for f in WAVEFRONT_PLANNER.flows(Job(PROBLEM, parameters)) if f.name == "potentials"]
     depth, width = max(part.block_ram_shapes)
     assert demand.total("block_rams") >= sent / (depth * width)
-    assert 0 < alone.clock_limit(PROBLEM, parameters, part).value <= part.block_ram_clock.value
+    assert 0 < alone.clock_limit(Job(PROBLEM, parameters, part=part)).value <= part.block_ram_clock.value
     static, dynamic = alone.power(demand, 50_000_000, part)
     assert static == part.static_power
     assert 0 < dynamic.low < dynamic.value < dynamic.high
@@ -115,12 +119,12 @@ def test_tracking_costs_the_same_in_the_fabric(course: Course, paths: Paths) -> 
 
 def test_descent_costs_the_same_by_itself() -> None:
     parameters = RelaxParameters(method="sor", omega=1.8, tolerance=1e-9)
-    steps, plan = drain(RELAXATION[0].work(PROBLEM, parameters))
-    apart, (points, _) = drain(RELAXATION_TASKS[0].steps(PROBLEM, parameters, plan, AT))
+    steps, plan = drain(RELAXATION[0].work(Job(PROBLEM, parameters)))
+    apart, (points, _) = drain(RELAXATION_TASKS[0].steps(Job(PROBLEM, parameters, plan=plan, position=AT)))
     assert cycles(apart) == cycles(steps, "search") == SEARCH_UNITS * (len(points) - 1)
     # A drive asks for the next cell only, from wherever the robot is.
     for position in (AT, (-5.0, 0.0)):
-        again, _ = drain(RELAXATION_TASKS[0].again(PROBLEM, parameters, plan, position))
+        again, _ = drain(RELAXATION_TASKS[0].again(Job(PROBLEM, parameters, plan=plan, position=position)))
         assert [(step.phase, step.cycles.tolist()) for step in again] == [("search", [SEARCH_UNITS])]
 
 
@@ -149,8 +153,8 @@ def test_sweeps_go_on_from_an_old_potential(method: str) -> None:
 def test_a_start_is_part_of_what_is_remembered() -> None:
     parameters = RelaxParameters(method="sor", omega=1.8, tolerance=1e-9)
     memo = Memo()
-    cold, plan = drain(RELAXATION[0].work(PROBLEM, parameters, memo=memo))
-    warm, again = drain(RELAXATION[0].work(PROBLEM, parameters, memo=memo, start=PLANNER.start_of(plan)))
+    cold, plan = drain(RELAXATION[0].work(Job(PROBLEM, parameters, memo=memo)))
+    warm, again = drain(RELAXATION[0].work(Job(PROBLEM, parameters, memo=memo, start=PLANNER.start_of(plan))))
     assert cycles(warm) < cycles(cold)
     assert again.solution.iterations < plan.solution.iterations
 
@@ -172,8 +176,8 @@ def test_every_kernel_of_a_task_is_measured_and_shipped_hosts_have_its_cost() ->
 def test_software_refuses_laws_of_chips() -> None:
     task = style_of(WAVEFRONT_TASKS, "software")
     for call in (
-        lambda: task.clock_limit(PROBLEM, PropagateParameters()),
-        lambda: task.power(task.demand(PROBLEM, PropagateParameters()), 1),
+        lambda: task.clock_limit(Job(PROBLEM, PropagateParameters())),
+        lambda: task.power(task.demand(Job(PROBLEM, PropagateParameters())), 1, load_part("XC2V6000-4")),
     ):
         with pytest.raises(InputError, match="declare it in the platform"):
             call()

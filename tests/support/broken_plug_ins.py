@@ -12,7 +12,7 @@ import numpy as np
 
 from codesign.planners.breadth_first.plug_in import PLUG_IN
 from codesign.planners.styles import Step
-from codesign.plugin import Flow, Item, Lever, PlugIn, Problem, Status
+from codesign.plugin import Flow, Item, Job, Lever, PlugIn, Problem, Status
 
 PLANNER: Any = PLUG_IN.planner
 COUNTER = count()
@@ -42,36 +42,32 @@ def tasks(**members: Any) -> PlugIn:
 
 
 def flows(change: Callable[[tuple[Flow, ...]], tuple[Flow, ...]]) -> PlugIn:
-    return planner(flows=lambda self, problem, parameters: change(PLANNER.flows(problem, parameters)))
+    return planner(flows=lambda self, job: change(PLANNER.flows(job)))
 
 
 def demand(change: Callable[[Any, Any], Any]) -> PlugIn:
     """``change`` is given the demand, and ``inside``."""
-
-    def asked(self: Any, *arguments: Any, inside: Any = None, **more: Any) -> Any:
-        return change(self.original.demand(*arguments, inside=inside, **more), inside)
-
-    return styles(demand=asked)
+    return styles(demand=lambda self, job: change(self.original.demand(job), job.inside))
 
 
-def work_longer(when: Callable[[dict[str, Any]], bool], **more: Any) -> PlugIn:
-    """``work`` takes a cycle more where its arguments are such."""
+def work_longer(when: Callable[[Job[Any, Any]], bool], **more: Any) -> PlugIn:
+    """``work`` takes a cycle more where its job is such."""
 
-    def longer(self: Any, problem: Any, parameters: Any, **given: Any) -> Any:
-        if when(given):
+    def longer(self: Any, job: Job[Any, Any]) -> Any:
+        if when(job):
             yield Step("more", ONE_CYCLE)
-        return (yield from self.original.work(problem, parameters, **given))
+        return (yield from self.original.work(job))
 
     return replace(styles(work=longer), **more)
 
 
-def work_elsewhere(when: Callable[[dict[str, Any]], bool]) -> PlugIn:
-    """``work`` ends in the plan of another problem where its arguments are such."""
+def work_elsewhere(when: Callable[[Job[Any, Any]], bool]) -> PlugIn:
+    """``work`` ends in the plan of another problem where its job is such."""
 
-    def another(self: Any, problem: Any, parameters: Any, **given: Any) -> Any:
-        plan = yield from self.original.work(problem, parameters, **given)
-        if when(given):
-            return PLANNER.plan(replace(problem, starts=problem.starts[1:]), parameters)
+    def another(self: Any, job: Job[Any, Any]) -> Any:
+        plan = yield from self.original.work(job)
+        if when(job):
+            return PLANNER.plan(replace(job, problem=replace(job.problem, starts=job.problem.starts[1:])))
         return plan
 
     return styles(work=another)
@@ -92,8 +88,8 @@ def moving_the_goal(self: Any, problem: Problem, plan: Any) -> Any:
     return found
 
 
-def unpicklable(self: Any, problem: Problem, parameters: Any) -> Any:
-    plan = copy.copy(PLANNER.plan(problem, parameters))
+def unpicklable(self: Any, job: Job[Any, Any]) -> Any:
+    plan = copy.copy(PLANNER.plan(job))
     object.__setattr__(plan, "local", lambda: 0)
     return plan
 
@@ -102,19 +98,19 @@ def straight(self: Any, problem: Problem, plan: Any, start: Any) -> Any:
     return np.array([start, problem.goals[0]], np.float64), True
 
 
-def only_goals(self: Any, problem: Problem, parameters: Any) -> Any:
-    found = np.zeros_like(problem.free)
-    found[tuple(np.array(problem.goals).T)] = True
-    return found
+def only_goals(self: Any, job: Job[Any, Any]) -> Any:
+    cells = np.zeros_like(job.problem.free)
+    cells[tuple(np.array(job.problem.goals).T)] = True
+    return cells
 
 
-def task_elsewhere(self: Any, problem: Any, parameters: Any, plan: Any, position: Any) -> Any:
-    yield from self.original.steps(problem, parameters, plan, position)
-    return np.array([position, position], np.float64), True
+def task_elsewhere(self: Any, job: Job[Any, Any]) -> Any:
+    yield from self.original.steps(job)
+    return np.array([job.position, job.position], np.float64), True
 
 
-def clock_in_mhz(self: Any, *arguments: Any, **more: Any) -> Any:
-    return replace(self.original.clock_limit(*arguments, **more), unit="MHz")
+def clock_in_mhz(self: Any, job: Job[Any, Any]) -> Any:
+    return replace(self.original.clock_limit(job), unit="MHz")
 
 
 def raising(self: Any, *arguments: Any) -> Any:
@@ -125,7 +121,7 @@ def plus(kind: str, amount: int, status: Any = Status.ASSUMED) -> tuple[Item, ..
     return (Item("more", kind, amount, status, "counted by hand"),)
 
 
-STRAIGHT = planner(way=straight, trajectory=straight)
+STRAIGHT = planner(path_from=straight, trajectory=straight)
 
 RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ("plug_in_holds_parts_of_one_planner", "of planner 'another'", styles(planner="another")),
@@ -138,7 +134,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ("planner_members_have_their_types", "boolean", planner(answers_no_way=None)),
     ("planner_members_have_their_types", "refuses", planner(check=lambda *_: ("starts", "too few"))),
     ("planner_members_have_their_types", "hint", planner(check_drive=lambda *_: "no")),
-    ("planner_members_have_their_types", "number of fields", planner(fields_recorded=lambda *_: 0.5)),
+    ("planner_members_have_their_types", "number of fields", planner(fields_a_stage=0.5)),
     ("planner_members_have_their_types", "horizon", planner(horizon=lambda *_: 0.0)),
     ("planner_members_have_their_types", "KeyError is raised in", planner(memory=raising)),
     ("style_members_have_their_types", "runs on none of", styles(component_type="toaster")),
@@ -180,15 +176,13 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "flows_after_a_plan_differ_in_size_only",
         "other flows",
-        planner(flows_after=lambda self, problem, parameters, plan: PLANNER.flows(problem, parameters)[:1]),
+        planner(flows_after=lambda self, job: PLANNER.flows(job)[:1]),
     ),
     (
         "flows_after_a_plan_differ_in_size_only",
         "at most",
         planner(
-            flows_after=lambda self, *given: tuple(
-                replace(flow, bits=10**6) for flow in PLANNER.flows(*given[:2])
-            )
+            flows_after=lambda self, job: tuple(replace(flow, bits=10**6) for flow in PLANNER.flows(job))
         ),
     ),
     (
@@ -210,7 +204,7 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "reachable_cells_lead_to_a_goal",
         "an obstacle",
-        planner(reachable=lambda self, problem, _: np.ones_like(problem.free)),
+        planner(reachable=lambda self, job: np.ones_like(job.problem.free)),
     ),
     ("quality_is_of_this_problem", "planned_cells", quality(planned_cells=10**6)),
     ("quality_is_of_this_problem", "cannot be", quality(path_length_ratio_mean=0.5)),
@@ -222,29 +216,29 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "paths_from_any_position_keep_to_free_cells",
         "begins at",
-        planner(way=lambda self, problem, *_: (np.array(problem.goals, np.float64), True)),
+        planner(path_from=lambda self, problem, *_: (np.array(problem.goals, np.float64), True)),
     ),
     ("no_path_from_where_no_robot_can_be", "no robot can be", STRAIGHT),
-    ("work_drained_ends_in_the_plan", "another plan", work_elsewhere(lambda given: True)),
+    ("work_drained_ends_in_the_plan", "another plan", work_elsewhere(lambda job: True)),
     (
         "work_drained_ends_in_the_plan",
         "less than one cycle",
         styles(work=lambda self, *given, **more: (yield Step("search", 0 * ONE_CYCLE))),
     ),
-    ("coarse_steps_cost_the_same", "without detail", work_longer(lambda given: not given["detail"])),
-    ("coarse_steps_cost_the_same", "another plan", work_elsewhere(lambda given: not given["detail"])),
+    ("coarse_steps_cost_the_same", "without detail", work_longer(lambda job: not job.detail)),
+    ("coarse_steps_cost_the_same", "another plan", work_elsewhere(lambda job: not job.detail)),
     ("styles_on_a_processor_list_their_kernels", "leaves out", styles(kernels=lambda *_: ("other",))),
     ("styles_on_a_processor_list_their_kernels", "are for processors", styles(kernel="cell")),
     ("styles_on_a_processor_list_their_kernels", "processor needs one", tasks(kernel="")),
     (
         "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
         "by default",
-        work_longer(lambda given: given["inside"] is not None),
+        work_longer(lambda job: job.inside is not None),
     ),
     (
         "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
         "done elsewhere",
-        work_longer(lambda given: "track" not in (given["inside"] or ["track"])),
+        work_longer(lambda job: not job.does("track")),
     ),
     (
         "demand_names_resources_of_a_part",
@@ -289,13 +283,13 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     (
         "an_external_memory_changes_no_plan",
         "beside an external memory",
-        work_elsewhere(lambda given: "external" in given),
+        work_elsewhere(lambda job: job.external is not None),
     ),
     (
         "going_on_from_the_own_answer_is_no_slower_and_as_good",
         "from its own answer",
         work_longer(
-            lambda given: given.get("start") is not None,
+            lambda job: job.start is not None,
             planner=altered(PLANNER, {"start_of": lambda self, plan: plan}),
         ),
     ),

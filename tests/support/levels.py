@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from places import ROOT
+
 # Lowest first. A module imports only from levels below its own, and from its own entry. The longest name that fits
 # decides: `codesign.planners.harmonic.paper` is in the room of harmonic control, `codesign.planners.styles` is not.
-ROOMS = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+ROOMS = sorted(path.parent.name for path in (ROOT / "codesign").glob("planners/*/plug_in.py"))
 
 LEVELS: list[list[str]] = [
     ["errors"],
@@ -17,12 +19,13 @@ LEVELS: list[list[str]] = [
     ["models", "part"],
     ["records"],
     ["inputs", "maps", "trace"],
-    ["planners.task_graph"],
+    ["planners.task_graph", "planners.external_memory"],
+    ["planners.job"],
     ["planners.interface", "planners.reproduction"],
-    ["planners.ways", "planners.styles"],
-    ["planners.external_memory", "planners.host", "planners.plug_in"],
-    [f"planners.{room}" for room in ROOMS],
+    ["planners.paths", "planners.styles"],
+    ["planners.host", "planners.plug_in"],
     ["plugin"],
+    [f"planners.{room}" for room in ROOMS],
     ["planners", "components"],
     ["results"],
     ["system"],

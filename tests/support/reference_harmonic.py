@@ -1,4 +1,4 @@
-"""The relaxation in plain Python integers: slow, short, and what the fast kernels are held against."""
+"""Relaxation, decision and ascent in plain Python: slow, short, and what the fast kernels are held against."""
 
 from __future__ import annotations
 
@@ -10,13 +10,17 @@ from numpy.typing import NDArray
 
 from codesign.planners.harmonic.plan.arguments import Arguments, check_arguments
 from codesign.planners.harmonic.plan.fixed_point import Field
-from codesign.planners.harmonic.plan.relax import Relaxation, VisitRecord
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, VisitRecord
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+from codesign.planners.harmonic.plan.trajectory import Ascent, Ending, Trajectory
+
+NEIGHBOURS = ((-1, 0), (0, 1), (1, 0), (0, -1))
+"""(row, column) steps to north, east, south and west, as ``best_neighbours`` numbers them."""
 
 
 def relax_reference(
     free: Any, goals: Any, *, termination: str = "sound", start: Any = None, **rest: Any
-) -> Relaxation:
+) -> HarmonicPlan:
     """``relax`` over the whole schedule, by :func:`relax_stage`. It never ends where values never settle."""
     arguments = check_arguments(free, goals, termination=termination, start=start, **rest)
     field, stages, visits = arguments.start, [], []
@@ -28,15 +32,15 @@ def relax_reference(
             else:
                 visits += [(index, *visit) for visit in zip(item.block, item.iterations, strict=True)]
     record = VisitRecord(*np.array(visits, np.int32).T)
-    return Relaxation(tuple(stages), field, arguments.reachable, record)
+    return HarmonicPlan(tuple(stages), field, arguments.reachable, record)
 
 
 def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[VisitBatch | StageEnd]:
     """One stage at the precision of ``start``, a batch a sweep."""
     values = _framed(start.to_ints())
     movable = np.pad(arguments.movable, 1)
-    blocks_down, blocks_across = arguments.block_grid
-    height, width = arguments.block
+    (rows, columns), (height, width) = arguments.free.shape, arguments.block
+    blocks_down, blocks_across = -(-rows // height), -(-columns // width)
     corners = [(1 + height * i, 1 + width * j) for i in range(blocks_down) for j in range(blocks_across)]
     sweeps = total = 0
     converged = False
@@ -95,3 +99,44 @@ def _framed(values: NDArray[np.object_]) -> NDArray[np.object_]:
     frame = np.zeros((values.shape[0] + 2, values.shape[1] + 2), object)
     frame[1:-1, 1:-1] = values
     return frame
+
+
+def exact_direction(
+    values: NDArray[Any], row: int, column: int, *, only_ascending: bool = False
+) -> tuple[int, int]:
+    """The triangle rule at one cell, in exact integers: the (row, column) components of the way up.
+
+    Args:
+        values: integers (or objects of Python int), rows × columns; outside of the map is 0.
+        row, column: the cell.
+        only_ascending: differences to lower neighbours count as 0 (``Rule.ASCENDING_TRIANGLE``).
+
+    Ties go to the triangle that comes first of N-E, W-N, E-S, S-W: to north and to east.
+    """
+
+    def rise(down: int, right: int) -> int:
+        r, c = row + down, column + right
+        inside = 0 <= r < values.shape[0] and 0 <= c < values.shape[1]
+        difference = (int(values[r, c]) if inside else 0) - int(values[row, column])
+        return max(difference, 0) if only_ascending else difference
+
+    north, east, south, west = rise(-1, 0), rise(0, 1), rise(1, 0), rise(0, -1)
+    triangles = (
+        (north**2 + east**2, (-north, east)),
+        (west**2 + north**2, (-north, -west)),
+        (east**2 + south**2, (south, east)),
+        (south**2 + west**2, (south, -west)),
+    )
+    return max(triangles, key=lambda triangle: triangle[0])[1]
+
+
+def climb(ascent: Ascent, start: tuple[int, int]) -> Trajectory:
+    """The cell-by-cell steepest ascent from a free cell: each step goes to the greatest neighbour."""
+    row, column = start
+    points = [(row, column)]
+    while not ascent.goal[row, column] and ascent.best[row, column] >= 0:
+        down, right = NEIGHBOURS[ascent.best[row, column]]
+        row, column = row + down, column + right
+        points.append((row, column))
+    ending = Ending.GOAL if ascent.goal[row, column] else Ending.FLAT
+    return Trajectory(np.array(points, np.float64), ending)

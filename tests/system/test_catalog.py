@@ -14,6 +14,7 @@ from mission_specs import Ground
 
 from codesign.errors import InputError, SpecError
 from codesign.inputs import list_workloads
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.scenarios import check_files
 from codesign.system import at_hand, catalog
@@ -114,7 +115,7 @@ def test_flows_of_several_names_between_two_tasks_are_sound(monkeypatch: pytest.
 
     planner = catalog.planner("breadth_first")
     monkeypatch.setattr(type(planner), "flows", lambda *_: both)
-    assert sound_flows(planner, None, None) == both
+    assert sound_flows(planner, Job(None, None)) == both
 
 
 def test_without_broken_plug_ins_the_list_has_no_such_kind() -> None:

@@ -20,6 +20,7 @@ from codesign.errors import SpecError
 from codesign.exploration import explore
 from codesign.maps import OccupancyGrid
 from codesign.planners.interface import Planner
+from codesign.planners.job import Job
 from codesign.scenarios import bind, simulate
 from codesign.system import catalog
 from codesign.system import memory as machine
@@ -151,7 +152,7 @@ def test_more_cells_and_more_bits_take_no_less(side: int, bits: int, more: int, 
     def taken(side: int, bits: int) -> int:
         problem = Problem(np.ones((side, side), np.bool_), ((0, 0),), ())
         parameters = RelaxParameters(block=(min(block, side),) * 2, iterations=4, schedule=(bits,))
-        return planner.memory(problem, parameters, ("relax",))
+        return planner.memory(Job(problem, parameters, mapped=frozenset({"relax"})))
 
     assert taken(side, bits) <= taken(side, bits + more)
     assert taken(side, bits) <= taken(side + more, bits)

@@ -14,7 +14,7 @@ from broken_plug_ins import PLANNER, RULE_BREAKERS, altered, planner, raising, s
 
 from codesign.planners.breadth_first.plug_in import PLUG_IN
 from codesign.planners.velocity_obstacle.plug_in import PLUG_IN as ROBOTS
-from codesign.plugin import PlugIn, Problem
+from codesign.plugin import PlugIn, Problem, Samples
 from codesign.testing import RULES, PlugInContract, broken_rules, cases_of, check_plug_in
 
 
@@ -45,7 +45,7 @@ def test_styles_for_somebody_elses_planner_are_checked_with_it() -> None:
 def test_all_breaches_are_listed_at_once() -> None:
     broken = planner(memory=raising, planning_task="search", description="It plans.")
     with pytest.raises(AssertionError, match="breaks its contract in 4 places") as wrong:
-        check_plug_in(broken, [{}, {"micro_architecture": "pipelined"}])
+        check_plug_in(broken)
     lines = str(wrong.value).splitlines()[1:]
     assert [line.split(":")[0] for line in lines] == [
         f"- {rule} (breadth_first-{index})"
@@ -55,25 +55,26 @@ def test_all_breaches_are_listed_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("given", "what"),
+    ("plug_in", "what"),
     [
-        ((PLUG_IN, []), "parameters is empty"),
-        ((PLUG_IN, [{}], [1]), "1 problems are given"),
-        ((ROBOTS,), "problems of its own"),
-        ((PlugIn(),), "neither a planner nor a style"),
+        (replace(PLUG_IN, samples=Samples(parameters=[])), "parameters is empty"),
+        (replace(PLUG_IN, samples=Samples(problems=[1])), "samples.problems holds 1"),
+        (replace(ROBOTS, samples=Samples()), "problems of its own"),
+        (PlugIn(), "neither a planner nor a style"),
     ],
 )
-def test_arguments_that_check_nothing_are_refused(given: tuple[Any, ...], what: str) -> None:
+def test_samples_that_check_nothing_are_refused(plug_in: PlugIn, what: str) -> None:
     with pytest.raises(ValueError, match=what):
-        check_plug_in(*given)
+        check_plug_in(plug_in)
 
 
 def test_problems_of_the_author_replace_the_rooms() -> None:
     free = np.ones((5, 7), bool)
     problems = [Problem(free, ((0, 0),), (start,)) for start in ((4, 6), (4, 5))]
-    (case,) = cases_of(PLUG_IN, problems=problems)
+    plug_in = replace(PLUG_IN, samples=Samples(problems=problems))
+    (case,) = cases_of(plug_in)
     assert [case.problem.digest, case.other_problem.digest] == [problem.digest for problem in problems]
-    check_plug_in(PLUG_IN, problems=problems)
+    check_plug_in(plug_in)
 
 
 @dataclass
@@ -90,11 +91,13 @@ class Metafunc:
 
 
 def test_the_class_runs_what_the_call_runs() -> None:
-    contract = type("Contract", (PlugInContract,), {"plug_in": PLUG_IN})()
+    contract = type("Contract", (PlugInContract,), {"plug_ins": (PLUG_IN,)})()
     asked = Metafunc(("contract_rule", "contract_case"))
     contract.pytest_generate_tests(asked)
-    (case,) = cases_of(PLUG_IN)
-    assert [rule for rule, _ in asked.pairs] == [rule for rule in RULES if rule.applies(case)]
+    cases = cases_of(PLUG_IN)
+    assert [rule for rule, _ in asked.pairs] == [
+        rule for case in cases for rule in RULES if rule.applies(case)
+    ]
     assert asked.ids[0] == f"{RULES[0].name}-breadth_first-0"
     for rule, each in asked.pairs:
         contract.test_contract(rule, each)
@@ -106,14 +109,15 @@ def test_the_class_runs_what_the_call_runs() -> None:
 CONTRACT = """
 from dataclasses import replace
 from codesign.planners.breadth_first.plug_in import PLUG_IN as SOUND
+from codesign.plugin import Samples
 from codesign.testing import PlugInContract
 
 class Negative(type(SOUND.planner)):
-    def memory(self, problem, parameters, tasks):
+    def memory(self, job):
         return -1
 
 class TestNegative(PlugInContract):
-    plug_in = replace(SOUND, planner=Negative())
+    plug_ins = (replace(SOUND, planner=Negative(), samples=Samples()),)
 """
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.breadth_first.styles.probes import PROBES
-from codesign.planners.plug_in import PlugIn
+from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 
 
@@ -21,4 +21,5 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=_reproduce,
+    samples=Samples(parameters=({}, {"micro_architecture": "pipelined"})),
 )

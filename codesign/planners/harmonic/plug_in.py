@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
-from codesign.planners.plug_in import PlugIn
+from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 
 
@@ -21,4 +21,11 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=_reproduce,
+    samples=Samples(
+        parameters=(
+            {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)},
+            {"blocks": (3, 2), "iterations": 1, "schedule": (9, 40), "termination": "published"},
+            {"blocks": (1, 1), "iterations": 40, "schedule": (70,), "stop": "schedule_end"},
+        )
+    ),
 )

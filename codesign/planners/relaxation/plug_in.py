@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn
+from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.relaxation.styles.probes import PROBES
@@ -21,4 +21,11 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=_reproduce,
+    samples=Samples(
+        parameters=(
+            {"method": "sor", "omega": 1.8, "tolerance": 1e-9},
+            {"method": "mam", "omega": 1.7, "r": 1.5},
+            {"method": "direct"},
+        )
+    ),
 )

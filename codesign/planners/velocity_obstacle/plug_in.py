@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn
+from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 from codesign.planners.velocity_obstacle.styles import ARCHITECTURES
@@ -18,4 +18,8 @@ PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     reproduce=_reproduce,
+    samples=Samples(
+        parameters=({}, {"updates": 40}),
+        problems=[{"robots": {"count": count, "arrangement": "circle"}} for count in (4, 5)],
+    ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from codesign.planners.plug_in import PlugIn
+from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
@@ -21,4 +21,5 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=_reproduce,
+    samples=Samples(parameters=({}, {"stop": "starts"}, {"paths": "safe", "tile": (8, 8)})),
 )

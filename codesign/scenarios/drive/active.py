@@ -72,7 +72,7 @@ class ActivePlan:
             RunError: the planner gives no path.
         """
         with planner_code(self._planner):
-            given, arrives = self._planner.way(self.answer.problem, self.answer.plan, position)
+            given, arrives = self._planner.path_from(self.answer.problem, self.answer.plan, position)
             points = np.asarray(given, np.float64)
             if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
                 raise ValueError("its way is not n × 2 finite numbers, n at least 1")

@@ -15,6 +15,7 @@ from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.maps import nearest_free
 from codesign.planners.interface import LOWER_BOUND, Planner, Problem
+from codesign.planners.job import Job
 from codesign.scenarios.drive.tasks import drive_of, resolution_of, robot_name, robot_of, robots_of
 from codesign.system.assemble import kinematics_of, refused, sensor_of
 
@@ -184,7 +185,7 @@ def _random(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
 
 def _planner(workload: Workload, planner: Planner, problem: Problem) -> list[Fault]:
     """What keeps the planner, as it is mapped, from leading a robot."""
-    wrong = planner.check_drive(problem, workload.mapping[planner.planning_task].parameters)
+    wrong = planner.check_drive(Job(problem, workload.mapping[planner.planning_task].parameters))
     if wrong is None:
         return []
     key, what, hint = wrong

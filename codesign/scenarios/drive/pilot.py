@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from codesign.components.command import Command
@@ -66,7 +66,7 @@ class Pilot:
         self._graph = graph
         self._pose = next((flow for flow in graph.flows if flow.name == POSE), None)
         self._steps: tuple[ActivePlan, list[Step]] | None = None
-        horizon = planner.horizon(machine.system.planning)
+        horizon = planner.horizon(machine.system.job)
         self._lookahead = self._reach() if horizon is None else min(self._reach(), float(horizon))
         self._begun = False
         self._unsent = 0
@@ -156,8 +156,8 @@ class Pilot:
             system = self.machine.system
             style = system.placement.styles[task]
             answer = active.answer
-            steps = [*style.again(answer.problem, system.planning, answer.plan, look.position)]
-            self._steps = active, steps
+            job = replace(system.job, problem=answer.problem, plan=answer.plan, position=look.position)
+            self._steps = active, [*style.again(job)]
         yield from self._steps[1]
 
     def _judge(self, update: Update, sight: Sight) -> None:

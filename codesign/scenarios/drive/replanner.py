@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import simpy
@@ -241,9 +242,10 @@ class Replanner:
         free = scene.belief.planning_free(here)
         problem = Problem(free=free, goals=tuple(goals), starts=(here,), resolution=scene.resolution)
         with planner_code(system.planner):
-            if not system.planner.reachable(problem, system.planning)[here]:
+            job = replace(system.job, problem=problem)
+            if not system.planner.reachable(job)[here]:
                 return f"no way leads from {here} to a goal in what the robot knows"
-            wrong = system.planner.check(problem, system.planning)
+            wrong = system.planner.check(job)
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 
     def _refuse(self, request: Request, why: str) -> None:

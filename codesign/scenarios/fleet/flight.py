@@ -59,7 +59,7 @@ class _Run:
         system = machine.system
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
-        work: Updates | None = system.architecture.updates(system.problem, system.planning)
+        work: Updates | None = system.architecture.updates(system.job)
         assert work is not None, "faults_on refuses a style that plans for one robot only"
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
@@ -67,7 +67,7 @@ class _Run:
         problem: Any = system.problem
         assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
         self.trace = FleetTrace(machine, self.work, problem)
-        own = machine.planner
+        own = machine.planning_component
         self.fpgas: tuple[Fpga, ...] = (
             own,
             *(
@@ -114,7 +114,7 @@ class _Run:
         system = self.machine.system
         self.trace.begin()
         try:
-            for flow in system.planner.flows(system.problem, system.planning):
+            for flow in system.planner.flows(system.job):
                 if (flow.sender, flow.receiver) == (LOAD, system.planner.planning_task):
                     yield from self.machine.carry(flow)
         except LostMessageError as lost:

@@ -31,7 +31,7 @@ class FleetScenario(Scenario):
 
     def faults_on(self, draft: Draft) -> list[Fault]:
         """A style that plans for one robot only."""
-        if draft.architecture.updates(draft.problem, draft.planning) is not None:
+        if draft.architecture.updates(draft.job) is not None:
             return []
         text = f"style {draft.architecture.style} does not say what each robot takes for an update"
         hint = "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once"

@@ -16,11 +16,19 @@ from pydantic import ValidationError
 
 from codesign import maps
 from codesign.errors import InputError, MapError
-from codesign.planners.breadth_first.plan import EAST, NEIGHBOURS, WEST, Search, search, search_nearest
+from codesign.planners.breadth_first.plan import (
+    EAST,
+    NEIGHBOURS,
+    WEST,
+    BreadthFirstPlan,
+    search,
+    search_nearest,
+)
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import mark_path, trail
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 
 REAL_MAPS = SHARED / "maps" / "movingai"
 
@@ -198,7 +206,7 @@ def problem() -> Problem:
 
 
 def test_quality_is_of_a_search_from_each_start(problem: Problem) -> None:
-    plan = PLANNER.plan(problem, SearchParameters())
+    plan = PLANNER.plan(Job(problem, SearchParameters()))
     quality = PLANNER.quality(problem, plan)
     assert (quality.starts, quality.starts_arrived) == (3, 3)
     steps = [
@@ -223,7 +231,7 @@ def test_a_start_without_a_way_has_not_arrived() -> None:
     free = np.ones((3, 5), np.bool_)
     free[:, 2] = False
     lost = Problem(free, ((0, 4),), ((0, 0), (2, 4)))
-    plan = PLANNER.plan(lost, SearchParameters())
+    plan = PLANNER.plan(Job(lost, SearchParameters()))
     assert PLANNER.figures(plan)["details"] == {
         "answer": "no solution",
         "popped_cells": 6,
@@ -239,7 +247,7 @@ def test_a_start_without_a_way_has_not_arrived() -> None:
 
 
 def test_trajectory_is_the_path(problem: Problem) -> None:
-    plan = PLANNER.plan(problem, SearchParameters())
+    plan = PLANNER.plan(Job(problem, SearchParameters()))
     for start in problem.starts:
         points, arrived = PLANNER.trajectory(problem, plan, start)
         assert arrived
@@ -248,32 +256,32 @@ def test_trajectory_is_the_path(problem: Problem) -> None:
 
 
 def test_identity_is_that_of_the_answer(problem: Problem) -> None:
-    plan = PLANNER.plan(problem, SearchParameters())
-    assert isinstance(pickle.loads(pickle.dumps(plan)), Search)
+    plan = PLANNER.plan(Job(problem, SearchParameters()))
+    assert isinstance(pickle.loads(pickle.dumps(plan)), BreadthFirstPlan)
     assert PLANNER.identity(pickle.loads(pickle.dumps(plan))) == PLANNER.identity(plan)
     free = problem.free.copy()
     free[2, 4] = False
-    other = PLANNER.plan(Problem(free, problem.goals, problem.starts), SearchParameters())
+    other = PLANNER.plan(Job(Problem(free, problem.goals, problem.starts), SearchParameters()))
     assert PLANNER.identity(other) != PLANNER.identity(plan)
 
 
 def test_flows_are_the_map_the_directions_and_the_path(problem: Problem) -> None:
-    flows = {(flow.sender, flow.receiver): flow for flow in PLANNER.flows(problem, SearchParameters())}
+    flows = {(flow.sender, flow.receiver): flow for flow in PLANNER.flows(Job(problem, SearchParameters()))}
     steps = search(problem.free, problem.starts[0], (2, 2)).path_steps
     assert steps is not None
     assert flows["load", "search"].bits == flows["search", "track"].bits == 2 * 24 * 32
     assert flows["track", "command"].bits == 2 * steps
     still = Problem(problem.free, (problem.starts[0],), problem.starts[:1])
-    assert PLANNER.flows(still, SearchParameters())[-1].bits == 2, "a path of no step is told too"
+    assert PLANNER.flows(Job(still, SearchParameters()))[-1].bits == 2, "a path of no step is told too"
 
 
 def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
-    plan = PLANNER.plan(problem, SearchParameters())
+    plan = PLANNER.plan(Job(problem, SearchParameters()))
     on_path = {tuple(cell) for cell in plan.path.tolist()}
     shortest = maps.distance_steps(problem.free, [plan.start])
     known = 0
     for cell in map(tuple, np.argwhere(problem.free).tolist()):
-        points, arrived = PLANNER.way(problem, plan, (float(cell[0]), float(cell[1])))
+        points, arrived = PLANNER.path_from(problem, plan, (float(cell[0]), float(cell[1])))
         came = plan.directions[cell] >= 0 or cell == plan.start
         assert arrived == came
         if not arrived:
@@ -294,12 +302,12 @@ def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
 
 def test_a_problem_without_start_is_refused(problem: Problem) -> None:
     nowhere = Problem(problem.free, problem.goals, ())
-    assert PLANNER.check(problem, SearchParameters()) is None
-    refused = PLANNER.check(nowhere, SearchParameters())
+    assert PLANNER.check(Job(problem, SearchParameters())) is None
+    refused = PLANNER.check(Job(nowhere, SearchParameters()))
     assert refused is not None
     assert "no start" in refused[1]
     with pytest.raises(InputError, match="no start"):
-        PLANNER.plan(nowhere, SearchParameters())
+        PLANNER.plan(Job(nowhere, SearchParameters()))
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,10 @@ from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.breadth_first.plan import search
 from codesign.planners.breadth_first.plan.parameters import (
-    Display,
     MemoryPlace,
     MicroArchitecture,
     SearchParameters,
+    VgaController,
 )
 from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS
@@ -31,6 +31,7 @@ from codesign.planners.breadth_first.styles.software import (
 )
 from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Bound, Demand
 
 MACHINE = StateMachine()
@@ -74,7 +75,7 @@ def bound(demand: Demand, name: str) -> Bound:
 )
 def test_cycles_are_the_law(problem: Problem, micro_architecture: str, b: int) -> None:
     parameters = SearchParameters(micro_architecture=micro_architecture)  # type: ignore[arg-type]
-    phases, _, plan = drained(MACHINE.work(problem, parameters))
+    phases, _, plan = drained(MACHINE.work(Job(problem, parameters)))
     assert plan.reached
     law = problem.free.size + b * (plan.popped_cells - 1) + 2 * (plan.path_steps + 1) + timing.CONSTANT
     assert sum(phases.values()) == law
@@ -86,24 +87,24 @@ def test_cycles_are_the_law(problem: Problem, micro_architecture: str, b: int) -
 
 def test_a_corridor_by_hand() -> None:
     # 8 cells: Init 8 + 1; 7 expansions of 14 and 3 around them; 8 path cells of 2 and 2.
-    phases, _, _ = drained(MACHINE.work(empty(1, 8), SearchParameters()))
+    phases, _, _ = drained(MACHINE.work(Job(empty(1, 8), SearchParameters())))
     assert phases == {"init": 9, "bf": 7 * 14 + 3, "path": 18}
 
 
 def test_without_a_way_every_cell_is_expanded_and_nothing_marked() -> None:
     free = np.ones((3, 5), np.bool_)
     free[:, 2] = False
-    phases, _, plan = drained(MACHINE.work(Problem(free, ((0, 4),), ((0, 0),)), SearchParameters()))
+    phases, _, plan = drained(MACHINE.work(Job(Problem(free, ((0, 4),), ((0, 0),)), SearchParameters())))
     assert not plan.reached
     assert phases == {"init": 16, "bf": 6 * 14 + 3}
 
 
 @pytest.mark.parametrize("place", ["process_external", "external"])
 def test_external_memory_costs_its_accesses(problem: Problem, place: str) -> None:
-    inside = SearchParameters(display=Display.NONE)
-    outside = SearchParameters(display=Display.NONE, memory=place, external_cycles=20)  # type: ignore[arg-type]
-    near, _, plan = drained(MACHINE.work(problem, inside))
-    far, _, _ = drained(MACHINE.work(problem, outside))
+    inside = SearchParameters(display=VgaController.NONE)
+    outside = SearchParameters(display=VgaController.NONE, memory=place, external_cycles=20)  # type: ignore[arg-type]
+    near, _, plan = drained(MACHINE.work(Job(problem, inside)))
+    far, _, _ = drained(MACHINE.work(Job(problem, outside)))
     # The pushes of the goal's ring that the search never got to expand are pushes all the same.
     pushed, popped = plan.pushed_cells - 1, plan.popped_cells - 1
     accesses = {
@@ -138,15 +139,15 @@ def test_pushes_belong_to_the_pop_that_made_them(problem: Problem) -> None:
 def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str, memory: str) -> None:
     parameters = SearchParameters(memory=memory)  # type: ignore[arg-type]
     memo = Memo()
-    fine, told, plan = drained(BY_STYLE[style].work(problem, parameters, detail=True))
-    first, _, _ = drained(BY_STYLE[style].work(problem, parameters, memo=memo, detail=False))
-    second, _, again = drained(BY_STYLE[style].work(problem, parameters, memo=memo, detail=False))
+    fine, told, plan = drained(BY_STYLE[style].work(Job(problem, parameters, detail=True)))
+    first, _, _ = drained(BY_STYLE[style].work(Job(problem, parameters, memo=memo, detail=False)))
+    second, _, again = drained(BY_STYLE[style].work(Job(problem, parameters, memo=memo, detail=False)))
     assert fine == first == second
     assert memo.hits == 1
     assert (
         PLANNER.identity(plan)
         == PLANNER.identity(again)
-        == PLANNER.identity(PLANNER.plan(problem, parameters))
+        == PLANNER.identity(PLANNER.plan(Job(problem, parameters)))
     )
     assert all(int(step.cycles.min()) >= 1 for step in told)
     records = [step.record(10, 20, "fpga") for step in told]
@@ -155,33 +156,34 @@ def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str,
 
 
 def test_large_searches_come_in_batches() -> None:
-    _, told, plan = drained(MACHINE.work(empty(300, 300), SearchParameters()))
+    _, told, plan = drained(MACHINE.work(Job(empty(300, 300), SearchParameters())))
     units = [len(step.cycles) for step in told if step.phase == "bf"]
     assert units == [1 << 16, plan.popped_cells - (1 << 16)]
 
 
 @pytest.mark.parametrize(("side", "count"), [(30, 3), (100, 18), (256, 80), (257, 320)])
 def test_block_rams_are_those_of_the_rtl(part: Part, side: int, count: int) -> None:
-    demand = MACHINE.demand(empty(side, side), SearchParameters(), part)
+    demand = MACHINE.demand(Job(empty(side, side), SearchParameters(), part=part))
     assert demand.total("block_rams") == count
 
 
 def test_logic_is_within_the_synthesised_range(part: Part) -> None:
     small, large = (
-        MACHINE.demand(empty(side, side), SearchParameters(display=Display.NONE), part) for side in (30, 100)
+        MACHINE.demand(Job(empty(side, side), SearchParameters(display=VgaController.NONE), part=part))
+        for side in (30, 100)
     )
     assert 202 <= small.total("lut4") <= 216
     assert 268 <= large.total("lut4") <= 274
     assert 99 <= large.total("flip_flops") <= 111
-    with_display = MACHINE.demand(empty(100, 100), SearchParameters(), part)
+    with_display = MACHINE.demand(Job(empty(100, 100), SearchParameters(), part=part))
     assert with_display.total("lut4") > large.total("lut4")
     assert with_display.total("block_rams") == large.total("block_rams")
-    copied = MACHINE.demand(empty(100, 100), SearchParameters(display=Display.COPY), part)
+    copied = MACHINE.demand(Job(empty(100, 100), SearchParameters(display=VgaController.COPY), part=part))
     assert copied.total("block_rams") == large.total("block_rams") + 2
 
 
 def test_a_map_larger_than_the_part_says_what_would_mend_it(part: Part) -> None:
-    demand = MACHINE.demand(empty(300, 300), SearchParameters(), part)
+    demand = MACHINE.demand(Job(empty(300, 300), SearchParameters(), part=part))
     budget = part.resources["block_rams"].value
     assert demand.total("block_rams") > budget
     levers = {lever.parameter: lever.advice for lever in reversed(demand.levers["block_rams"])}
@@ -190,18 +192,20 @@ def test_a_map_larger_than_the_part_says_what_would_mend_it(part: Part) -> None:
     # 32 for the cells, 32 for the directions: 72 are left, and 65,536 words of 18 bits take 64.
     assert levers["search.queue_words"].startswith("at most 65,536 words")
     mended = SearchParameters(queue_words=65_536)
-    assert MACHINE.demand(empty(300, 300), mended, part).total("block_rams") <= budget
-    assert MACHINE.demand(empty(256, 256), SearchParameters(), part).levers == {}
+    assert MACHINE.demand(Job(empty(300, 300), mended, part=part)).total("block_rams") <= budget
+    assert MACHINE.demand(Job(empty(256, 256), SearchParameters(), part=part)).levers == {}
 
 
 def test_a_queue_too_short_is_refused_with_the_words_it_needs(part: Part, problem: Problem) -> None:
-    depth = PLANNER.plan(problem, SearchParameters()).queue_depth
+    depth = PLANNER.plan(Job(problem, SearchParameters())).queue_depth
     short = bound(
-        MACHINE.demand(problem, SearchParameters(queue_words=depth - 1), part), "words of the queue"
+        MACHINE.demand(Job(problem, SearchParameters(queue_words=depth - 1), part=part)), "words of the queue"
     )
     assert short.demand > short.limit
     assert f"at least {depth}" in short.levers[0].advice
-    enough = bound(MACHINE.demand(problem, SearchParameters(queue_words=depth), part), "words of the queue")
+    enough = bound(
+        MACHINE.demand(Job(problem, SearchParameters(queue_words=depth), part=part)), "words of the queue"
+    )
     assert enough.demand <= enough.limit
 
 
@@ -219,16 +223,16 @@ def test_two_ports_are_shared(
     part: Part, problem: Problem, micro_architecture: str, display: str, fits: bool
 ) -> None:
     parameters = SearchParameters(micro_architecture=micro_architecture, display=display)  # type: ignore[arg-type]
-    ports = bound(MACHINE.demand(problem, parameters, part), "ports of the cells' block RAM")
+    ports = bound(MACHINE.demand(Job(problem, parameters, part=part)), "ports of the cells' block RAM")
     assert (ports.demand <= ports.limit) == fits
     # A display is a component of its own: its address is in the bound, not in the steps.
-    most = max(step.ram_addresses for step in drained(MACHINE.work(problem, parameters))[1])
+    most = max(step.ram_addresses for step in drained(MACHINE.work(Job(problem, parameters)))[1])
     assert most + (display == "shared") == ports.demand
 
 
 def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem) -> None:
     ports = bound(
-        MACHINE.demand(problem, SearchParameters(memory=MemoryPlace.EXTERNAL), part),
+        MACHINE.demand(Job(problem, SearchParameters(memory=MemoryPlace.EXTERNAL), part=part)),
         "ports of the cells' block RAM",
     )
     assert ports.demand > ports.limit
@@ -236,25 +240,29 @@ def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem)
 
 
 def test_a_map_larger_than_the_screen(part: Part) -> None:
-    demand = MACHINE.demand(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part)
+    demand = MACHINE.demand(
+        Job(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part=part)
+    )
     for name in ("rows on the screen", "columns on the screen"):
         assert bound(demand, name).demand > bound(demand, name).limit
-    alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=Display.NONE)
-    assert MACHINE.demand(empty(601, 401), alone, part).bounds == ()
-    assert MACHINE.memory(empty(601, 401), alone) is None
+    alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=VgaController.NONE)
+    assert MACHINE.demand(Job(empty(601, 401), alone, part=part)).bounds == ()
+    assert MACHINE.memory(Job(empty(601, 401), alone)) is None
 
 
 def test_clock_is_the_published_one_or_that_of_the_block_ram(part: Part, problem: Problem) -> None:
-    limit = MACHINE.clock_limit(problem, SearchParameters(), part)
+    limit = MACHINE.clock_limit(Job(problem, SearchParameters(), part=part))
     assert (limit.value, limit.status) == (185e6, Status.PUBLISHED)
     slow = part.model_copy(update={"block_ram_clock": load_part("XC3S500E-4").block_ram_clock})
-    assert MACHINE.clock_limit(problem, SearchParameters(), slow).status is Status.PUBLISHED
-    other = MACHINE.clock_limit(problem, SearchParameters(), load_part("XC3S500E-4"))
+    assert MACHINE.clock_limit(Job(problem, SearchParameters(), part=slow)).status is Status.PUBLISHED
+    other = MACHINE.clock_limit(Job(problem, SearchParameters(), part=load_part("XC3S500E-4")))
     assert (other.value, other.status) == (185e6, Status.ASSUMED)
 
 
 def test_power_grows_with_clock_and_memory(part: Part) -> None:
-    small, large = (MACHINE.demand(empty(side, side), SearchParameters(), part) for side in (30, 100))
+    small, large = (
+        MACHINE.demand(Job(empty(side, side), SearchParameters(), part=part)) for side in (30, 100)
+    )
     static, dynamic = MACHINE.power(large, 120_000_000, part)
     assert static == part.static_power
     assert MACHINE.power(large, 240_000_000, part)[1].value == pytest.approx(2 * dynamic.value)
@@ -263,9 +271,9 @@ def test_power_grows_with_clock_and_memory(part: Part) -> None:
 
 
 def test_software_counts_popped_cells(problem: Problem) -> None:
-    popped = PLANNER.plan(problem, SearchParameters()).popped_cells
+    popped = PLANNER.plan(Job(problem, SearchParameters())).popped_cells
     for style, kernel in (("software", "breadth_first_cell"), ("software_java", "breadth_first_java_cell")):
-        phases, _, _ = drained(BY_STYLE[style].work(problem, SearchParameters()))
+        phases, _, _ = drained(BY_STYLE[style].work(Job(problem, SearchParameters())))
         assert phases == {"bf": popped}
         assert BY_STYLE[style].kernel == kernel
 
@@ -275,15 +283,15 @@ def test_java_meets_its_wall_between_100_and_200() -> None:
     assert pytest.approx(1677.7, abs=0.1) == JAVA_BYTES_A_CELL_LOW
     assert pytest.approx(6710.9, abs=0.1) == JAVA_BYTES_A_CELL_HIGH
     java, compiled = BY_STYLE["software_java"], BY_STYLE["software"]
-    wall = java.demand(empty(200, 200), SearchParameters(), None).bounds  # type: ignore[arg-type]
+    wall = java.demand(Job(empty(200, 200), SearchParameters(), part=None)).bounds  # type: ignore[arg-type]
     assert [one.name for one in wall] == ["heap of the Java program"]
-    assert compiled.demand(empty(200, 200), SearchParameters(), None).bounds == ()  # type: ignore[arg-type]
+    assert compiled.demand(Job(empty(200, 200), SearchParameters(), part=None)).bounds == ()  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("style", ["software", "software_java"])
 def test_software_has_no_law_of_clock_or_power(problem: Problem, style: str, part: Part) -> None:
     with pytest.raises(InputError):
-        BY_STYLE[style].clock_limit(problem, SearchParameters(), part)
+        BY_STYLE[style].clock_limit(Job(problem, SearchParameters(), part=part))
     with pytest.raises(InputError):
         BY_STYLE[style].power(Demand(()), 1, part)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from reference_harmonic import relax_reference
+from reference_harmonic import exact_direction, relax_reference
 
 from codesign.errors import CodesignError, InputError, MapError
 from codesign.planners.harmonic.plan import Field
@@ -15,7 +15,6 @@ from codesign.planners.harmonic.plan.decision import (
     Rule,
     best_neighbours,
     directions,
-    exact_direction,
     local_maxima,
 )
 from codesign.planners.harmonic.plan.trajectory import share_reaching_goal

@@ -8,12 +8,13 @@ import pytest
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 
 
 def refused(blocks: tuple[int, int], shape: tuple[int, int]) -> tuple[str, str] | None:
     free = np.ones(shape, dtype=np.bool_)
     problem = Problem(free=free, goals=((0, 0),), starts=((0, 1),), resolution=None)
-    return PLANNER.check(problem, RelaxParameters(blocks=blocks, iterations=6, schedule=(7,)))
+    return PLANNER.check(Job(problem, RelaxParameters(blocks=blocks, iterations=6, schedule=(7,))))
 
 
 def test_more_blocks_than_equal_blocks_can_make_are_refused_with_what_they_make() -> None:

@@ -25,6 +25,7 @@ from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES, resour
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.harmonic.styles.steps import remaining_precisions
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Exchange
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
@@ -61,9 +62,9 @@ def before_and_after(seed: int = 5, new: int = 4) -> tuple[Problem, Problem]:
 @pytest.mark.parametrize("detail", [True, False])
 def test_detection_elsewhere_is_a_round_trip_a_sweep(style: Any, detail: bool) -> None:
     _, problem = before_and_after()
-    whole, plan = drain(style.work(problem, PARAMETERS))
+    whole, plan = drain(style.work(Job(problem, PARAMETERS)))
     apart = frozenset({"relax", "decide"})
-    steps, again = drain(style.work(problem, PARAMETERS, inside=apart, detail=detail))
+    steps, again = drain(style.work(Job(problem, PARAMETERS, inside=apart, detail=detail)))
     exchanges = [step for step in steps if isinstance(step, Exchange)]
     assert len(exchanges) == plan.total_sweeps
     assert {(each.to, each.bits, each.answer_bits) for each in exchanges} == {("detect", 1, 1)}
@@ -95,8 +96,8 @@ def test_a_bound_has_the_bits_of_a_restart_that_runs_its_schedule_to_the_end() -
     bound = warm_start(problem.free, problem.goals, 63)
     for stop, same in (("schedule_end", True), ("first_without_local_maxima", False)):
         asked = parameters.model_copy(update={"stop": Stop(stop)})
-        _, restart = drain(BIT_SERIAL.work(problem, asked))
-        _, warm = drain(BIT_SERIAL.work(problem, asked, start=bound))
+        _, restart = drain(BIT_SERIAL.work(Job(problem, asked)))
+        _, warm = drain(BIT_SERIAL.work(Job(problem, asked, start=bound)))
         assert (warm.field == restart.field) is same
         assert (restart.precision, warm.precision) == (63 if same else 50, 63)
         assert len(warm.stages) == 1
@@ -117,10 +118,10 @@ def test_what_each_start_costs_to_bring_in() -> None:
             warm_start(problem.free, problem.goals, 40),
             cells + resources.cluster_count(rows, columns) * blocks * 41,
         ),
-        "old": (PLANNER.plan(old, PARAMETERS).field, cells),
+        "old": (PLANNER.plan(Job(old, PARAMETERS)).field, cells),
     }
     for start, expected in starts.values():
-        steps, _ = drain(BIT_SERIAL.work(problem, PARAMETERS, start=start))
+        steps, _ = drain(BIT_SERIAL.work(Job(problem, PARAMETERS, start=start)))
         assert cycles(steps, "load") == expected
 
 
@@ -155,20 +156,20 @@ def test_old_values_stay_above_and_wrong_cells_are_counted(seed: int, new: int, 
 @pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
 def test_old_values_lead_to_the_same_bits_where_obstacles_have_gone(style: Any) -> None:
     after, before = before_and_after(seed=3, new=9)
-    old = PLANNER.plan(before, PARAMETERS)
-    _, plan = drain(style.work(after, PARAMETERS, start=old.field))
-    assert plan.field == PLANNER.plan(after, PARAMETERS).field
+    old = PLANNER.plan(Job(before, PARAMETERS))
+    _, plan = drain(style.work(Job(after, PARAMETERS, start=old.field)))
+    assert plan.field == PLANNER.plan(Job(after, PARAMETERS)).field
     assert PLANNER.quality(after, plan).wrong_cells == 0
 
 
 def test_wrong_cells_of_a_field_from_above_are_not_overlooked() -> None:
     old, problem = before_and_after(seed=2, new=8)
-    plan = PLANNER.plan(old, PARAMETERS)
-    _, above = drain(BIT_SERIAL.work(problem, PARAMETERS, start=plan.field))
+    plan = PLANNER.plan(Job(old, PARAMETERS))
+    _, above = drain(BIT_SERIAL.work(Job(problem, PARAMETERS, start=plan.field)))
     quality = PLANNER.quality(problem, above)
     assert quality.wrong_cells == wrong_cells(problem, above.field, from_below=False)
     assert quality.wrong_cells > 0
-    assert PLANNER.quality(problem, PLANNER.plan(problem, PARAMETERS)).wrong_cells == 0
+    assert PLANNER.quality(problem, PLANNER.plan(Job(problem, PARAMETERS))).wrong_cells == 0
 
 
 def chessboard() -> tuple[Problem, Field]:
@@ -184,7 +185,7 @@ def chessboard() -> tuple[Problem, Field]:
 def test_values_that_never_settle_are_a_plan_with_a_fault(detail: bool) -> None:
     problem, start = chessboard()
     parameters = RelaxParameters(blocks=(1, 1), iterations=1, schedule=(4, 9), stop="schedule_end")
-    steps, plan = drain(BIT_SERIAL.work(problem, parameters, start=start, detail=detail, memo=Memo()))
+    steps, plan = drain(BIT_SERIAL.work(Job(problem, parameters, start=start, detail=detail, memo=Memo())))
     assert "never settle" in plan.fault
     assert plan.precision == 4, "no further stage is begun"
     assert cycles(steps, "relax") > 0
@@ -213,31 +214,35 @@ def test_a_lower_bound_says_that_it_is_one() -> None:
     _, problem = before_and_after()
     bound = pickle.loads(pickle.dumps(warm_start(problem.free, problem.goals, 40)))
     assert isinstance(bound, LowerBound)
-    _, plan = drain(SOFTWARE.work(problem, PARAMETERS, start=bound))
+    _, plan = drain(SOFTWARE.work(Job(problem, PARAMETERS, start=bound)))
     assert plan.from_below
     assert PLANNER.quality(problem, plan).wrong_cells == 0
 
 
 def test_a_decision_by_itself_costs_what_it_does_inside() -> None:
     _, problem = before_and_after()
-    steps, plan = drain(BIT_SERIAL.work(problem, PARAMETERS))
-    alone, way = drain(TASKS["decide", "fpga"].steps(problem, PARAMETERS, plan, (20.0, 20.0)))
+    steps, plan = drain(BIT_SERIAL.work(Job(problem, PARAMETERS)))
+    alone, way = drain(
+        TASKS["decide", "fpga"].steps(Job(problem, PARAMETERS, plan=plan, position=(20.0, 20.0)))
+    )
     assert cycles(alone) == cycles(steps, "decide") == timing.decision_cycles(40)
     assert way[0][0].tolist() == [20.0, 20.0]
     fine = PARAMETERS.model_copy(update={"schedule": (70,)})
-    fine_plan = PLANNER.plan(problem, fine)
+    fine_plan = PLANNER.plan(Job(problem, fine))
     for chosen, limbs in ((plan, 1), (fine_plan, 2)):
-        host, _ = drain(TASKS["decide", "processor"].steps(problem, fine, chosen, (20.0, 20.0)))
+        host, _ = drain(
+            TASKS["decide", "processor"].steps(Job(problem, fine, plan=chosen, position=(20.0, 20.0)))
+        )
         assert cycles(host) == limbs
 
 
 def test_the_decision_module_holds_the_field_beside_it() -> None:
     problem, _ = before_and_after()
     part = load_platform("virtex4-pci").components["fpga"].chip  # type: ignore[union-attr]
-    demand = TASKS["decide", "fpga"].demand(problem, PARAMETERS, part)
+    demand = TASKS["decide", "fpga"].demand(Job(problem, PARAMETERS, part=part))
     assert demand.total("slices") == 3 * 40 + 682
     assert demand.total("block_rams") == -(-24 * 32 * 41 // (1024 * 18))
-    limit = TASKS["decide", "fpga"].clock_limit(problem, PARAMETERS, part)
+    limit = TASKS["decide", "fpga"].clock_limit(Job(problem, PARAMETERS, part=part))
     assert limit.value == 150e6
     static, dynamic = TASKS["decide", "fpga"].power(demand, 100_000_000, part)
     assert static.value == part.static_power.value
@@ -246,8 +251,8 @@ def test_the_decision_module_holds_the_field_beside_it() -> None:
 
 def test_software_goes_on_in_units_of_its_kernel() -> None:
     old, problem = before_and_after()
-    plan = PLANNER.plan(old, PARAMETERS)
-    steps, after = drain(SOFTWARE.work(problem, PARAMETERS, start=plan.field))
+    plan = PLANNER.plan(Job(old, PARAMETERS))
+    steps, after = drain(SOFTWARE.work(Job(problem, PARAMETERS, start=plan.field)))
     cells = block_cells((problem.rows, problem.columns), PARAMETERS.block_shape(24, 32))
     seen = relax(
         problem.free,

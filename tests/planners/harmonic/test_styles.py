@@ -21,6 +21,7 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
 from codesign.planners.harmonic.styles.software import block_cells, limbs
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import RESOURCES, Step
 from codesign.records import StageRecord, VisitsRecord
 
@@ -65,7 +66,7 @@ def test_node_array_is_exact_on_tables_1_and_3_and_within_half_a_percent_on_tabl
         assert resources.NODE_FLIP_FLOPS * table.nodes == table.flip_flops
         assert resources.NODE_LUT4 * table.nodes == pytest.approx(table.lut4, rel=0.006)
         assert resources.NODE_SLICES * table.nodes == pytest.approx(table.slices, rel=0.005)
-    demand = BIT_SERIAL.demand(problem(96, 192), parameters((48, 96), 63), part("XC4VLX160"))
+    demand = BIT_SERIAL.demand(Job(problem(96, 192), parameters((48, 96), 63), part=part("XC4VLX160")))
     array = {
         kind: sum(
             item.amount
@@ -78,7 +79,7 @@ def test_node_array_is_exact_on_tables_1_and_3_and_within_half_a_percent_on_tabl
 
 
 def test_whole_design_of_section_5_4() -> None:
-    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), part("XC2V6000"))
+    demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=part("XC2V6000")))
     assert demand.total("block_rams") == 132 + 12
     assert demand.total("slices") / 33_792 == pytest.approx(0.994, abs=0.0005)
     assert {item.name: item.amount for item in demand.items if item.resource == "slices"}[
@@ -91,7 +92,7 @@ def test_whole_design_of_section_5_4() -> None:
 
 @pytest.mark.parametrize(("last", "fits"), [(63, True), (64, False)])
 def test_sixteen_blocks_hold_63_bits_and_a_flag_but_not_64(last: int, fits: bool) -> None:
-    demand = BIT_SERIAL.demand(problem(192, 384), parameters((48, 96), last), part("XC4VLX160"))
+    demand = BIT_SERIAL.demand(Job(problem(192, 384), parameters((48, 96), last), part=part("XC4VLX160")))
     (depth,) = demand.bounds
     assert (depth.demand <= depth.limit) is fits
     assert demand.total("slices") <= 67_584
@@ -114,8 +115,8 @@ def test_demand_never_falls_as_block_or_precision_grows(
 def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
     chip, apart = part("XC3S500E"), frozenset({"relax", "detect"})
     task, chosen = problem(30, 30), parameters((15, 15), 255)
-    whole = BIT_SERIAL.demand(task, chosen, chip)
-    left = BIT_SERIAL.demand(task, chosen, chip, inside=apart)
+    whole = BIT_SERIAL.demand(Job(task, chosen, part=chip))
+    left = BIT_SERIAL.demand(Job(task, chosen, part=chip, inside=apart))
     assert whole.total("slices") - left.total("slices") == 3 * 255 + 682
     assert whole.total("slices") > chip.resources["slices"].value >= left.total("slices")
     (advice,) = [lever.advice for lever in whole.levers["slices"] if lever.parameter == "decide.component"]
@@ -124,7 +125,7 @@ def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
     # Without it a larger block fits, and the levers count on that.
     sides_of = {}
     for name, inside in (("whole", None), ("left", apart)):
-        demand = BIT_SERIAL.demand(problem(60, 60), parameters((60, 60), 255), chip, inside=inside)
+        demand = BIT_SERIAL.demand(Job(problem(60, 60), parameters((60, 60), 255), part=chip, inside=inside))
         found = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
         assert not {"decide.component", "relax.schedule"} & set(found)
         sides_of[name] = re.match(r"at most (\d+) × \d+", found["relax.block"])[1]  # type: ignore[index]
@@ -145,7 +146,7 @@ def test_largest_precision_is_the_edge_of_the_word_depth(blocks: int, last: int)
 
 def test_a_part_without_wide_block_ram_holds_no_word() -> None:
     narrow = part("XC2V6000").model_copy(update={"block_ram_shapes": ((2048, 9),)})
-    (depth,) = BIT_SERIAL.demand(problem(36, 66), parameters((36, 66), 7), narrow).bounds
+    (depth,) = BIT_SERIAL.demand(Job(problem(36, 66), parameters((36, 66), 7), part=narrow)).bounds
     assert depth.limit == 0
     assert depth.demand == 8
 
@@ -161,7 +162,7 @@ def test_a_part_without_wide_block_ram_holds_no_word() -> None:
 def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int, map_scale: int) -> None:
     chip = part(name)
     shape = rows * map_scale, columns * map_scale
-    demand = BIT_SERIAL.demand(problem(*shape), parameters((rows, columns), last), chip)
+    demand = BIT_SERIAL.demand(Job(problem(*shape), parameters((rows, columns), last), part=chip))
     short = {kind for kind in RESOURCES if demand.total(kind) > chip.resources[kind].value}
     assert set(demand.levers) == short
     for kind, remedies in demand.levers.items():
@@ -238,7 +239,7 @@ def test_speed_up_at_any_precision_follows_from_100_microseconds(last: int) -> N
 
 
 def drain(style: Any, task: Problem, chosen: RelaxParameters, **how: Any) -> tuple[list[Step], Any]:
-    steps, work = [], style.work(task, chosen, **how)
+    steps, work = [], style.work(Job(task, chosen, **how))
     while True:
         try:
             steps.append(next(work))
@@ -278,7 +279,7 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
 
 
 def test_levers_name_resources_as_the_tables_do() -> None:
-    demand = BIT_SERIAL.demand(problem(96, 96), parameters((96, 96), 63), part("XC3S500E"))
+    demand = BIT_SERIAL.demand(Job(problem(96, 96), parameters((96, 96), 63), part=part("XC3S500E")))
     told = {kind: demand.levers[kind][-1].advice for kind in ("lut4", "flip_flops", "block_rams")}
     for kind, word in (("lut4", "LUT4"), ("flip_flops", "flip-flops"), ("block_rams", "block RAMs")):
         assert told[kind] == f"take one with at least {demand.total(kind):,} {word}"
@@ -304,7 +305,7 @@ def test_plan_of_every_style_is_the_planner_s() -> None:
 
     task = Problem(MAZE, ((0, 0),), ())
     chosen = RelaxParameters(block=(3, 3), iterations=4, schedule=(6, 12, 30))
-    expected = PLANNER.plan(task, chosen)
+    expected = PLANNER.plan(Job(task, chosen))
     for style in ARCHITECTURES:
         _, plan = drain(style, task, chosen)
         assert plan.stages == expected.stages
@@ -345,20 +346,20 @@ def test_software_updates_every_cell_of_a_visited_block() -> None:
     ]
     assert total == [sum(updates.values()), updates[9] + limbs(70) * updates[70]]
     assert limbs(70) == 2
-    assert SOFTWARE.demand(task, whole).items == ()
+    assert SOFTWARE.demand(Job(task, whole)).items == ()
 
 
 def test_software_has_no_clock_and_no_power_law() -> None:
     task, chosen = problem(6, 8), parameters((3, 4), 9)
     with pytest.raises(InputError):
-        SOFTWARE.clock_limit(task, chosen)
+        SOFTWARE.clock_limit(Job(task, chosen))
     with pytest.raises(InputError):
-        SOFTWARE.power(SOFTWARE.demand(task, chosen), 1)
+        SOFTWARE.power(SOFTWARE.demand(Job(task, chosen)), 1, part("XC2V6000"))
 
 
 def test_power_carries_the_intervals_of_the_part() -> None:
     chip = part("XC2V6000")
-    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), chip)
+    demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=chip))
     static, dynamic = BIT_SERIAL.power(demand, 150_000_000, chip)
     assert static == chip.static_power
     assert dynamic.value == pytest.approx(demand.total("slices") * 150e6 * 1.5e-12)
@@ -367,5 +368,5 @@ def test_power_carries_the_intervals_of_the_part() -> None:
 
 
 def test_every_item_says_how_it_is_known() -> None:
-    demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), part("XC2V6000"))
+    demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=part("XC2V6000")))
     assert all(item.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items)

@@ -18,6 +18,7 @@ from reference_relaxation import iterate
 
 from codesign import maps
 from codesign.planners.interface import Problem, Quality
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import PUBLISHED_TOLERANCE, Boundary, End, Method, Search, solve
 from codesign.planners.relaxation.plan.parameters import ACCELERATION, SCALE, RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan
@@ -72,7 +73,7 @@ def lost_cells(free: NDArray[np.bool_], goal: Cell, potential: NDArray[np.float6
 
 def judged(free: NDArray[np.bool_], goal: Cell, **parameters: Any) -> tuple[Plan, Quality]:
     problem = Problem(free, (goal,), ())
-    plan = PLANNER.plan(problem, RelaxParameters.model_validate(parameters))
+    plan = PLANNER.plan(Job(problem, RelaxParameters.model_validate(parameters)))
     return plan, PLANNER.quality(problem, plan)
 
 

@@ -12,7 +12,14 @@ from codesign.planners.relaxation.paper import findings as saudi2016_findings
 from codesign.planners.relaxation.paper import reproduce as saudi2016
 from codesign.planners.relaxation.paper import runs as saudi2016_runs
 from codesign.planners.relaxation.paper.map import GOAL, floor_plan
-from codesign.planners.relaxation.paper.runs import Key, Outcome, run_all, seconds, tabulated, until_followed
+from codesign.planners.relaxation.paper.runs import (
+    Key,
+    MethodRun,
+    run_all,
+    seconds,
+    tabulated,
+    until_followed,
+)
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.reproduction import Use
 from codesign.reproduce import Reproduction
@@ -114,14 +121,14 @@ def test_findings_follow_the_data(reproduction: Reproduction, monkeypatch: pytes
     """With SOR made slow the sentence turns round: no verdict is typed in."""
     monkeypatch.setattr("codesign.planners.relaxation.paper.findings.until_followed", lambda key, most: 30)
     outcomes = {
-        Key(Method.GS): Outcome(50_000, False, 0, 1),
-        Key(Method.AM, 1.97): Outcome(1700, False, 0, 1),
-        Key(Method.MAM, 1.97, 1.92): Outcome(1400, False, 2, 1),
-        Key(Method.SOR, 1.95): Outcome(9000, False, 5, 1),
-        Key(Method.SOR, 1.9): Outcome(9500, False, 0, 1),
-        Key(Method.HALF_SWEEP_AM, 1.95): Outcome(1400, False, 0, 1),
-        Key(Method.DIRECT): Outcome(0, False, 0, 80_000),
-        Key(Method.SOR, 1.95, None, Boundary.HIGH_WALLS): Outcome(3000, False, 0, 1),
+        Key(Method.GS): MethodRun(50_000, False, 0, 1),
+        Key(Method.AM, 1.97): MethodRun(1700, False, 0, 1),
+        Key(Method.MAM, 1.97, 1.92): MethodRun(1400, False, 2, 1),
+        Key(Method.SOR, 1.95): MethodRun(9000, False, 5, 1),
+        Key(Method.SOR, 1.9): MethodRun(9500, False, 0, 1),
+        Key(Method.HALF_SWEEP_AM, 1.95): MethodRun(1400, False, 0, 1),
+        Key(Method.DIRECT): MethodRun(0, False, 0, 80_000),
+        Key(Method.SOR, 1.95, None, Boundary.HIGH_WALLS): MethodRun(3000, False, 0, 1),
     }
     text = "\n".join(saudi2016_findings.findings(reproduction.rows, outcomes, None))
     assert "On the own floor plan plain SOR is not faster than MAM" in text

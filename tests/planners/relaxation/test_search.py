@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from codesign import maps
 from codesign.errors import InputError
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Ending, Search, descend, solve
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
@@ -86,7 +87,7 @@ def test_quality_counts_what_the_search_does() -> None:
     starts = tuple((int(row), int(column)) for row, column in np.argwhere(ROOMS)[5::60])
     problem = Problem(ROOMS, (GOAL,), starts)
     parameters = RelaxParameters(method="am", omega=1.5)
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     quality = PLANNER.quality(problem, plan)
     assert quality.share_reaching_goal == 1.0
     assert quality.local_maxima == 0
@@ -104,12 +105,12 @@ def test_quality_counts_what_the_search_does() -> None:
 
 def test_planner_says_how_the_potential_came_about() -> None:
     problem = Problem(ROOMS, (GOAL,), ())
-    plan = PLANNER.plan(problem, RelaxParameters(method="mam"))
+    plan = PLANNER.plan(Job(problem, RelaxParameters(method="mam")))
     details = PLANNER.figures(plan)["details"]
     assert details["ended"] == "every cell descends"
     assert details["checks"] == details["iterations"] / 10
     assert (details["omega"], details["r"]) == (1.0, 1.0)
     assert details["node_updates"] == 2 * details["iterations"] * (int(ROOMS.sum()) - 1)
-    assert PLANNER.check(problem, RelaxParameters(method="half_sweep_am")) is None
+    assert PLANNER.check(Job(problem, RelaxParameters(method="half_sweep_am"))) is None
     two = Problem(ROOMS, (GOAL, (3, 4)), ())
-    assert PLANNER.check(two, RelaxParameters(method="half_sweep_am")) is not None
+    assert PLANNER.check(Job(two, RelaxParameters(method="half_sweep_am"))) is not None

@@ -13,10 +13,11 @@ from codesign import maps
 from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes, measure_host
 from codesign.errors import InputError, SpecError
 from codesign.figures import Status
-from codesign.inputs import load_platform
+from codesign.inputs import load_part, load_platform
 from codesign.inputs.files import data_folder
 from codesign.inputs.platform import Platform
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.plan import Method
 from codesign.planners.relaxation.plan.parameters import RelaxParameters, settle
@@ -43,7 +44,7 @@ PROBLEM = Problem(ROOMS, ((2, 2),), ((20, 28),))
 
 
 def drained(style: Host, parameters: RelaxParameters, detail: bool) -> tuple[list[Step], Plan]:
-    steps, found = style.work(PROBLEM, parameters, detail=detail), []
+    steps, found = style.work(Job(PROBLEM, parameters, detail=detail)), []
     while True:
         try:
             found.append(next(steps))
@@ -194,13 +195,13 @@ def test_platforms_say_how_many_cores_their_power_is_of() -> None:
 
 def test_software_has_no_law_of_clock_or_power() -> None:
     parameters = RelaxParameters(method="gs")
-    demand = SEQUENTIAL.demand(PROBLEM, parameters)
+    demand = SEQUENTIAL.demand(Job(PROBLEM, parameters))
     assert demand.items == ()
-    assert SEQUENTIAL.memory(PROBLEM, parameters) is None
+    assert SEQUENTIAL.memory(Job(PROBLEM, parameters)) is None
     with pytest.raises(InputError, match="clock"):
-        SEQUENTIAL.clock_limit(PROBLEM, parameters)
+        SEQUENTIAL.clock_limit(Job(PROBLEM, parameters))
     with pytest.raises(InputError, match="power"):
-        SEQUENTIAL.power(demand, 1)
+        SEQUENTIAL.power(demand, 1, load_part("XC2V6000-4"))
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from codesign.errors import InputError
+from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, avoid, generate
 from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed, fraction_bits, least_width
@@ -30,14 +31,14 @@ from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 )
 def test_arrays_too_coarse_and_words_too_narrow(parameters: dict[str, Any], key: str, what: str) -> None:
     problem = generate("circle", 4, seed=1)
-    fault = PLANNER.check(problem, AvoidParameters(**parameters))
+    fault = PLANNER.check(Job(problem, AvoidParameters(**parameters)))
     assert fault is not None
     assert fault[0] == key
     assert what in fault[1]
     with pytest.raises(InputError, match=what):
         avoid(problem, AvoidParameters(**parameters))
     said = int(what.split(maxsplit=1)[0])
-    assert PLANNER.check(problem, AvoidParameters(**{key: said})) is None
+    assert PLANNER.check(Job(problem, AvoidParameters(**{key: said}))) is None
 
 
 def test_the_least_width_is_the_least() -> None:

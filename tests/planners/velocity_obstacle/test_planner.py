@@ -12,6 +12,7 @@ from avoidance_scenes import assert_same_run, scenes
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle.paper import agreement
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, bounds, compare
 from codesign.planners.velocity_obstacle.plan import (
@@ -28,7 +29,7 @@ from codesign.planners.velocity_obstacle.plan.arithmetic import (
 )
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
-from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, RobotState
 
 
 @settings(max_examples=25, deadline=None)
@@ -106,7 +107,7 @@ def test_direction_to_the_target_is_the_nearest_of_the_array(angle: float, far: 
     problem = generate("circle", 2)
     parameters = AvoidParameters(directions=count, width=24)
     target = 150.0 + far * math.cos(angle), 150.0 + far * math.sin(angle)
-    chosen = plain.to_goal(double(problem, parameters), Robot((150.0, 150.0), target))
+    chosen = plain.to_goal(double(problem, parameters), RobotState((150.0, 150.0), target))
     sector = 2.0 * math.pi / count
     off = (angle - chosen * sector + math.pi) % (2.0 * math.pi) - math.pi
     assert abs(off) <= sector / 2.0 + 1e-9
@@ -224,8 +225,8 @@ def test_equation_4_alone_leads_to_collisions_somewhere() -> None:
 
 def test_planner_plug_in() -> None:
     problem, parameters = generate("circle", 3, seed=4), AvoidParameters()
-    assert PLANNER.check(problem, parameters) is None
-    plan = PLANNER.plan(problem, parameters)
+    assert PLANNER.check(Job(problem, parameters)) is None
+    plan = PLANNER.plan(Job(problem, parameters))
     assert PLANNER.identity(plan) == PLANNER.identity(avoid(problem, parameters))
     assert PLANNER.identity(plan) != PLANNER.identity(avoid(generate("circle", 3, seed=5), parameters))
     details = PLANNER.figures(plan)["details"]

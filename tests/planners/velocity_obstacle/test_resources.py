@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from codesign.inputs import load_part
 from codesign.part import Part
+from codesign.planners.job import Job
 from codesign.planners.styles import RESOURCES
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
@@ -87,10 +88,10 @@ def test_hybrid_with_8_robots_is_infeasible_by_three_budgets_and_says_what_mends
     problem = generate("circle", 8)
     circuit = CIRCUITS["hybrid"]
     held = fit(
-        circuit.demand(problem, parameters, part),
+        circuit.demand(Job(problem, parameters, part=part)),
         part,
         50_000_000,
-        circuit.clock_limit(problem, parameters, part),
+        circuit.clock_limit(Job(problem, parameters, part=part)),
     )
     reasons = {reason.name: reason for reason in held.reasons}
     assert set(reasons) == {"slices", "lut4", "multipliers"}
@@ -113,8 +114,8 @@ def test_the_sequential_style_refuses_units_that_it_cannot_have(kind: str, part:
     for style, circuit in CIRCUITS.items():
         for count in (None, 1, 2, 4):
             parameters = AvoidParameters.model_validate({kind: count})
-            limit = circuit.clock_limit(problem, parameters, part)
-            held = fit(circuit.demand(problem, parameters, part), part, 50_000_000, limit)
+            limit = circuit.clock_limit(Job(problem, parameters, part=part))
+            held = fit(circuit.demand(Job(problem, parameters, part=part)), part, 50_000_000, limit)
             refused = [reason for reason in held.reasons if reason.name == f"{kind} of the sequential style"]
             assert bool(refused) == (style == "sequential" and (count or 1) > 1)
             for reason in refused:
@@ -159,6 +160,6 @@ def test_the_mapper_packs_denser_only_near_the_end() -> None:
 
 def test_an_array_too_large_for_a_block_ram_is_a_bound(part: Part) -> None:
     large = AvoidParameters(directions=512, speeds=64)
-    (bound,) = CIRCUITS["pipelined"].demand(generate("circle", 2), large, part).bounds
+    (bound,) = CIRCUITS["pipelined"].demand(Job(generate("circle", 2), large, part=part)).bounds
     assert bound.demand == 512 * 64 > bound.limit == 16_384
     assert "at most 32" in bound.levers[0].advice

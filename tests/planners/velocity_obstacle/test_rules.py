@@ -16,7 +16,7 @@ from codesign.planners.velocity_obstacle.plan import reference as plain
 from codesign.planners.velocity_obstacle.plan.arithmetic import HEADROOM, Arithmetic, double, fixed, quantise
 from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Gains
-from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, Robot
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, RobotState
 
 PROBLEM = generate("circle", 4)
 
@@ -53,7 +53,7 @@ def test_a_target_half_way_between_two_directions_belongs_to_the_one_nearer_to_a
             (cosine, -sine): -k % 64,
         }
         for target, direction in mirrored.items():
-            assert plain.to_goal(numbers, Robot((0, 0), target)) == direction
+            assert plain.to_goal(numbers, RobotState((0, 0), target)) == direction
 
 
 def test_a_robot_sees_the_others_one_step_later_at_their_present_velocities(
@@ -67,7 +67,7 @@ def test_a_robot_sees_the_others_one_step_later_at_their_present_velocities(
 
     monkeypatch.setattr(plain, "coll_detect", noted)
     now, far = (1000, 0), (6000, 0)
-    robots = [Robot((0, 0), (9000, 0), now), Robot(far, (0, 0), (-8000, 400))]
+    robots = [RobotState((0, 0), (9000, 0), now), RobotState(far, (0, 0), (-8000, 400))]
     choice = plain.choose(numbers, robots, 0, parameters)
     there = plain.pos_vel_update(numbers, far, (-8000, 400), (0, 0))
     change = tuple(
@@ -93,8 +93,8 @@ def test_thresholds_belong_to_the_side_that_is_told() -> None:
     side_by_side = (0.0, 9.0), (1.0, 0.0)
     assert plain.coll_detect(numbers, *side_by_side, Detection.PUBLISHED)
     assert not plain.coll_detect(numbers, *side_by_side, Detection.APPROACHING)
-    assert plain.target_check(numbers, Robot((0.0, 0.0), (3.0, 0.0)))
-    assert not plain.target_check(numbers, Robot((0.0, 0.0), (3.001, 0.0)))
+    assert plain.target_check(numbers, RobotState((0.0, 0.0), (3.0, 0.0)))
+    assert not plain.target_check(numbers, RobotState((0.0, 0.0), (3.001, 0.0)))
 
 
 @settings(max_examples=100, deadline=None)
@@ -196,7 +196,7 @@ def test_a_robot_may_leave_the_arena_up_to_its_words() -> None:
 def test_a_trial_whose_position_leaves_its_word_is_refused() -> None:
     numbers, parameters = numbers_of(), AvoidParameters()
     edge = 2**15 - 1
-    robot, other = Robot((edge - 3, 0), (edge, 0)), Robot((0, 0), (0, 0))
+    robot, other = RobotState((edge - 3, 0), (edge, 0)), RobotState((0, 0), (0, 0))
     choice = plain.choose(numbers, [robot, other], 0, parameters)
     assert choice.candidate != BRAKE
     assert choice.trials > 1, "the way to the target is refused"
@@ -217,7 +217,7 @@ def test_a_robot_that_its_velocity_takes_out_of_its_words_ends_the_run_whatever_
 def test_the_sum_stops_at_the_greatest_speed_and_the_acceleration_of_an_axis_at_the_greatest() -> None:
     gains = Gains.model_construct(proportional=2.0, integral=1.0, derivative=1.0)
     numbers = fixed(PROBLEM, AvoidParameters().model_copy(update={"gains": gains}))
-    robot = Robot((0, 0), (0, 0))
+    robot = RobotState((0, 0), (0, 0))
     sums, drives = [], []
     for _ in range(6):
         acceleration, robot.error_sum, robot.last_error = plain.pid(numbers, robot, (12_000, -12_000))

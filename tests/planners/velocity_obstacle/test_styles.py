@@ -10,6 +10,7 @@ from codesign.figures import Status
 from codesign.inputs import load_part
 from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.job import Job
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector
@@ -53,7 +54,7 @@ def test_power_is_fitted_to_2_and_4_robots_and_holds_for_8() -> None:
 def test_intervals_of_power_hold_every_row(part: Part) -> None:
     for style, listed in published.TABLE_III.items():
         for robots, milliwatts in listed.items():
-            demand = CIRCUITS[style].demand(generate("circle", robots), AvoidParameters(), part)
+            demand = CIRCUITS[style].demand(Job(generate("circle", robots), AvoidParameters(), part=part))
             static, dynamic = CIRCUITS[style].power(demand, published.CLOCK, part)
             low, high = dynamic.interval
             assert low <= milliwatts / 1e3 - static.value <= high
@@ -62,7 +63,7 @@ def test_intervals_of_power_hold_every_row(part: Part) -> None:
 
 def test_dynamic_power_follows_the_clock_and_another_part_is_assumed(part: Part) -> None:
     circuit = CIRCUITS["pipelined"]
-    demand = circuit.demand(generate("circle", 4), AvoidParameters(), part)
+    demand = circuit.demand(Job(generate("circle", 4), AvoidParameters(), part=part))
     slow, fast = (circuit.power(demand, clock, part)[1].value for clock in (25_000_000, 50_000_000))
     assert fast == pytest.approx(2 * slow)
     other = circuit.power(demand, 50_000_000, load_part("XC2VP30-6"))[1]
@@ -75,10 +76,10 @@ def test_dynamic_power_follows_the_clock_and_another_part_is_assumed(part: Part)
 @pytest.mark.parametrize("style", list(CIRCUITS))
 def test_coarse_and_fine_steps_cost_the_same(style: str, problem: RobotsProblem) -> None:
     circuit, parameters, memo = CIRCUITS[style], AvoidParameters(), Memo()
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     told = []
     for detail in (True, False, False):
-        steps, drawn = drained(circuit.work(problem, parameters, memo=memo, detail=detail))
+        steps, drawn = drained(circuit.work(Job(problem, parameters, memo=memo, detail=detail)))
         assert PLANNER.identity(drawn) == PLANNER.identity(plan)
         assert all(int(step.cycles.min()) >= 1 for step in steps if len(step.cycles))
         sums: dict[str, int] = {}
@@ -94,7 +95,7 @@ def test_coarse_and_fine_steps_cost_the_same(style: str, problem: RobotsProblem)
 
 def test_an_update_takes_as_long_as_its_slowest_robot(problem: RobotsProblem) -> None:
     parameters = AvoidParameters()
-    plan = PLANNER.plan(problem, parameters)
+    plan = PLANNER.plan(Job(problem, parameters))
     cycles = run_cycles(Style.PIPELINED, plan, parameters)
     assert (cycles.each >= cycles.costs.of_robot(plan.checks, plan.trials).max(axis=1)).all()
     assert (cycles.trials[:, None] * cycles.costs.trial <= cycles.each[:, None]).all()
@@ -105,18 +106,18 @@ def test_units_change_cycles_and_no_choice(problem: RobotsProblem) -> None:
     found = set()
     for update, detect, detector in ((None, None, "published"), (2, 1, "published"), (1, 2, "cross_product")):
         parameters = AvoidParameters(update_units=update, detect_units=detect, detector=Detector(detector))
-        steps, plan = drained(CIRCUITS["hybrid"].work(problem, parameters, memo=memo, detail=False))
+        steps, plan = drained(CIRCUITS["hybrid"].work(Job(problem, parameters, memo=memo, detail=False)))
         found.add(PLANNER.identity(plan))
         assert steps
     assert len(found) == 1
     assert (memo.misses, memo.hits) == (1, 2)
     other = AvoidParameters(detection=Detection.PUBLISHED, margin=0.0)
-    drained(CIRCUITS["hybrid"].work(problem, other, memo=memo, detail=False))
+    drained(CIRCUITS["hybrid"].work(Job(problem, other, memo=memo, detail=False)))
     assert memo.misses == 2
 
 
 def test_records_tell_every_phase_of_an_update(problem: RobotsProblem) -> None:
-    steps, plan = drained(CIRCUITS["sequential"].work(problem, AvoidParameters()))
+    steps, plan = drained(CIRCUITS["sequential"].work(Job(problem, AvoidParameters())))
     stories = [step.record(0, int(step.cycles.sum()), "fpga") for step in steps]
     assert [story.task for story in stories[:5]] == list(PHASES)
     assert all(story.cycles == story.end for story in stories)

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from codesign import maps
 from codesign.errors import InputError, MapError
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.wavefront.plan import (
     obstacle_potentials,
     octile_length,
@@ -155,8 +156,8 @@ def problem(starts: tuple[tuple[int, int], ...] = ((28, 28), (0, 28))) -> Proble
 
 def test_the_wave_ends_at_the_farthest_start_or_runs_on() -> None:
     here = problem()
-    stopped = PLANNER.plan(here, PropagateParameters())
-    whole = PLANNER.plan(here, PropagateParameters(stop="whole_map"))
+    stopped = PLANNER.plan(Job(here, PropagateParameters()))
+    whole = PLANNER.plan(Job(here, PropagateParameters(stop="whole_map")))
     assert (
         stopped.stop_potential
         == stopped.largest_potential
@@ -172,8 +173,10 @@ def test_the_wave_ends_at_the_farthest_start_or_runs_on() -> None:
 
 def test_a_penalty_leads_away_from_walls() -> None:
     here = problem()
-    plain = PLANNER.quality(here, PLANNER.plan(here, PropagateParameters()))
-    shy = PLANNER.quality(here, PLANNER.plan(here, PropagateParameters(penalty={"distance": 4, "delay": 5})))
+    plain = PLANNER.quality(here, PLANNER.plan(Job(here, PropagateParameters())))
+    shy = PLANNER.quality(
+        here, PLANNER.plan(Job(here, PropagateParameters(penalty={"distance": 4, "delay": 5})))
+    )
     assert shy.clearance_mean > plain.clearance_mean
     assert shy.starts_arrived == 2
 
@@ -181,7 +184,7 @@ def test_a_penalty_leads_away_from_walls() -> None:
 def test_finer_delays_never_lengthen_ways() -> None:
     here = problem()
     lengths = [
-        octile_length(PLANNER.plan(here, PropagateParameters(delays=delays)).tracker.follow((28, 28)))
+        octile_length(PLANNER.plan(Job(here, PropagateParameters(delays=delays))).tracker.follow((28, 28)))
         for delays in ((2, 3), (5, 7), (41, 58))
     ]
     assert lengths[0] >= lengths[1] - 1e-9 >= lengths[2] - 2e-9
@@ -190,14 +193,18 @@ def test_finer_delays_never_lengthen_ways() -> None:
 def test_check_names_what_is_wrong() -> None:
     cut = np.ones((5, 5), bool)
     cut[:, 2] = False
-    assert PLANNER.check(problem(), PropagateParameters()) is None
-    found = PLANNER.check(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters())
+    assert PLANNER.check(Job(problem(), PropagateParameters())) is None
+    found = PLANNER.check(Job(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters()))
     assert found is not None
     assert found[0] == "stop"
     assert "(0, 4) cannot be reached" in found[1]
-    assert PLANNER.check(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters(stop="whole_map")) is None
-    assert PLANNER.check(problem(), PropagateParameters(tile=(31, 4))) is None
-    many = PLANNER.check(Problem(np.ones((256, 256), bool), ((0, 0),), ()), PropagateParameters(tile=(1, 2)))
+    assert (
+        PLANNER.check(Job(Problem(cut, ((0, 0),), ((0, 4),)), PropagateParameters(stop="whole_map"))) is None
+    )
+    assert PLANNER.check(Job(problem(), PropagateParameters(tile=(31, 4)))) is None
+    many = PLANNER.check(
+        Job(Problem(np.ones((256, 256), bool), ((0, 0),), ()), PropagateParameters(tile=(1, 2)))
+    )
     assert many == ("tile", "32,768 tiles of 1 × 2 nodes, more than 16,384")
 
 
@@ -234,7 +241,7 @@ def test_ways_are_refused_where_the_wave_did_not_come() -> None:
         track(free, potentials, (0, 0), steps=0)
     points, arrived = PLANNER.trajectory(
         Problem(free, ((0, 0),), ()),
-        PLANNER.plan(Problem(free, ((0, 0),), ()), PropagateParameters()),
+        PLANNER.plan(Job(Problem(free, ((0, 0),), ()), PropagateParameters())),
         (0, 2),
     )
     assert not arrived

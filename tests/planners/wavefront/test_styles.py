@@ -17,13 +17,14 @@ from codesign.inputs import load_platform
 from codesign.inputs.part_file import load_part
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Demand, Step
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled
-from codesign.planners.wavefront.styles.resources import Layout, adder_node, delay_line_node
+from codesign.planners.wavefront.styles.resources import ArrayLayout, adder_node, delay_line_node
 from codesign.records import TaskRecord
 
 PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 24}
@@ -40,7 +41,7 @@ def run(
     style: Architecture, problem: Problem, detail: bool = True, **raw: Any
 ) -> tuple[dict[str, int], list[Step], Any]:
     steps = []
-    work = style.work(problem, PropagateParameters(**raw), detail=detail)
+    work = style.work(Job(problem, PropagateParameters(**raw), detail=detail))
     while True:
         try:
             steps.append(next(work))
@@ -81,7 +82,7 @@ def test_the_paper_s_cycles_and_times() -> None:
 
 
 def test_nodes_take_what_was_counted() -> None:
-    layout = Layout((256, 256), register_bits(published.STOP_POTENTIAL))
+    layout = ArrayLayout((256, 256), register_bits(published.STOP_POTENTIAL))
     node, adder = delay_line_node(layout), adder_node(layout)
     assert layout.bits == 11
     assert sum(part[1] for part in node.flip_flops) * layout.nodes == 983_040
@@ -96,7 +97,7 @@ def test_largest_arrays_of_the_four_parts(name: str, side: int) -> None:
 
     def short(length: int) -> set[str]:
         problem = Problem(np.ones((length, length), bool), ((0, 0),), ((length - 1, length - 1),))
-        demand = DelayLine().demand(problem, PropagateParameters(register_bits=11), part)
+        demand = DelayLine().demand(Job(problem, PropagateParameters(register_bits=11), part=part))
         return {kind for kind, budget in part.resources.items() if demand.total(kind) > budget.value}
 
     assert not short(side)
@@ -106,10 +107,10 @@ def test_largest_arrays_of_the_four_parts(name: str, side: int) -> None:
 @pytest.mark.parametrize("style", [DelayLine(), AdderComparator(), Tiled()])
 def test_a_register_that_is_too_narrow_says_how_many_bits(style: Architecture) -> None:
     problem, part = rooms(), load_part("XC4VLX160-12")
-    largest = style.largest_potential(problem, PropagateParameters())  # type: ignore[attr-defined]
+    largest = style.largest_potential(Job(problem, PropagateParameters()))  # type: ignore[attr-defined]
     needed = register_bits(largest)
     for bits in (needed - 1, needed, needed + 3):
-        (bound,) = style.demand(problem, PropagateParameters(register_bits=bits), part).bounds
+        (bound,) = style.demand(Job(problem, PropagateParameters(register_bits=bits), part=part)).bounds
         assert (bound.demand, bound.limit) == (needed, bits)
         texts = [lever.advice for lever in bound.levers]
         assert any(f"at least {needed} bits" in text for text in texts) == (bits < needed)
@@ -119,13 +120,13 @@ def test_a_register_that_is_too_narrow_says_how_many_bits(style: Architecture) -
 @pytest.mark.parametrize("paths", ["shortest", "safe"])
 def test_the_tile_that_a_lever_names_fits(name: str, paths: str) -> None:
     problem, part = rooms(128), load_part(name)
-    demand = DelayLine().demand(problem, PropagateParameters(paths=paths), part)
+    demand = DelayLine().demand(Job(problem, PropagateParameters(paths=paths), part=part))
     levers = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
-    bits = DelayLine().bits(problem, PropagateParameters(paths=paths))
+    bits = DelayLine().bits(Job(problem, PropagateParameters(paths=paths)))
 
     def tiled(side: int) -> Demand:
         raw = PropagateParameters(paths=paths, tile=(side, side), register_bits=bits)
-        return Tiled().demand(problem, raw, part)
+        return Tiled().demand(Job(problem, raw, part=part))
 
     if (name, paths) == ("XC3S500E-4", "safe"):
         # Two potentials for each of 16,384 cells are 32 block RAMs; the part has 20.
@@ -141,10 +142,14 @@ def test_the_tile_that_a_lever_names_fits(name: str, paths: str) -> None:
 def test_only_a_chip_made_for_it_holds_256_nodes_a_side() -> None:
     problem = rooms(256)
     chip = load_part("WAVE256-20")
-    assert not DelayLine().demand(problem, PropagateParameters(register_bits=11), chip).levers
-    assert AdderComparator().demand(problem, PropagateParameters(register_bits=11), chip).levers["slices"]
+    assert not DelayLine().demand(Job(problem, PropagateParameters(register_bits=11), part=chip)).levers
+    assert (
+        AdderComparator()
+        .demand(Job(problem, PropagateParameters(register_bits=11), part=chip))
+        .levers["slices"]
+    )
     for name in PARTS:
-        assert DelayLine().demand(problem, PropagateParameters(), load_part(name)).levers["slices"]
+        assert DelayLine().demand(Job(problem, PropagateParameters(), part=load_part(name))).levers["slices"]
 
 
 @pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
@@ -163,7 +168,7 @@ def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw
     coarse, few, same = run(style, problem, detail=False, **raw)
     assert fine == coarse
     assert len(few) <= len(steps)
-    expected = PLANNER.plan(problem, style.settled(PropagateParameters(**raw)))
+    expected = PLANNER.plan(Job(problem, style.settled(PropagateParameters(**raw))))
     assert PLANNER.identity(plan) == PLANNER.identity(same) == PLANNER.identity(expected)
     for step in steps:
         record = step.record(10, 20, "fpga")
@@ -174,7 +179,7 @@ def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw
 def test_a_wave_without_stop_runs_until_the_counter_is_full() -> None:
     problem = rooms(starts=())
     assert run(DelayLine(), problem, stop="whole_map", register_bits=9)[0]["propagate"] == 511
-    needed = DelayLine().bits(problem, PropagateParameters())
+    needed = DelayLine().bits(Job(problem, PropagateParameters()))
     assert run(DelayLine(), problem)[0]["propagate"] == 2**needed - 1
 
 
@@ -195,14 +200,14 @@ def test_tiles_pay_for_their_exchange() -> None:
 def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> None:
     problem, raw = rooms(256), {"tile": (side, side), "paths": paths, "register_bits": 11}
     part = load_part("XC4VLX160-12")
-    memory = Tiled().memory(problem, PropagateParameters(**raw))
+    memory = Tiled().memory(Job(problem, PropagateParameters(**raw)))
     assert memory.width == 12
     assert sum(memory.words.values()) <= 1024
-    items = Tiled().demand(problem, PropagateParameters(**raw), part).items
+    items = Tiled().demand(Job(problem, PropagateParameters(**raw), part=part)).items
     (rams,) = [item.amount for item in items if item.name == "column memories"]
     words = math.ceil(256 / side) ** 2 * side * (2 if paths == "safe" else 1)
     assert rams == side * math.ceil(words / 1024)
-    assert DelayLine().memory(problem, PropagateParameters(**raw)) is None
+    assert DelayLine().memory(Job(problem, PropagateParameters(**raw))) is None
 
 
 def test_software_pays_for_the_nodes_that_the_wave_reaches() -> None:
@@ -212,15 +217,15 @@ def test_software_pays_for_the_nodes_that_the_wave_reaches() -> None:
     assert phases["propagate_obstacles"] == 1600
     assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1
     with pytest.raises(InputError):
-        Software().clock_limit(problem, PropagateParameters())
+        Software().clock_limit(Job(problem, PropagateParameters()))
     with pytest.raises(InputError):
-        Software().power(Software().demand(problem, PropagateParameters()), 1)
+        Software().power(Software().demand(Job(problem, PropagateParameters())), 1, load_part("XC2V6000-4"))
 
 
 def test_the_adder_array_has_the_slower_clock() -> None:
     problem, part = rooms(), load_part("XC2V6000-4")
-    line = DelayLine().clock_limit(problem, PropagateParameters(), part)
-    adder = AdderComparator().clock_limit(problem, PropagateParameters(), part)
+    line = DelayLine().clock_limit(Job(problem, PropagateParameters(), part=part))
+    adder = AdderComparator().clock_limit(Job(problem, PropagateParameters(), part=part))
     assert adder.value < line.value
     for figure in (line, adder):
         assert figure.interval[0] <= figure.value <= figure.interval[1]
@@ -232,7 +237,9 @@ def test_safe_paths_and_longer_lines_are_paid_for() -> None:
 
     def flip_flops(**raw: Any) -> int:
         return (
-            DelayLine().demand(problem, PropagateParameters(register_bits=9, **raw), part).total("flip_flops")
+            DelayLine()
+            .demand(Job(problem, PropagateParameters(register_bits=9, **raw), part=part))
+            .total("flip_flops")
         )
 
     second = register_bits(longest_distance((40, 40)))
@@ -243,7 +250,7 @@ def test_safe_paths_and_longer_lines_are_paid_for() -> None:
 
 def test_power_goes_with_slices_and_clock() -> None:
     problem, part = rooms(), load_part("XC4VLX160-12")
-    demand = DelayLine().demand(problem, PropagateParameters(), part)
+    demand = DelayLine().demand(Job(problem, PropagateParameters(), part=part))
     static, slow = DelayLine().power(demand, 20_000_000, part)
     _, fast = DelayLine().power(demand, 40_000_000, part)
     assert static == part.static_power
@@ -255,9 +262,13 @@ def test_design_points_share_their_waves() -> None:
     memo = Memo()
     problem = rooms()
     for tile in ((8, 8), (16, 16)):
-        list(Tiled().work(problem, PropagateParameters(tile=tile), memo=memo, detail=False))
+        list(Tiled().work(Job(problem, PropagateParameters(tile=tile), memo=memo, detail=False)))
     assert memo.misses == 3  # the plan once, the visits of each tile
-    list(Tiled().work(problem, PropagateParameters(tile=(8, 8), register_bits=12), memo=memo, detail=False))
+    list(
+        Tiled().work(
+            Job(problem, PropagateParameters(tile=(8, 8), register_bits=12), memo=memo, detail=False)
+        )
+    )
     assert memo.misses == 3
 
 

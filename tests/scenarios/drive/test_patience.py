@@ -43,7 +43,7 @@ def test_an_obstacle_that_it_cannot_see(tmp_path: Path) -> None:
 def test_a_way_that_leaves_the_map(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, point: tuple[float, float]
 ) -> None:
-    monkeypatch.setattr(BreadthFirst, "way", lambda *given: (np.array([given[3], point]), True))
+    monkeypatch.setattr(BreadthFirst, "path_from", lambda *given: (np.array([given[3], point]), True))
     why, time, driven = ended(tmp_path)
     assert "planner breadth_first failed: ValueError: its way leaves the map" in why
     assert (time, driven) == (pytest.approx(2.0, abs=0.2), 0.0)

@@ -28,7 +28,7 @@ WAYS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("name", ["way", "check"])
+@pytest.mark.parametrize("name", ["path_from", "check"])
 def test_a_planner_that_raises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     ground = Ground(tmp_path)
     platform, workload = ground.point()
@@ -38,7 +38,7 @@ def test_a_planner_that_raises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
 
     def later(self: Any, *given: Any) -> Any:
         calls.append(given)
-        return fails() if name == "way" or len(calls) > 1 else sound(self, *given)
+        return fails() if name == "path_from" or len(calls) > 1 else sound(self, *given)
 
     monkeypatch.setattr(BreadthFirst, name, later)
     file = tmp_path / "run.mcap"
@@ -53,7 +53,7 @@ def test_a_planner_that_raises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, 
 @pytest.mark.parametrize("way", WAYS.values(), ids=WAYS.keys())
 def test_what_is_no_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, way: Any) -> None:
     platform, workload = Ground(tmp_path).point()
-    monkeypatch.setattr(BreadthFirst, "way", lambda _self, *given: way(*given))
+    monkeypatch.setattr(BreadthFirst, "path_from", lambda _self, *given: way(*given))
     mission = codesign.simulate(platform, workload).mission
     assert mission is not None
     assert not mission.reached

@@ -12,6 +12,7 @@ from mission_specs import IDEAL, POINT, Ground
 from codesign.errors import SpecError
 from codesign.planners.harmonic.plan.precision import converged_field
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
@@ -132,7 +133,7 @@ def test_a_robot_beyond_the_wave_has_lost_its_way() -> None:
     free = np.ones((5, 20), np.bool_)
     problem = Problem(free, ((2, 2),), ((2, 10),))
     parameters = PropagateParameters(corner_cutting=False)
-    answer = Answer(problem, PLANNER.plan(problem, parameters), 0, 0, 0, Ledger())
+    answer = Answer(problem, PLANNER.plan(Job(problem, parameters)), 0, 0, 0, Ledger())
     # The wave stopped when it came to the start: behind it no potential tells the way.
     places = (2.0, 10.9), (2.0, 11.7)
     close, far = (ActivePlan(answer, PLANNER, place, again=True) for place in places)

@@ -13,7 +13,7 @@ from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import FIT_SIDES, SOFTWARE_FIT_SIDE, Fit, java_cell_seconds
 from codesign.planners.breadth_first.plan import search
-from codesign.planners.breadth_first.plan.parameters import Display, SearchParameters
+from codesign.planners.breadth_first.plan.parameters import SearchParameters, VgaController
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.software import JAVA_BYTES_A_CELL, JAVA_HEAP
 from codesign.planners.reproduction import Row, Use, row
@@ -165,7 +165,7 @@ def speed_up_rows(chosen: Fit) -> list[Row]:
 
 def memory_rows(part: Part) -> list[Row]:
     """What the chip holds."""
-    alone = SearchParameters(display=Display.NONE)
+    alone = SearchParameters(display=VgaController.NONE)
     budget = int(part.resources["block_rams"].value)
     need = resources.block_ram_total(100, 100, alone, part)
     logic = resources.LUT4_AT_14_BITS + resources.DISPLAY_LUT4

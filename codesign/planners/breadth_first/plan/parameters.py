@@ -36,7 +36,7 @@ class MemoryPlace(StrEnum):
     EXTERNAL = "external"
 
 
-class Display(StrEnum):
+class VgaController(StrEnum):
     """The VGA controller: none, on the second port of the cells' memory, or with its own copy of it."""
 
     NONE = "none"
@@ -53,9 +53,9 @@ class SearchParameters(TaskParameters):
     memory: Annotated[
         MemoryPlace, Field(description="where the cells, the directions and the queue are kept")
     ] = MemoryPlace.BLOCK_RAM
-    display: Annotated[Display, Field(description="VGA controller: none, shared (second port) or copy")] = (
-        Display.SHARED
-    )
+    display: Annotated[
+        VgaController, Field(description="VGA controller: none, shared (second port) or copy")
+    ] = VgaController.SHARED
     queue_words: Annotated[
         int | None,
         Field(
@@ -74,14 +74,10 @@ class SearchParameters(TaskParameters):
         ),
     ] = 15
 
-    def unused(self, *, external_memory: bool) -> tuple[str, ...]:
+    def unused(self, external_memory: bool) -> tuple[str, ...]:
         """What a result leaves out: ``external_cycles`` where the platform's own memory, or none, is outside."""
         on_chip = self.memory is MemoryPlace.BLOCK_RAM
         return ("external_cycles",) if external_memory or on_chip else ()
-
-
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""
 
 
 class TrackParameters(TaskParameters):

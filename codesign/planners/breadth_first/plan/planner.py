@@ -7,7 +7,7 @@ timed on. A robot elsewhere plans anew, so quality and trajectories are those of
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.models import TaskParameters
-from codesign.planners.breadth_first.plan.parameters import LoadParameters, SearchParameters, TrackParameters
+from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
-from codesign.planners.breadth_first.plan.search import Search, search_nearest
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_nearest
+from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
+from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position, judge_arrival, judge_ways
 
 NO_START = "no start is given"
 
@@ -31,7 +32,7 @@ DIRECTION_BITS = STEP_BITS = 2
 """A side of a cell: on which the one that discovered it lies, or to which a step goes."""
 
 
-def plan_search(problem: Problem) -> Search:
+def plan_search(problem: Problem) -> BreadthFirstPlan:
     """The search that a problem asks for: from its first start.
 
     Raises:
@@ -48,7 +49,7 @@ class BreadthFirst(Planner):
     name = "breadth_first"
     planning_task = "search"
     answers_no_way = True
-    policies: tuple[Policy, ...] = ("restart",)
+    fields_a_stage = 0
     description = "the shortest 4-connected path by breadth-first search (Vacariu et al. 2008)"
 
     @property
@@ -56,24 +57,25 @@ class BreadthFirst(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
-    def check(self, problem: Problem, parameters: SearchParameters) -> tuple[str, str] | None:  # noqa: ARG002
+    def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
         """A search begins at a start: there has to be one."""
-        return None if problem.starts else ("starts", NO_START)
+        return None if job.problem.starts else ("starts", NO_START)
 
-    def reachable(self, problem: Problem, parameters: SearchParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, SearchParameters]) -> NDArray[np.bool_]:
         """The search looks at the four neighbours of a cell."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(self, problem: Problem, parameters: SearchParameters) -> Search:  # noqa: ARG002
+    def plan(self, job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
         """Search without a clock. Raises InputError where the problem has no start."""
-        return plan_search(problem)
+        return plan_search(job.problem)
 
-    def flows(self, problem: Problem, parameters: SearchParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+    def flows(self, job: Job[Problem, SearchParameters]) -> tuple[Flow, ...]:
         """The map and the directions of discovery, two bits a cell; the path, two bits a step.
 
         Raises:
             InputError: the problem has no start.
         """
+        problem = job.problem
         cells, steps = problem.free.size, plan_search(problem).path_steps or 0
         return (
             Flow("load", "search", "map", CELL_BITS * cells),
@@ -81,19 +83,11 @@ class BreadthFirst(Planner):
             Flow("track", "command", "path", max(STEP_BITS, STEP_BITS * steps)),
         )
 
-    def memory(self, problem: Problem, parameters: SearchParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, SearchParameters]) -> int:
         """Measured: 52 bytes a cell on maps of 2^20 to 2^24 cells (map, directions, what was pushed, distances)."""
-        return 52 * problem.free.size
+        return 52 * job.problem.free.size
 
-    def memory_levers(self, problem: Problem, parameters: SearchParameters) -> list[str]:  # noqa: ARG002
-        """None besides the map."""
-        return []
-
-    def fields_recorded(self, parameters: SearchParameters) -> int:  # noqa: ARG002
-        """None."""
-        return 0
-
-    def quality(self, problem: Problem, plan: Search) -> Quality:
+    def quality(self, problem: Problem, plan: BreadthFirstPlan) -> Quality:
         """What the plan is worth, and a search from each start of the problem.
 
         The plan covers the cells that its search came to before it ended: each of them has its way back to the path. So
@@ -101,7 +95,7 @@ class BreadthFirst(Planner):
         search each.
         """
         found = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
-        ways = ((way.start, way.path if way.reached else None) for way in found)
+        paths = ((way.start, way.path if way.reached else None) for way in found)
         reachable = by_sides(problem)
         reachable[tuple(np.array(problem.goals).T)] = False
         planned = int(reachable.ravel()[plan.pushed].sum())
@@ -109,17 +103,17 @@ class BreadthFirst(Planner):
             local_maxima=0,
             wrong_cells=0,
             **judge_arrival(planned, planned, int(reachable.sum())),
-            **judge_ways(problem, ways),
+            **judge_paths(problem, paths),
         )
 
-    def identity(self, plan: Search) -> str:
+    def identity(self, plan: BreadthFirstPlan) -> str:
         """The digest of where the search came, how it came there, and the path."""
         digest = hashlib.sha256(f"{plan.directions.shape}{plan.start}{plan.goal}".encode())
         for array in (plan.directions, plan.pushed, plan.path):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 
-    def figures(self, plan: Search) -> dict[str, Any]:
+    def figures(self, plan: BreadthFirstPlan) -> dict[str, Any]:
         """What a reader wants to know of the search."""
         return {
             "details": {
@@ -132,26 +126,25 @@ class BreadthFirst(Planner):
             }
         }
 
-    def trajectory(self, problem: Problem, plan: Search, start: Cell) -> tuple[NDArray[np.float64], bool]:
-        """The way from ``start``, cell by cell: that of the plan, or of a search from there."""
+    def trajectory(
+        self, problem: Problem, plan: BreadthFirstPlan, start: Cell
+    ) -> tuple[NDArray[np.float64], bool]:
+        """The path from ``start``, cell by cell: that of the plan, or of a search from there."""
         way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = way.path if way.reached else np.array([start])
         return points.astype(np.float64), way.reached
 
-    def field_of(self, plan: Search) -> tuple[str, str, NDArray[np.float64]]:
+    def field_of(self, plan: BreadthFirstPlan) -> tuple[str, str, NDArray[np.float64]]:
         """Steps from the start to each cell that the search came to; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
-    def start_of(self, plan: Search) -> None:
-        """None: a search begins anew."""
-
-    def way(
-        self, problem: Problem, plan: Search, start: tuple[float, float]
+    def path_from(
+        self, problem: Problem, plan: BreadthFirstPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
         """The rest of the path from a position on one of its cells.
 
         From beside the path, back along the directions of discovery to where they meet it: at its start, at the latest.
-        Where the search did not come, no way is known.
+        Where the search did not come, no path is known.
         """
         cell = cell_of(problem, start)
         back = None if cell is None or not plan.reached else _back_to_path(plan, cell)
@@ -160,7 +153,7 @@ class BreadthFirst(Planner):
         return from_position(start, back, problem.free), True
 
 
-def distances(plan: Search) -> NDArray[np.float64]:
+def distances(plan: BreadthFirstPlan) -> NDArray[np.float64]:
     """Float64, rows × columns: steps from the start back along the directions of discovery; infinite for others."""
     steps = np.full(plan.directions.shape, np.inf)
     columns = plan.directions.shape[1]
@@ -178,7 +171,7 @@ def distances(plan: Search) -> NDArray[np.float64]:
     return steps
 
 
-def _back_to_path(plan: Search, cell: Cell) -> NDArray[np.int32] | None:
+def _back_to_path(plan: BreadthFirstPlan, cell: Cell) -> NDArray[np.int32] | None:
     """The cells from ``cell`` to the path, and those of the path from there on; None where the search did not come."""
     place = {(int(row), int(column)): index for index, (row, column) in enumerate(plan.path)}
     cells = []

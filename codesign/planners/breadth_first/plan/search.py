@@ -19,7 +19,7 @@ from codesign.planners.breadth_first.plan.reference import Cell
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class BreadthFirstPlan:
     """The outcome of a search.
 
     Attributes:
@@ -68,7 +68,7 @@ class Search:
         return self.pushed_cells - len(self.path)
 
 
-def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> Search:
+def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> BreadthFirstPlan:
     """Search from ``start`` until ``goal`` is popped. Linear in the cells of the map.
 
     Args:
@@ -88,7 +88,7 @@ def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> Search:
     return search_nearest(free, start, [goal])
 
 
-def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) -> Search:
+def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) -> BreadthFirstPlan:
     """``search`` for the first of several goals to be popped, which is one of the nearest.
 
     Raises:
@@ -110,7 +110,7 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
     queue, pushed, popped, depth, directions, goal = kernels.trail(cells.ravel(), first, stride)
     path = kernels.mark_path(directions, goal, stride) if goal >= 0 else queue[:0]
     way = np.stack(np.divmod(path, np.int32(stride)), axis=1) - np.int32(1)
-    return Search(
+    return BreadthFirstPlan(
         start=(int(origin[0]), int(origin[1])),
         goal=(int(way[-1, 0]), int(way[-1, 1])) if len(way) else None,
         path=way,

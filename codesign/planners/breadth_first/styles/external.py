@@ -20,7 +20,7 @@ import numpy as np
 
 from codesign.figures import Figure, Status
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.breadth_first.styles.resources import address_bits
 from codesign.planners.breadth_first.styles.steps import expansions, pushes_of_each_pop
@@ -52,12 +52,12 @@ def placed(parameters: SearchParameters, memory: ExternalMemoryLaw | None) -> Se
 
 def entry_bits(problem: Problem) -> int:
     """Bits of a queue entry outside: an address in whole bytes."""
-    return -(-address_bits(problem.rows, problem.columns) // BYTE) * BYTE
+    return -(-address_bits(*problem.shape) // BYTE) * BYTE
 
 
 def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
     """Bits of every memory that is outside, by name."""
-    words = 1 << address_bits(problem.rows, problem.columns)
+    words = 1 << address_bits(*problem.shape)
     found = {
         "directions": BYTE * words,
         "queue": entry_bits(problem) * (parameters.queue_words or words),
@@ -107,7 +107,9 @@ def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryL
     return max(inside, outside + timing.INIT_CHANGES), _traffic(outside, words)
 
 
-def path(plan: Search, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
+def path(
+    plan: BreadthFirstPlan, parameters: SearchParameters, memory: ExternalMemoryLaw
+) -> tuple[int, Traffic]:
     """Cycles of state Path, and its traffic: one cell after the other, as each direction says where the next one is."""
     accesses = CELLS_A_PATH_CELL[parameters.memory] * len(plan.path)
     outside = memory.refreshed(accesses * _cell_cycles(memory))
@@ -116,7 +118,7 @@ def path(plan: Search, parameters: SearchParameters, memory: ExternalMemoryLaw) 
 
 
 def search(
-    plan: Search, problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw
+    plan: BreadthFirstPlan, problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw
 ) -> Traffic:
     """Traffic of state BF: one entry an expansion, and one for what lies outside of them.
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.breadth_first import published
-from codesign.planners.breadth_first.plan.parameters import Display, MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters, VgaController
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
@@ -63,7 +63,7 @@ def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str,
     found = {}
     if parameters.memory is not MemoryPlace.EXTERNAL:
         found["cells"] = words, CELL_BITS
-    if parameters.display is Display.COPY:
+    if parameters.display is VgaController.COPY:
         found["copy for the display"] = words, CELL_BITS
     if parameters.memory is MemoryPlace.BLOCK_RAM:
         found["directions"] = words, DIRECTION_BITS
@@ -82,7 +82,7 @@ def items(
     problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
 ) -> tuple[Item, ...]:
     """The demand of a design, item by item."""
-    bits = address_bits(problem.rows, problem.columns)
+    bits = address_bits(*problem.shape)
     logic = [
         (
             "state machine",
@@ -92,7 +92,7 @@ def items(
             "own RTL, Yosys: 202 to 216 LUT at 10 address bits, 268 to 274 LUT and 99 to 111 flip-flops at 14",
         )
     ]
-    if parameters.display is not Display.NONE:
+    if parameters.display is not VgaController.NONE:
         logic.append(
             ("display", DISPLAY_LUT4, DISPLAY_FLIP_FLOPS, Status.ASSUMED, "two counters, comparisons")
         )
@@ -118,7 +118,7 @@ def items(
             Item(name, "lut4", lut4, status, source),
             Item(name, "flip_flops", flip_flops, status, source),
         ]
-    for name, (words, width) in memories(problem.rows, problem.columns, parameters).items():
+    for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
         found.append(Item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
     return tuple(found)
@@ -141,14 +141,14 @@ def largest_side(parameters: SearchParameters, part: Part) -> int:
 def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
     """What would mend a lack of block RAMs; each with the figure that it comes to."""
     budget = int(part.resources["block_rams"].value)
-    shape = problem.rows, problem.columns
+    shape = problem.shape
     need = block_ram_total(*shape, parameters, part)
     if need <= budget:
         return {}
     found = []
-    dropped = {} if parameters.display is Display.NONE else {"display": Display.NONE}
+    dropped = {} if parameters.display is VgaController.NONE else {"display": VgaController.NONE}
     for changes in (
-        dropped if parameters.display is Display.COPY else {},
+        dropped if parameters.display is VgaController.COPY else {},
         {"memory": MemoryPlace.PROCESS_EXTERNAL},
         {"memory": MemoryPlace.EXTERNAL, **dropped},
     ):
@@ -187,7 +187,7 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
     ``queue_depth``: what the search of this problem needs, where the queue is shorter than the map.
     """
     found = []
-    if parameters.memory is not MemoryPlace.EXTERNAL or parameters.display is Display.SHARED:
+    if parameters.memory is not MemoryPlace.EXTERNAL or parameters.display is VgaController.SHARED:
         found.append(_ports(parameters))
     if parameters.queue_words is not None and queue_depth is not None:
         enough = 1 << max(0, queue_depth - 1).bit_length()
@@ -206,7 +206,7 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
                 ),
             )
         )
-    if parameters.display is not Display.NONE:
+    if parameters.display is not VgaController.NONE:
         pixels = f"{published.PAPER}, section 3.2: map and directions side by side on 800×600 pixels"
         advice = (Lever("search.display", "none: the map is larger than the screen"),)
         for name, demand, limit in (
@@ -234,7 +234,7 @@ def _ports(parameters: SearchParameters) -> Bound:
         )
     return Bound(
         name="ports of the cells' block RAM",
-        demand=search + (parameters.display is Display.SHARED),
+        demand=search + (parameters.display is VgaController.SHARED),
         limit=PORTS if on_chip else 0,
         unit="addresses a cycle",
         status=Status.MEASURED,

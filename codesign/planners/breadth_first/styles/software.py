@@ -14,19 +14,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from typing import Any
 
 import numpy as np
 
 from codesign.figures import Status
-from codesign.memo import Memo
-from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step, steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Bound, Demand, Lever, Step
 
 JAVA_HEAP = 64 * 2**20
@@ -68,34 +66,18 @@ class Software(HostStyle):
         self.kernel = kernel
         self._java = java
 
-    def demand(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,  # noqa: ARG002
-        part: Part | None = None,  # noqa: ARG002
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Demand:
+    def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """No resource of a part; of the Java program, its heap."""
-        return Demand(items=(), bounds=(heap_bound(problem.free.size),) if self._java else ())
+        return Demand(items=(), bounds=(heap_bound(job.problem.free.size),) if self._java else ())
 
-    def work(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,  # noqa: ARG002
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,  # noqa: ARG002
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Generator[Step, None, Search]:
+    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost.
 
         So nothing is saved where the path is tracked elsewhere, and every search begins anew: ``start`` and ``inside``
-        change nothing.
+        of the job change nothing.
         """
-        plan = searched(problem, memo)
-        if detail:
+        plan = searched(job)
+        if job.detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
         else:
             yield step(SEARCH, plan.popped_cells)

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status, weakest
-from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import external as outside
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.steps import (
@@ -27,9 +26,10 @@ from codesign.planners.breadth_first.styles.steps import (
     step,
     steps,
 )
-from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
+from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Architecture, Demand, Memory, Step, is_done
+from codesign.planners.job import Job
+from codesign.planners.styles import Architecture, Demand, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16
 """Slices that a block RAM in use counts as in the dynamic power; 4 to 64 bound it. Assumed: the part's figure for a
@@ -47,26 +47,18 @@ class StateMachine(Architecture):
     style = "state_machine"
     description = "one cell after the other by a state machine, its memories in block RAM or outside"
     component_type = "fpga"
-    kernel = ""
     supports_external = True
 
-    def demand(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,
-        part: Part,
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-        external: ExternalMemoryLaw | None = None,
-    ) -> Demand:
+    def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.
 
         With ``external``, without what moves there, and with the bits that this takes. ``inside`` changes nothing: the
         states were synthesised as one machine, of which nobody knows the share of Path, and the directions, which only
         Path reads, are what is sent where another component does ``track``.
         """
+        problem, parameters, part, external = job.problem, job.parameters, job.chip, job.external
         parameters = outside.placed(parameters, external)
-        depth = searched(problem, None).queue_depth if parameters.queue_words is not None else None
+        depth = searched(replace(job, memo=None)).queue_depth if parameters.queue_words is not None else None
         return Demand(
             items=resources.items(problem, parameters, part, external),
             bounds=(
@@ -76,21 +68,15 @@ class StateMachine(Architecture):
             levers=resources.levers(problem, parameters, part),
         )
 
-    def clock_limit(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,
-        part: Part,
-        *,
-        external: ExternalMemoryLaw | None = None,
-    ) -> Figure:
+    def clock_limit(self, job: Job[Problem, SearchParameters]) -> Figure:
         """The paper's 185 MHz, or the limit of the block RAM or the external memory where that is lower, Hz.
 
         Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
         assumed to reach it too. At the low end stands the fastest clock that was shown to work.
         """
-        if external is not None:
-            return outside.clock_limit(self.clock_limit(problem, parameters, part), external)
+        if job.external is not None:
+            return outside.clock_limit(self.clock_limit(replace(job, external=None)), job.external)
+        part = job.chip
         ram = part.block_ram_clock
         if ram.value < published.CLOCK_LIMIT:
             return ram
@@ -104,45 +90,37 @@ class StateMachine(Architecture):
             high=published.CLOCK_LIMIT,
         )
 
-    def memory(self, problem: Problem, parameters: SearchParameters) -> Memory | None:
+    def memory(self, job: Job[Problem, SearchParameters]) -> Memory | None:
         """One bit of the cells in each of their block RAMs; None where the cells are external."""
-        if parameters.memory is MemoryPlace.EXTERNAL:
+        problem = job.problem
+        if job.parameters.memory is MemoryPlace.EXTERNAL:
             return None
-        words = 1 << resources.address_bits(problem.rows, problem.columns)
+        words = 1 << resources.address_bits(*problem.shape)
         return Memory(1, {"cells": min(words, 16_384)})
 
-    def work(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,  # noqa: ARG002
-        inside: frozenset[str] | None = None,
-        external: ExternalMemoryLaw | None = None,
-    ) -> Generator[Step, None, Search]:
+    def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
         State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
         of the search alone; a display that reads the same memory is a component of its own.
         """
+        problem, parameters, external = job.problem, job.parameters, job.external
         parameters = outside.placed(parameters, external)
         addresses = int(parameters.memory is not MemoryPlace.EXTERNAL)
         cycles, traffic = timing.init_cycles(problem.free.size), None
         if external is not None:
             cycles, traffic = outside.init(problem, parameters, external)
         yield step(INIT, cycles, addresses, traffic)
-        plan = searched(problem, memo)
+        plan = searched(job)
         if external is not None:
             traffic = outside.search(plan, problem, parameters, external)
         units = self.expansion_cycles(plan, parameters, traffic)
         searching = timing.SEARCH_ADDRESSES[parameters.micro_architecture] * addresses
-        if detail:
+        if job.detail:
             yield from steps(SEARCH, units, searching, traffic)
         else:
             yield step(SEARCH, int(units.sum()), searching, traffic)
-        if plan.reached and is_done(TRACK, inside):
+        if plan.reached and job.does(TRACK):
             cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
             if external is not None:
                 cycles, traffic = outside.path(plan, parameters, external)
@@ -150,7 +128,7 @@ class StateMachine(Architecture):
         return plan
 
     def expansion_cycles(
-        self, plan: Search, parameters: SearchParameters, traffic: Traffic | None = None
+        self, plan: BreadthFirstPlan, parameters: SearchParameters, traffic: Traffic | None = None
     ) -> NDArray[np.int64]:
         """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them.
 

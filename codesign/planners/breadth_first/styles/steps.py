@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.memo import Memo
+from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import plan_search
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
-from codesign.planners.breadth_first.plan.search import Search
-from codesign.planners.external_memory import MemoryStep, Traffic
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
+from codesign.planners.external_memory import Traffic
+from codesign.planners.host import task_record
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Step
-from codesign.records import TaskRecord
+from codesign.planners.job import Job
+from codesign.planners.styles import MemoryStep, Step
 
 INIT, SEARCH, PATH = "init", "bf", "path"
 """The phases that cycles are booked under, named as the states of the paper; nothing is booked in Standby."""
@@ -27,14 +27,12 @@ BATCH = 1 << 16
 """Units of a step, at most: so that a large map is not held twice."""
 
 
-def searched(problem: Problem, memo: Memo | None) -> Search:
-    """The search of a problem, shared through ``memo``."""
-    if memo is None:
-        return plan_search(problem)
-    return memo.get(("breadth-first search", problem.digest), lambda: plan_search(problem))
+def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
+    """The search of a problem, shared through the memo of the job."""
+    return job.shared(("breadth-first search", job.problem.digest), lambda: plan_search(job.problem))
 
 
-def pushes_of_each_pop(search: Search) -> NDArray[np.int64]:
+def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
     """Int64, one entry a popped cell: the cells that its expansion pushed."""
     columns = search.directions.shape[1]
     offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
@@ -55,11 +53,11 @@ def steps(
     """
     for first in range(0, len(cycles), BATCH):
         units = cycles[first : first + BATCH]
-        told = partial(_task, phase, int(units.sum()))
+        record = task_record(phase, int(units.sum()))
         if traffic is None:
-            yield Step(phase, units, told, ram_addresses)
+            yield Step(phase, units, record, ram_addresses)
         else:
-            yield MemoryStep(phase, units, told, ram_addresses, traffic=traffic.part(first, first + BATCH))
+            yield MemoryStep(phase, units, record, ram_addresses, traffic=traffic.part(first, first + BATCH))
 
 
 def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | None = None) -> Step:
@@ -68,10 +66,6 @@ def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | Non
     return only
 
 
-def _task(phase: str, cycles: int, begin: int, end: int, source: str) -> TaskRecord:
-    return TaskRecord(begin, source, phase, end, cycles)
-
-
-def expansions(search: Search) -> int:
+def expansions(search: BreadthFirstPlan) -> int:
     """Cells whose neighbours were looked at: all that were popped but the goal."""
     return search.popped_cells - search.reached

@@ -11,15 +11,16 @@ from codesign.figures import Figure, Status
 from codesign.part import Part
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
 from codesign.planners.breadth_first.plan.planner import PLANNER
-from codesign.planners.breadth_first.plan.search import Search
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import resources, timing
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 
 class PathMachine(TaskStyle):
@@ -30,11 +31,11 @@ class PathMachine(TaskStyle):
     style = "state_machine"
     description = "state Path alone, with the directions in block RAM beside it"
     component_type = "fpga"
-    kernel = ""
 
-    def demand(self, problem: Problem, parameters: SearchParameters, part: Part) -> Demand:  # noqa: ARG002
+    def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """The directions; logic of the whole state machine, which is an upper bound."""
-        bits = resources.address_bits(problem.rows, problem.columns)
+        problem, part = job.problem, job.chip
+        bits = resources.address_bits(*problem.shape)
         rams = resources.block_rams(1 << bits, resources.DIRECTION_BITS, part)
         law = f"{1 << bits:,} words of {resources.DIRECTION_BITS} bits"
         bound = "upper bound: the whole state machine"
@@ -50,21 +51,16 @@ class PathMachine(TaskStyle):
             )
         )
 
-    def clock_limit(self, problem: Problem, parameters: SearchParameters, part: Part) -> Figure:
+    def clock_limit(self, job: Job[Problem, SearchParameters]) -> Figure:
         """As the whole machine's, Hz."""
-        return StateMachine().clock_limit(problem, parameters, part)
+        return StateMachine().clock_limit(job)
 
-    def steps(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,  # noqa: ARG002
-        plan: Search,
-        position: tuple[float, float],
-    ) -> Generator[Step, None, Way]:
+    def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Path]:
         """State Path; one cycle where the search found none."""
+        plan: BreadthFirstPlan = job.plan
         cycles = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0) if plan.reached else 1
         yield step(PATH, cycles, 1)
-        return PLANNER.way(problem, plan, position)
+        return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As the whole machine's, W."""
@@ -79,15 +75,10 @@ class HostTracking(HostTask):
     description = "from the goal back along the directions of discovery"
     kernel = "breadth_first_cell"
 
-    def outcome(
-        self,
-        problem: Problem,
-        parameters: SearchParameters,  # noqa: ARG002
-        plan: Search,
-        position: tuple[float, float],
-    ) -> tuple[int, Way]:
-        """The way from the position."""
-        return max(1, len(plan.path)), PLANNER.way(problem, plan, position)
+    def outcome(self, job: Job[Problem, SearchParameters]) -> tuple[int, Path]:
+        """The path from the position."""
+        plan: BreadthFirstPlan = job.plan
+        return max(1, len(plan.path)), PLANNER.path_from(job.problem, plan, job.position)
 
 
 TASK_STYLES = (PathMachine(), HostTracking())

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from codesign import maps
 from codesign.figures import Status
-from codesign.planners.harmonic.plan import Relaxation, relax
+from codesign.planners.harmonic.plan import HarmonicPlan, relax
 from codesign.planners.reproduction import Plot, Progress, Row, Series, Use, row
 
 STABILISATION_PRECISION = 128
@@ -84,7 +84,7 @@ def labyrinth(seed: int) -> Environment:
 
 def _relaxed(
     place: Environment, precision: int, side: int, iterations: int, termination: str, visits: bool = False
-) -> Relaxation:
+) -> HarmonicPlan:
     """The labyrinth or an environment in ``side`` × ``side`` blocks, at one precision from zero."""
     rows, columns = (-(-length // side) for length in place.free.shape)
     return relax(

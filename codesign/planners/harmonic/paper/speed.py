@@ -17,7 +17,7 @@ from statistics import fmean
 from codesign import maps
 from codesign.figures import Status
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.plan import Relaxation, relax
+from codesign.planners.harmonic.plan import HarmonicPlan, relax
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.reproduction import Progress, Row, Use, row
@@ -59,7 +59,7 @@ def software_seconds(iterations: int, nodes: int) -> float:
     return iterations * nodes / (BLOCK[0] * BLOCK[1]) * published.SOFTWARE_ITERATION_PS / 1e12
 
 
-def circuit_seconds(result: Relaxation) -> float:
+def circuit_seconds(result: HarmonicPlan) -> float:
     """Seconds of a relaxation at the paper's 150 MHz: p + 2 an iteration, and the changes of block."""
     nodes = BLOCK[0] * BLOCK[1]
     waits = result.total_visits * timing.switch_cycles(nodes, BLOCKS)

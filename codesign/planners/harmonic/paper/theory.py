@@ -19,7 +19,7 @@ from codesign import maps
 from codesign.figures import Status
 from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.paper.figures import WHOLE_MAP_ITERATIONS, Environment, labyrinth
-from codesign.planners.harmonic.plan import Relaxation, relax
+from codesign.planners.harmonic.plan import HarmonicPlan, relax
 from codesign.planners.interface import Problem
 from codesign.planners.reproduction import Progress, Row, row
 
@@ -104,7 +104,7 @@ def _equal_steps(stages: int) -> list[int]:
     return [LAST * stage // stages for stage in range(1, stages + 1)]
 
 
-def _synchronous(place: Environment, schedule: list[int]) -> Relaxation:
+def _synchronous(place: Environment, schedule: list[int]) -> HarmonicPlan:
     return relax(
         place.free,
         [place.goal],

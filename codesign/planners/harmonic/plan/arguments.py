@@ -39,12 +39,6 @@ class Arguments:
     termination: Termination
     start: Field
 
-    @property
-    def block_grid(self) -> tuple[int, int]:
-        """How many blocks down and across."""
-        (rows, columns), (height, width) = self.free.shape, self.block
-        return -(-rows // height), -(-columns // width)
-
     @cached_property
     def movable(self) -> NDArray[np.bool_]:
         """The cells that are computed: free and no goal."""

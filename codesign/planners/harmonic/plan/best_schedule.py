@@ -135,7 +135,7 @@ class _Stages:
     def __init__(self, problem: Problem, parameters: RelaxParameters, memo: Memo) -> None:
         self._problem = problem
         self._memo = memo
-        self._block = parameters.block_shape(problem.rows, problem.columns)
+        self._block = parameters.block_shape(*problem.shape)
         self._iterations = parameters.iterations
         self.local_maxima: dict[int, int] = {}
 

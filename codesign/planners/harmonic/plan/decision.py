@@ -19,7 +19,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,35 +33,6 @@ class Rule(StrEnum):
     TRIANGLE = "triangle"
     ASCENDING_TRIANGLE = "ascending_triangle"
     NEIGHBOUR = "neighbour"
-
-
-def exact_direction(
-    values: NDArray[Any], row: int, column: int, *, only_ascending: bool = False
-) -> tuple[int, int]:
-    """The triangle rule at one cell, in exact integers: the (row, column) components of the way up.
-
-    Args:
-        values: integers (or objects of Python int), rows × columns; outside of the map is 0.
-        row, column: the cell.
-        only_ascending: differences to lower neighbours count as 0 (``Rule.ASCENDING_TRIANGLE``).
-
-    Ties go to the triangle that comes first of N-E, W-N, E-S, S-W: to north and to east.
-    """
-
-    def rise(down: int, right: int) -> int:
-        r, c = row + down, column + right
-        inside = 0 <= r < values.shape[0] and 0 <= c < values.shape[1]
-        difference = (int(values[r, c]) if inside else 0) - int(values[row, column])
-        return max(difference, 0) if only_ascending else difference
-
-    north, east, south, west = rise(-1, 0), rise(0, 1), rise(1, 0), rise(0, -1)
-    triangles = (
-        (north**2 + east**2, (-north, east)),
-        (west**2 + north**2, (-north, -west)),
-        (east**2 + south**2, (south, east)),
-        (south**2 + west**2, (south, -west)),
-    )
-    return max(triangles, key=lambda triangle: triangle[0])[1]
 
 
 def directions(

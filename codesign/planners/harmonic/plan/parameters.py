@@ -143,10 +143,6 @@ class DecideParameters(TaskParameters):
     """The decision task has nothing to choose."""
 
 
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""
-
-
 class LowerBoundParameters(TaskParameters):
     """The task that makes a start nowhere above the field has nothing to choose.
 

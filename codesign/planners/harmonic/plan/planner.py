@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
@@ -16,15 +16,15 @@ from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import (
     DecideParameters,
     DetectParameters,
-    LoadParameters,
     LowerBoundParameters,
     RelaxParameters,
     Stop,
 )
-from codesign.planners.harmonic.plan.relax import Relaxation, relax
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
+from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of
 
 if TYPE_CHECKING:
     from codesign.planners.harmonic.plan.trajectory import Ascent
@@ -44,7 +44,7 @@ FOLLOWING_BYTES = 32
 BOUND_BYTES = 1800
 """Bytes a cell of the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
 
-_ascents: WeakKeyDictionary[Relaxation, tuple[str, Ascent]] = WeakKeyDictionary()
+_ascents: WeakKeyDictionary[HarmonicPlan, tuple[str, Ascent]] = WeakKeyDictionary()
 
 
 class Harmonic(Planner):
@@ -71,12 +71,13 @@ class Harmonic(Planner):
             "decide": DecideParameters,
         }
 
-    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """Equal blocks must be able to part the map as often as asked, and not be too many.
 
         A block larger than the map is one more partial one: the rest of it is obstacle.
         """
-        height, width = parameters.block_shape(problem.rows, problem.columns)
+        problem, parameters = job.problem, job.parameters
+        height, width = parameters.block_shape(*problem.shape)
         if parameters.blocks is not None:
             made = -(-problem.rows // height), -(-problem.columns // width)
             if made != parameters.blocks:
@@ -86,22 +87,23 @@ class Harmonic(Planner):
                     f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 )
                 return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
-        count = parameters.block_count(problem.rows, problem.columns)
+        count = parameters.block_count(*problem.shape)
         if count > MAX_BLOCKS:
             key = "block" if parameters.block is not None else "blocks"
             return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
         return None
 
-    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(self, problem: Problem, parameters: RelaxParameters) -> Relaxation:
+    def plan(self, job: Job[Problem, RelaxParameters]) -> HarmonicPlan:
         """Relax the field without a clock."""
+        problem, parameters = job.problem, job.parameters
         return relax(
             problem.free,
             problem.goals,
-            block=parameters.block_shape(problem.rows, problem.columns),
+            block=parameters.block_shape(*problem.shape),
             iterations=parameters.iterations,
             schedule=parameters.precisions,
             termination=parameters.termination,
@@ -109,18 +111,17 @@ class Harmonic(Planner):
             record_visits=False,
         )
 
-    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:
+    def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
 
         The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
         """
-        return self._flows(problem, parameters, parameters.precisions[-1])
+        parameters = job.parameters
+        return self._flows(job.problem, parameters, parameters.precisions[-1])
 
-    def flows_after(
-        self, problem: Problem, parameters: RelaxParameters, plan: Relaxation
-    ) -> tuple[Flow, ...]:
+    def flows_after(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
-        return self._flows(problem, parameters, plan.precision)
+        return self._flows(job.problem, job.parameters, job.plan.precision)
 
     def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
         cells = problem.free.size
@@ -133,40 +134,38 @@ class Harmonic(Planner):
             Flow("decide", "command", "direction", DIRECTION_BITS),
         )
 
-    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:
+    def memory(self, job: Job[Problem, RelaxParameters]) -> int:
         """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and what follows the field.
 
         Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 x 64 or as one.
         """
+        problem, parameters = job.problem, job.parameters
         from codesign.planners.harmonic.plan.layout import plane_bytes
 
         cells, precision = problem.free.size, parameters.precisions[-1]
-        block = parameters.block_shape(problem.rows, problem.columns)
-        planes = precision * plane_bytes((problem.rows, problem.columns), block)
+        block = parameters.block_shape(*problem.shape)
+        planes = precision * plane_bytes(problem.shape, block)
         values = VALUES_AT_ONCE * 8 * limbs_needed(precision) * cells
-        bounds = BOUND_BYTES * cells if "lower_bound" in tasks else 0
+        bounds = BOUND_BYTES * cells if "lower_bound" in job.mapped else 0
         return planes + values + FOLLOWING_BYTES * cells + bounds
 
-    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:
+    def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Fewer bits; and smaller blocks, as the visited one is kept several times."""
-        large = parameters.block_count(problem.rows, problem.columns) < 8
+        problem = job.problem
+        large = job.parameters.block_count(*problem.shape) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
 
-    def fields_recorded(self, parameters: RelaxParameters) -> int:
-        """The potential at the end of every stage."""
-        return len(parameters.precisions)
-
-    def quality(self, problem: Problem, plan: Relaxation) -> Quality:
+    def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:
         """What following the field is worth."""
         from codesign.planners.harmonic.plan.quality import quality
 
         return quality(problem, plan.field, from_below=plan.from_below)
 
-    def identity(self, plan: Relaxation) -> str:
+    def identity(self, plan: HarmonicPlan) -> str:
         """The digest of the final field."""
         return plan.field.digest()
 
-    def figures(self, plan: Relaxation) -> dict[str, Any]:
+    def figures(self, plan: HarmonicPlan) -> dict[str, Any]:
         """The stages and the final precision; why the field did not settle, where it did not."""
         stages = [
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
@@ -176,27 +175,27 @@ class Harmonic(Planner):
         return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
     def trajectory(
-        self, problem: Problem, plan: Relaxation, start: tuple[int, int]
+        self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of a robot that follows the decision module from ``start``."""
+        """The path of a robot that follows the decision module from ``start``."""
         way = _ascent(problem, plan).follow(start)
         return way.points, way.arrived
 
-    def start_of(self, plan: Relaxation) -> Field:
+    def start_of(self, plan: HarmonicPlan) -> Field:
         """The field."""
         return plan.field
 
-    def way(
-        self, problem: Problem, plan: Relaxation, start: tuple[float, float]
+    def path_from(
+        self, problem: Problem, plan: HarmonicPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
+        """The path of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
             return np.array([start], np.float64), False
         way = _ascent(problem, plan).follow(start)
         return way.points, way.arrived
 
 
-def _ascent(problem: Problem, plan: Relaxation) -> Ascent:
+def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     """The plan's field made ready for following, once for all positions."""
     from codesign.planners.harmonic.plan.trajectory import Ascent
 

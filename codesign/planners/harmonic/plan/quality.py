@@ -1,4 +1,4 @@
-"""What a field is worth to a robot: where it leads, how long the ways are, how close to the walls."""
+"""What a field is worth to a robot: where it leads, how long the paths are, how close to the walls."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from codesign.planners.harmonic.plan.decision import Rule
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
 from codesign.planners.interface import Problem, Quality
-from codesign.planners.ways import judge_arrival, judge_ways
+from codesign.planners.paths import judge_arrival, judge_paths
 
 _CONSECUTIVE_ITERATIONS = 64
 
@@ -38,12 +38,12 @@ def quality(
     ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
     cells = reachable(problem.free, problem.goals) & ~ascent.goal
     found = ((start, ascent.follow(start)) for start in problem.starts)
-    ways = ((start, way.points if way.arrived else None) for start, way in found)
+    paths = ((start, way.points if way.arrived else None) for start, way in found)
     return Quality(
         local_maxima=int((cells & (ascent.best < 0)).sum()),
         wrong_cells=wrong_cells(problem, field, from_below=from_below),
         **judge_arrival(int((ascent.climbs_to_goal() & cells).sum()), int(cells.sum())),
-        **judge_ways(problem, ways),
+        **judge_paths(problem, paths),
     )
 
 
@@ -58,7 +58,7 @@ def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> i
     from codesign.planners.harmonic.plan.relax import stage_cost
 
     if from_below:
-        whole = problem.rows, problem.columns
+        whole = problem.shape
         _, settled = stage_cost(
             problem.free,
             problem.goals,

@@ -35,7 +35,7 @@ class VisitRecord:
 
 
 @dataclass(frozen=True, eq=False)
-class Relaxation:
+class HarmonicPlan:
     """The outcome of ``relax``.
 
     Attributes:
@@ -147,7 +147,7 @@ def relax(
     stop_without_local_maxima: bool = False,
     record_visits: bool = True,
     most_sweeps: int | None = None,
-) -> Relaxation:
+) -> HarmonicPlan:
     """Relax a harmonic field, bit for bit as the block-synchronous circuit does.
 
     Args:
@@ -202,7 +202,7 @@ def relax(
     assert field is not None, "a schedule has at least one stage"
     visits = _record(batches) if record_visits else None
     below = start is None or isinstance(start, LowerBound)
-    return Relaxation(tuple(stages), field, reachable, visits, below, fault)
+    return HarmonicPlan(tuple(stages), field, reachable, visits, below, fault)
 
 
 def _record(batches: list[VisitBatch]) -> VisitRecord:

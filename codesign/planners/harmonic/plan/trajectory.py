@@ -141,24 +141,6 @@ class Ascent:
         )
         return Trajectory(points.copy(), _ENDINGS[ending], int(fallbacks))
 
-    def climb(self, start: tuple[int, int]) -> Trajectory:
-        """The cell-by-cell steepest ascent from ``start``: each step goes to the greatest neighbour.
-
-        Raises:
-            InputError: the start is not a free cell.
-        """
-        from codesign.planners.harmonic.plan.ascent_kernels import COLUMN_STEP, ROW_STEP
-
-        y, x = self._check_start(start)
-        row, column = math.floor(y + 0.5), math.floor(x + 0.5)
-        points = [(row, column)]
-        while not self.goal[row, column] and self.best[row, column] >= 0:
-            side = self.best[row, column]
-            row, column = row + ROW_STEP[side], column + COLUMN_STEP[side]
-            points.append((row, column))
-        ending = Ending.GOAL if self.goal[row, column] else Ending.FLAT
-        return Trajectory(np.array(points, np.float64), ending)
-
     def endings(self, cells: NDArray[np.bool_]) -> dict[Ending, int]:
         """How the trajectories from the centres of the cells of a mask (free ones) end, counted."""
         from codesign.planners.harmonic.plan import ascent_kernels

@@ -10,11 +10,11 @@ from codesign.planners.plug_in import Probe
 def _harmonic() -> Probe:
     """Iterations over a maze as one block, at one precision, from zero until nothing changes."""
     from codesign import maps
-    from codesign.planners.harmonic.plan import Relaxation, relax
+    from codesign.planners.harmonic.plan import HarmonicPlan, relax
 
     free = maps.maze(72, 132, corridor=6, seed=1).free
 
-    def run() -> Relaxation:
+    def run() -> HarmonicPlan:
         return relax(
             free, [(3, 3)], block=free.shape, iterations=1 << 20, schedule=(31,), record_visits=False
         )

@@ -17,14 +17,13 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.memo import Memo
-from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
-from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Step, is_done
+from codesign.planners.job import Job
+from codesign.planners.styles import Step
 
 LIMB_BITS = 64
 DECISION_UPDATES = 4
@@ -64,22 +63,14 @@ class Software(HostStyle):
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs(precision) if self._limbs else 1
 
-    def notes(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+    def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """A block that is larger than the map."""
-        return block_notes(problem, parameters)
+        return block_notes(job.problem, job.parameters)
 
-    def work(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Field | None = None,
-        inside: frozenset[str] | None = None,
-    ) -> Generator[Step, None, Relaxation]:
+    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""
-        map_shape = problem.rows, problem.columns
+        problem, parameters = job.problem, job.parameters
+        map_shape = problem.shape
         cells = block_cells(map_shape, parameters.block_shape(*map_shape))
 
         def iteration_cost(
@@ -87,11 +78,11 @@ class Software(HostStyle):
         ) -> NDArray[np.int64]:
             return iterations * cells[block] * self.units(precision)
 
-        plan = yield from relax_steps(problem, parameters, Costs(iteration_cost), memo, detail, start, inside)
-        if is_done(DECIDE, inside):
+        plan = yield from relax_steps(job, Costs(iteration_cost))
+        if job.does(DECIDE):
             yield self.decision(plan)
         return plan
 
-    def decision(self, plan: Relaxation) -> Step:
+    def decision(self, plan: HarmonicPlan) -> Step:
         """One decision, in units of ``kernel``."""
         return Step(DECIDE, np.array([DECISION_UPDATES * self.units(plan.precision)], np.int64))

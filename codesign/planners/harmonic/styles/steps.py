@@ -14,11 +14,13 @@ from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
-from codesign.planners.harmonic.plan.relax import Relaxation, work
+from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
+from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Exchange, Step, beyond_map, is_done
-from codesign.records import StageRecord, TaskRecord, VisitsRecord
+from codesign.planners.job import Job
+from codesign.planners.styles import Exchange, Step, beyond_map
+from codesign.records import StageRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
 """The phases that cycles are booked under, named as the tasks."""
@@ -35,7 +37,7 @@ MOST_SWEEPS = 1 << 16
 
 def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
     """A note where a block is larger than the map."""
-    map_shape = problem.rows, problem.columns
+    map_shape = problem.shape
     return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
 
 
@@ -99,34 +101,27 @@ class _StageClock:
     begin: int | None = None
 
 
-def relax_steps(
-    problem: Problem,
-    parameters: RelaxParameters,
-    costs: Costs,
-    memo: Memo | None,
-    detail: bool,
-    start: Field | None = None,
-    inside: frozenset[str] | None = None,
-) -> Generator[Step, None, Relaxation]:
+def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[Step, None, HarmonicPlan]:
     """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
 
-    With ``detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
-    that ``memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of its
-    own, whatever ``detail`` says, and an ``Exchange`` follows.
+    With ``job.detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
+    that ``job.memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of
+    its own, whatever ``detail`` says, and an ``Exchange`` follows.
 
-    From a ``start`` the stages are those that ``remaining_precisions`` leaves.
+    From ``job.start`` the stages are those that ``remaining_precisions`` leaves.
     """
     from codesign.maps.reach import reachable
 
-    run = _Run(problem, parameters, start)
-    if not is_done(DETECT, inside):
-        told = _each_visit(run, costs, detect=True)
-    elif detail:
-        told = _each_visit(run, costs, detect=False)
+    run = _Run(job.problem, job.parameters, job.start)
+    if not job.does(DETECT):
+        steps = _each_visit(run, costs, detect=True)
+    elif job.detail:
+        steps = _each_visit(run, costs, detect=False)
     else:
-        told = _each_stage(run, costs, memo)
-    stages, field, fault = yield from told
-    return Relaxation(tuple(stages), field, reachable(problem.free, problem.goals), None, run.below, fault)
+        steps = _each_stage(run, costs, job.memo)
+    stages, field, fault = yield from steps
+    free, goals = job.problem.free, job.problem.goals
+    return HarmonicPlan(tuple(stages), field, reachable(free, goals), None, run.below, fault)
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
@@ -154,7 +149,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
-    blocks = run.parameters.block_count(run.problem.rows, run.problem.columns)
+    blocks = run.parameters.block_count(*run.problem.shape)
     for item in _work(run, run.precisions, run.start):
         if isinstance(item, VisitBatch) and detect:
             yield from _each_sweep(item, costs, clock, blocks)
@@ -164,7 +159,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
             stages.append(item.stage)
             field, fault = item.field, item.fault
             if costs.stage_end:
-                yield replace(task_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
+                yield replace(one_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
             yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
@@ -194,7 +189,7 @@ def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
 def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
-    height, width = parameters.block_shape(problem.rows, problem.columns)
+    height, width = parameters.block_shape(*problem.shape)
     partition = (
         # Blocks that hold the same cells have the same visits.
         (min(height, problem.rows), min(width, problem.columns)),
@@ -225,7 +220,7 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
 
 def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
     """Run one stage from the field of an earlier one."""
-    iterations = np.zeros(run.parameters.block_count(run.problem.rows, run.problem.columns), np.int64)
+    iterations = np.zeros(run.parameters.block_count(*run.problem.shape), np.int64)
     for item in _work(run, (precision,), start):
         if isinstance(item, StageEnd):
             return _StageSums(item.stage, item.field, iterations, item.fault)
@@ -238,7 +233,7 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
     return work(
         problem.free,
         problem.goals,
-        block=parameters.block_shape(problem.rows, problem.columns),
+        block=parameters.block_shape(*problem.shape),
         iterations=parameters.iterations,
         schedule=precisions,
         termination=parameters.termination,
@@ -246,15 +241,6 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
         stop_without_local_maxima=parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA,
         most_sweeps=None if run.below else MOST_SWEEPS,
     )
-
-
-def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """One step that is a task by itself, told as a ``TaskRecord``."""
-
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, task, end, cycles)
-
-    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
 
 
 def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:

@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,21 +19,22 @@ from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
-from codesign.planners.harmonic.plan.relax import Relaxation
+from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.harmonic.styles.bit_serial import slice_power
 from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 
 class DecisionModule(TaskStyle):
     """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
 
-    ``steps`` returns the way from the position, of which the direction is the beginning.
+    ``steps`` returns the path from the position, of which the direction is the beginning.
     """
 
     planner = "harmonic"
@@ -42,16 +42,16 @@ class DecisionModule(TaskStyle):
     style = "bit_serial"
     description = "the decision module alone, with the field in block RAM beside it"
     component_type = "fpga"
-    kernel = ""
 
-    def demand(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Demand:
+    def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
         """The decision module, and p + 1 bits of every cell in words of 18 bits."""
-        last = parameters.precisions[-1]
+        problem = job.problem
+        last = job.parameters.precisions[-1]
         slices = resources.decision_slices(last)
         text = f"{published.PAPER}, section 5.4: 3p + 682"
         bound = "upper bound: two a slice; published in slices only"
         words = -(-problem.free.size * (last + 1) // resources.RAM_WIDTH)
-        rams = -(-words // resources.word_depth(part))
+        rams = -(-words // resources.word_depth(job.chip))
         law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
         return Demand(
             items=(
@@ -62,10 +62,10 @@ class DecisionModule(TaskStyle):
             )
         )
 
-    def clock_limit(self, problem: Problem, parameters: RelaxParameters, part: Part) -> Figure:  # noqa: ARG002
+    def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock that the module was shown at, that of the largest published block, Hz. Assumed."""
         shown = published.BLOCK.clock
-        ram = part.block_ram_clock
+        ram = job.chip.block_ram_clock
         if ram.value < shown:
             return ram
         source = (
@@ -73,16 +73,11 @@ class DecisionModule(TaskStyle):
         )
         return Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
 
-    def steps(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,  # noqa: ARG002
-        plan: Relaxation,
-        position: tuple[float, float],
-    ) -> Generator[Step, None, Way]:
+    def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Path]:
         """One decision."""
+        plan: HarmonicPlan = job.plan
         yield one_step(self.task, timing.decision_cycles(plan.precision))
-        return PLANNER.way(problem, plan, position)
+        return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As the whole circuit's: slices × clock × the part's power a slice and Hz, W."""
@@ -97,15 +92,10 @@ class HostDecision(HostTask):
     description = "one direction in compiled code, a unit for each 64 bits of a value"
     kernel = "harmonic_decision"
 
-    def outcome(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,  # noqa: ARG002
-        plan: Relaxation,
-        position: tuple[float, float],
-    ) -> tuple[int, Way]:
-        """The way from the position, of which the direction is the beginning."""
-        return limbs(plan.precision), PLANNER.way(problem, plan, position)
+    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, Path]:
+        """The path from the position, of which the direction is the beginning."""
+        plan: HarmonicPlan = job.plan
+        return limbs(plan.precision), PLANNER.path_from(job.problem, plan, job.position)
 
 
 class SparseSolve(HostTask):
@@ -125,17 +115,12 @@ class SparseSolve(HostTask):
     )
     kernel = "sparse_solve_cell"
 
-    def outcome(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,
-        plan: Any,  # noqa: ARG002
-        position: tuple[float, float],  # noqa: ARG002
-    ) -> tuple[int, LowerBound]:
+    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, LowerBound]:
         """The bound."""
+        problem = job.problem
         from codesign.planners.harmonic.plan.warm_start import warm_start
 
-        bound = warm_start(problem.free, problem.goals, parameters.precisions[-1])
+        bound = warm_start(problem.free, problem.goals, job.parameters.precisions[-1])
         return max(1, int(problem.free.sum())), bound
 
 
@@ -147,13 +132,7 @@ class HostDetection(HostTask):
     description = "the flag of every sweep is asked for and answered"
     kernel = "harmonic_node_update"
 
-    def outcome(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: RelaxParameters,  # noqa: ARG002
-        plan: Any,  # noqa: ARG002
-        position: tuple[float, float],  # noqa: ARG002
-    ) -> tuple[int, None]:
+    def outcome(self, _job: Job[Problem, RelaxParameters], /) -> tuple[int, None]:
         """Nothing beside the answer."""
         return 1, None
 

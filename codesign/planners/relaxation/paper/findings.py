@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper.runs import (
     Key,
-    Outcomes,
+    MethodRuns,
     best,
     direct_seconds,
     key_of,
@@ -24,7 +24,7 @@ FAR_OFF = 0.05
 """A published time is pointed at where the cost law misses it by more."""
 
 
-def findings(rows: tuple[Row, ...], outcomes: Outcomes, progress: Progress | None) -> tuple[str, ...]:
+def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | None) -> tuple[str, ...]:
     """How well the fits do, how the methods compare, what the tolerance is worth, what the paper contradicts."""
     return (
         *_fit_findings(rows),
@@ -64,7 +64,7 @@ def _fit_findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
     )
 
 
-def _method_findings(outcomes: Outcomes) -> tuple[str, ...]:
+def _method_findings(outcomes: MethodRuns) -> tuple[str, ...]:
     """MAM against methods that the paper leaves out, all on the own floor plan."""
     _, mam = best(outcomes, Method.MAM)
     sor_key, sor = best(outcomes, Method.SOR, followed=True)
@@ -90,7 +90,7 @@ def _method_findings(outcomes: Outcomes) -> tuple[str, ...]:
     )
 
 
-def _precision_findings(outcomes: Outcomes, progress: Progress | None) -> tuple[str, ...]:
+def _precision_findings(outcomes: MethodRuns, progress: Progress | None) -> tuple[str, ...]:
     """What the tolerance and the boundary mean for the search."""
     flat = [
         (run.omega, outcome.flat)
@@ -122,7 +122,7 @@ def _precision_findings(outcomes: Outcomes, progress: Progress | None) -> tuple[
     return tuple(found)
 
 
-def _followed_finding(outcomes: Outcomes, progress: Progress | None) -> str:
+def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> str:
     """After how many iterations each cell leads to the goal, against how many the tolerance takes."""
     runs = (
         ("Gauss-Seidel", Key(Method.GS)),
@@ -149,7 +149,7 @@ def _followed_finding(outcomes: Outcomes, progress: Progress | None) -> str:
     )
 
 
-def _means_flat(outcomes: Outcomes) -> bool:
+def _means_flat(outcomes: MethodRuns) -> bool:
     """Whether any run of GS, AM or MAM with the paper's boundary left flat cells."""
     return any(
         outcome.flat
@@ -158,7 +158,7 @@ def _means_flat(outcomes: Outcomes) -> bool:
     )
 
 
-def _paper_findings(outcomes: Outcomes) -> tuple[str, ...]:
+def _paper_findings(outcomes: MethodRuns) -> tuple[str, ...]:
     """What in the paper cannot hold together."""
     am = {run.omega: run.iterations for run in published.AM}
     losing = sum(run.iterations > am[run.r] for run in published.MAM_COARSE)
@@ -188,6 +188,6 @@ def _paper_findings(outcomes: Outcomes) -> tuple[str, ...]:
     )
 
 
-def _own(outcomes: Outcomes, run: published.Run) -> str:
+def _own(outcomes: MethodRuns, run: published.Run) -> str:
     key = key_of(run)
     return f" (own map: {outcomes[key].iterations:,})" if key in outcomes else ""

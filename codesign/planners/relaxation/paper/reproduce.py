@@ -7,7 +7,7 @@ from codesign.planners.relaxation import published
 from codesign.planners.relaxation.paper.findings import findings
 from codesign.planners.relaxation.paper.runs import (
     Key,
-    Outcomes,
+    MethodRuns,
     best,
     beyond,
     direct_seconds,
@@ -60,7 +60,7 @@ def _name(run: published.Run) -> str:
     return f"AM ω={run.omega:g}" if run.r is None else f"MAM ω={run.omega:g} r={run.r:g}"
 
 
-def _table_rows(runs: tuple[published.Run, ...], outcomes: Outcomes) -> list[Row]:
+def _table_rows(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> list[Row]:
     """Tables I and II: iterations on the own map, and the time that the law gives to the published iterations."""
     rows = []
     for run in runs:
@@ -95,7 +95,7 @@ def _table_rows(runs: tuple[published.Run, ...], outcomes: Outcomes) -> list[Row
     return rows
 
 
-def _reductions(outcomes: Outcomes) -> dict[str, tuple[list[float], list[float]]]:
+def _reductions(outcomes: MethodRuns) -> dict[str, tuple[list[float], list[float]]]:
     """Table III from own runs: reductions in %, of iterations and of time, of every pair that was run."""
     found: dict[str, tuple[list[float], list[float]]] = {name: ([], []) for name in published.REDUCTIONS}
     gs = outcomes[Key(Method.GS)].iterations
@@ -116,7 +116,7 @@ def _reductions(outcomes: Outcomes) -> dict[str, tuple[list[float], list[float]]
     return found
 
 
-def _reduction_rows(outcomes: Outcomes) -> list[Row]:
+def _reduction_rows(outcomes: MethodRuns) -> list[Row]:
     """Table III, where the runs that it compares were made."""
     rows = []
     whole = key_of(published.AM[0]) in outcomes
@@ -141,7 +141,7 @@ def _reduction_rows(outcomes: Outcomes) -> list[Row]:
     return rows
 
 
-def _text_rows(outcomes: Outcomes) -> list[Row]:
+def _text_rows(outcomes: MethodRuns) -> list[Row]:
     """What section VI says of the best parameters."""
     am, mam = best(outcomes, Method.AM), best(outcomes, Method.MAM)
     return [
@@ -165,7 +165,7 @@ def _text_rows(outcomes: Outcomes) -> list[Row]:
     ]
 
 
-def _beyond_rows(outcomes: Outcomes) -> list[Row]:
+def _beyond_rows(outcomes: MethodRuns) -> list[Row]:
     """What the paper leaves out, on the same map and at the same cost of an update."""
     rows = []
     for method in (Method.SOR, Method.RED_BLACK, Method.HALF_SWEEP_AM):
@@ -201,7 +201,7 @@ def _unpublished(quantity: str, value: float, unit: str) -> Row:
     )
 
 
-def _omega_plot(runs: tuple[published.Run, ...], outcomes: Outcomes) -> Plot:
+def _omega_plot(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> Plot:
     """Iterations against ω, published and own."""
     series = []
     for name, method in (("AM", Method.AM), ("MAM, r = ω + 0.05", Method.MAM)):
@@ -229,7 +229,7 @@ def _omega_plot(runs: tuple[published.Run, ...], outcomes: Outcomes) -> Plot:
     )
 
 
-def _r_plot(runs: tuple[published.Run, ...], outcomes: Outcomes) -> Plot:
+def _r_plot(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> Plot:
     """Iterations of MAM against r for the widest ω of Table II, published and own."""
     series = []
     for omega in (1.95, 1.97):

@@ -35,7 +35,7 @@ class Key:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class MethodRun:
     """What came of it. ``flat``: reachable cells from which no step leads on. ``updates``: node values computed."""
 
     iterations: int
@@ -44,7 +44,7 @@ class Outcome:
     updates: int
 
 
-Outcomes = dict[Key, Outcome]
+MethodRuns = dict[Key, MethodRun]
 
 
 def key_of(run: published.Run) -> Key:
@@ -94,17 +94,17 @@ def published_run(free: NDArray[np.bool_], key: Key, **limit: int) -> Solution:
     )
 
 
-def run_all(keys: Iterable[Key], progress: Progress | None) -> Outcomes:
+def run_all(keys: Iterable[Key], progress: Progress | None) -> MethodRuns:
     """Every run, on all cores; the outcomes do not depend on how many there are."""
     free = floor_plan()
     wanted = tuple(dict.fromkeys(keys))
 
-    def one(key: Key) -> Outcome:
+    def one(key: Key) -> MethodRun:
         solution = published_run(free, key)
         search = Search(solution.potential, free, [GOAL])
-        return Outcome(solution.iterations, solution.stagnated, int(search.flat().sum()), solution.updates)
+        return MethodRun(solution.iterations, solution.stagnated, int(search.flat().sum()), solution.updates)
 
-    outcomes: Outcomes = {}
+    outcomes: MethodRuns = {}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         for key, outcome in zip(wanted, pool.map(one, wanted), strict=True):
             outcomes[key] = outcome
@@ -141,7 +141,7 @@ def direct_seconds(unknowns: int) -> float:
     return direct_units(unknowns) * unit().value
 
 
-def best(outcomes: Outcomes, method: Method, *, followed: bool = False) -> tuple[Key, Outcome]:
+def best(outcomes: MethodRuns, method: Method, *, followed: bool = False) -> tuple[Key, MethodRun]:
     """The run of ``method`` with the fewest iterations; with ``followed`` among those without flat cells."""
     runs = (
         (key, outcome)

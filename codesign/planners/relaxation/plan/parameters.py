@@ -181,7 +181,3 @@ class RelaxParameters(TaskParameters):
 
 class SearchParameters(TaskParameters):
     """The gradient descent search has nothing of its own to choose."""
-
-
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""

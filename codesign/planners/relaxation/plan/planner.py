@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.job import Job
+from codesign.planners.paths import by_sides, cell_of, from_position
 from codesign.planners.relaxation.plan.parameters import (
-    LoadParameters,
     Method,
     RelaxParameters,
     SearchParameters,
@@ -22,7 +23,6 @@ from codesign.planners.relaxation.plan.parameters import (
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
-from codesign.planners.ways import by_sides, cell_of, from_position
 
 CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle or goal."""
@@ -35,7 +35,7 @@ FACTOR_BYTES, FACTOR_GROWTH = 750, 0.35
 on empty maps of 2^16 to 2^20 cells; maps of rooms take half as much."""
 
 STEP_BITS = POSE_BITS = 64
-"""The next cell of the way: row and column, 32 bits each."""
+"""The next cell of the path: row and column, 32 bits each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,19 +62,19 @@ class Relaxation(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "relax": RelaxParameters, "search": SearchParameters}
 
-    def check(self, problem: Problem, parameters: RelaxParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
         """The method must suit the map."""
-        reason = refusal(parameters.method, problem.free.shape, problem.goals)
+        problem = job.problem
+        reason = refusal(job.parameters.method, problem.free.shape, problem.goals)
         return None if reason is None else ("method", reason)
 
-    def reachable(self, problem: Problem, parameters: RelaxParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A step of the search never cuts a corner, with four neighbours or with eight."""
-        return by_sides(problem)
+        return by_sides(job.problem)
 
-    def plan(
-        self, problem: Problem, parameters: RelaxParameters, start: NDArray[np.float64] | None = None
-    ) -> Plan:
+    def plan(self, job: Job[Problem, RelaxParameters]) -> Plan:
         """Compute the potential, from nothing or from the potential of an earlier plan."""
+        problem, parameters = job.problem, job.parameters
         solution = solve(
             problem.free,
             problem.goals,
@@ -84,13 +84,13 @@ class Relaxation(Planner):
             tolerance=parameters.tolerance,
             boundary=parameters.boundary,
             max_iterations=parameters.max_iterations,
-            start=start,
+            start=job.start,
         )
         return Plan(solution, parameters.neighbours)
 
-    def flows(self, problem: Problem, parameters: RelaxParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+    def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; the potential, a double a cell; the next cell, row and column."""
-        cells = problem.free.size
+        cells = job.problem.free.size
         return (
             Flow("load", "relax", "map", CELL_BITS * cells),
             Flow("relax", "search", "potential", VALUE_BITS * cells),
@@ -98,21 +98,17 @@ class Relaxation(Planner):
             Flow("search", "command", "step", STEP_BITS),
         )
 
-    def memory(self, problem: Problem, parameters: RelaxParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, RelaxParameters]) -> int:
         """Measured: 43 bytes a cell by sweeps; the factors of the direct solver, 0.8 KB a cell of 2^18, and growing."""
-        cells = problem.free.size
+        cells = job.problem.free.size
         factors = (
-            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if parameters.method is Method.DIRECT else 0.0
+            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if job.parameters.method is Method.DIRECT else 0.0
         )
         return round(cells * (43 + factors))
 
-    def memory_levers(self, problem: Problem, parameters: RelaxParameters) -> list[str]:  # noqa: ARG002
+    def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Sweeps instead of factors."""
-        return ["a method of sweeps such as sor"] if parameters.method is Method.DIRECT else []
-
-    def fields_recorded(self, parameters: RelaxParameters) -> int:  # noqa: ARG002
-        """The potential."""
-        return 1
+        return ["a method of sweeps such as sor"] if job.parameters.method is Method.DIRECT else []
 
     def quality(self, problem: Problem, plan: Plan) -> Quality:
         """What following the potential is worth."""
@@ -146,7 +142,7 @@ class Relaxation(Planner):
     def trajectory(
         self, problem: Problem, plan: Plan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the gradient descent search from ``start``."""
+        """The path of the gradient descent search from ``start``."""
         way = search_of(problem, plan).follow(start)
         return way.cells.astype(np.float64), way.arrived
 
@@ -154,10 +150,10 @@ class Relaxation(Planner):
         """The potential, rows × columns."""
         return plan.solution.potential
 
-    def way(
+    def path_from(
         self, problem: Problem, plan: Plan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of the gradient descent search from a position: that of its cell, the cell's middle left out."""
+        """The path of the gradient descent search from a position: that of its cell, the cell's middle left out."""
         cell = cell_of(problem, start)
         if cell is None:
             return np.array([start], np.float64), False

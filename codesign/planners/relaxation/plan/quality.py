@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.interface import Problem, Quality
+from codesign.planners.paths import judge_arrival, judge_paths
 from codesign.planners.relaxation.plan.parameters import DEFAULT_METHOD, Boundary, Method
 from codesign.planners.relaxation.plan.run import End
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, solve
-from codesign.planners.ways import judge_arrival, judge_ways
 
 MOST_TRIED = 1 << 17
 """Cells of the largest map on which a warning tries what it proposes: a fraction of a second."""
@@ -36,13 +36,13 @@ def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
     lost = cells & ~search.arriving()
     count = int(cells.sum())
     found = ((start, search.follow(start)) for start in problem.starts)
-    ways = ((start, way.cells if way.arrived else None) for start, way in found)
+    paths = ((start, way.cells if way.arrived else None) for start, way in found)
     return Quality(
         local_maxima=int(search.flat().sum()),
         wrong_cells=None,
         warnings=(_warning(problem, solution, lost, count),) if lost.any() else (),
         **judge_arrival(count - int(lost.sum()), count),
-        **judge_ways(problem, ways),
+        **judge_paths(problem, paths),
     )
 
 

@@ -16,11 +16,10 @@ import hashlib
 from collections.abc import Callable, Generator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from codesign.memo import Memo
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
@@ -34,7 +33,7 @@ from codesign.planners.relaxation.styles.costs import (
     level_3_units,
     sweep_units,
 )
-from codesign.planners.styles import Step, is_done
+from codesign.planners.styles import Step
 from codesign.records import StageRecord
 
 SEARCH = "search"
@@ -70,20 +69,11 @@ class Host(HostStyle):
             return {"sweep": -(-sweep // self.cores), "barriers": meetings * BARRIER_UNITS}
         return {} if method is Method.DIRECT else {"sweep": sweep}
 
-    def kernels(self, parameters: RelaxParameters) -> tuple[str, ...]:
+    def kernels(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """That of the sweeps and the search; of the direct solution its own beside it."""
-        return (DIRECT_KERNEL, self.kernel) if parameters.method is Method.DIRECT else (self.kernel,)
+        return (DIRECT_KERNEL, self.kernel) if job.parameters.method is Method.DIRECT else (self.kernel,)
 
-    def work(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: NDArray[np.float64] | None = None,
-        inside: frozenset[str] | None = None,
-    ) -> Generator[Step, None, Plan]:
+    def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Plan]:
         """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
 
         ``check`` is of runs that end by descents.
@@ -91,20 +81,21 @@ class Host(HostStyle):
         With ``detail`` the iterations come in batches, and the last of them tells the potential, scaled to 0 on
         obstacles and 1 on goals. ``start``: the potential of an earlier plan, which the sweeps go on from.
         """
+        problem, parameters, start = job.problem, job.parameters, job.start
         began = None if start is None else hashlib.sha256(start.tobytes()).hexdigest()
         key = ("relaxation", problem.digest, parameters.model_dump_json(), began)
-        plan = (Memo() if memo is None else memo).get(key, lambda: PLANNER.plan(problem, parameters, start))
+        plan = job.shared(key, lambda: PLANNER.plan(job))
         search = search_of(problem, plan)
-        relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if detail else 1)
+        relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if job.detail else 1)
         for phase, units in relaxation[:-1]:
             yield _step(phase, units)
         phase, units = relaxation[-1]
         total = sum(units for _, units in relaxation)
-        told = _told(plan.solution, int(search.flat().sum()), total, units) if detail else None
+        told = _told(plan.solution, int(search.flat().sum()), total, units) if job.detail else None
         direct = plan.solution.method is Method.DIRECT
         kernel = DIRECT_KERNEL if direct else self.kernel
         yield Step(phase, np.array([units], np.int64), told, kernel=kernel)
-        if is_done(SEARCH, inside):
+        if job.does(SEARCH):
             # Where nobody has started yet, the answer is a single step.
             entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
             yield _step(SEARCH, SEARCH_UNITS * max(1, entered))

@@ -9,39 +9,28 @@ from numpy.typing import NDArray
 
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
-from codesign.planners.relaxation.plan.planner import PLANNER, Plan
+from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.styles.costs import SEARCH_UNITS
 from codesign.planners.relaxation.styles.host import SEARCH
 from codesign.planners.styles import Step
 
 
 class HostSearch(HostTask):
-    """Two units for each step of the way, as in the styles of the whole planner; again, for one step. Assumed."""
+    """Two units for each step of the path, as in the styles of the whole planner; again, for one step. Assumed."""
 
     planner = "relaxation"
     task = SEARCH
     description = "from cell to cell, each time to the lowest neighbour"
     kernel = "relaxation_node_update"
 
-    def outcome(
-        self,
-        problem: Problem,
-        parameters: RelaxParameters,  # noqa: ARG002
-        plan: Plan,
-        position: tuple[float, float],
-    ) -> tuple[int, tuple[NDArray[np.float64], bool]]:
-        """The way from the position."""
-        points, arrived = PLANNER.way(problem, plan, position)
+    def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, tuple[NDArray[np.float64], bool]]:
+        """The path from the position."""
+        points, arrived = PLANNER.path_from(job.problem, job.plan, job.position)
         return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
 
-    def again(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: RelaxParameters,  # noqa: ARG002
-        plan: Plan,  # noqa: ARG002
-        position: tuple[float, float],  # noqa: ARG002
-    ) -> Generator[Step, None, None]:
+    def again(self, _job: Job[Problem, RelaxParameters], /) -> Generator[Step, None, None]:
         """The next cell alone, which is what is sent."""
         yield one_step(self.task, SEARCH_UNITS)
 

@@ -24,7 +24,7 @@ from codesign.planners.velocity_obstacle.plan import reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, Formats, double, fixed
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.plan.reference import BRAKE, Choice, Robot
+from codesign.planners.velocity_obstacle.plan.reference import BRAKE, Choice, RobotState
 
 
 class Verdict(StrEnum):
@@ -73,7 +73,7 @@ def bounds(problem: RobotsProblem, parameters: AvoidParameters, formats: Formats
 
 
 def compare(
-    problem: RobotsProblem, parameters: AvoidParameters, robots: Sequence[Robot], index: int
+    problem: RobotsProblem, parameters: AvoidParameters, robots: Sequence[RobotState], index: int
 ) -> tuple[Verdict, Choice, Choice]:
     """The choice of one robot in fixed point and in doubles, from a state given in fixed point.
 
@@ -95,9 +95,9 @@ def compare(
     return (Verdict.NEAR_THRESHOLD if explained else Verdict.BEYOND_BOUND), *choices
 
 
-def in_doubles(numbers: Arithmetic, robot: Robot) -> Robot:
+def in_doubles(numbers: Arithmetic, robot: RobotState) -> RobotState:
     """The same state in cells and cells/s."""
-    return Robot(
+    return RobotState(
         (numbers.to_cells(robot.position[0]), numbers.to_cells(robot.position[1])),
         (numbers.to_cells(robot.target[0]), numbers.to_cells(robot.target[1])),
         (numbers.to_speed(robot.velocity[0]), numbers.to_speed(robot.velocity[1])),
@@ -105,7 +105,7 @@ def in_doubles(numbers: Arithmetic, robot: Robot) -> Robot:
     )
 
 
-def _heading_is_near(exact: Arithmetic, robot: Robot, limits: Bounds) -> bool:
+def _heading_is_near(exact: Arithmetic, robot: RobotState, limits: Bounds) -> bool:
     """Whether the target's direction lies on the border of two directions of the array, within the bound."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     sector = 2.0 * math.pi / exact.directions
@@ -115,7 +115,7 @@ def _heading_is_near(exact: Arithmetic, robot: Robot, limits: Bounds) -> bool:
 
 def _candidate_is_near(
     exact: Arithmetic,
-    robots: Sequence[Robot],
+    robots: Sequence[RobotState],
     index: int,
     parameters: AvoidParameters,
     choices: tuple[Choice, Choice],

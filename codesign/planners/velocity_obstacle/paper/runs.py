@@ -23,7 +23,7 @@ from codesign.planners.velocity_obstacle.plan import (
 from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.parameters import Detection, Responsibility
 from codesign.planners.velocity_obstacle.plan.problem import ARRANGEMENTS
-from codesign.planners.velocity_obstacle.plan.reference import STAY, Robot
+from codesign.planners.velocity_obstacle.plan.reference import STAY, RobotState
 from codesign.planners.velocity_obstacle.published import CLOCK, Style
 from codesign.planners.velocity_obstacle.styles import timing
 
@@ -116,7 +116,7 @@ def agreement(quick: bool, progress: Progress | None) -> Counter[Verdict]:
     found: Counter[Verdict] = Counter()
     for update in range(0, plan.updates, 20 if quick else 2):
         robots = [
-            Robot(
+            RobotState(
                 tuple(plan.positions[update, robot].tolist()),
                 (numbers.position(target[0]), numbers.position(target[1])),
                 tuple(plan.velocities[update, robot].tolist()),

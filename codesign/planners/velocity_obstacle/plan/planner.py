@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Policy, RobotsQuality
+from codesign.planners.interface import Planner, RobotsQuality
+from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
@@ -32,7 +33,7 @@ class VelocityObstacle(Planner):
     name = "velocity_obstacle"
     planning_task = "avoid"
     problem_model = RobotsWorkload
-    policies: tuple[Policy, ...] = ("restart",)
+    fields_a_stage = 0
     description = "several robots that avoid each other, in fixed point (Dubey et al. 2013)"
 
     @property
@@ -40,38 +41,30 @@ class VelocityObstacle(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"avoid": AvoidParameters}
 
-    def check(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[RobotsProblem, AvoidParameters]) -> tuple[str, str] | None:
         """The array of velocities must be fine enough for the acceleration, and the words wide enough."""
-        return fault_of(problem, parameters)
+        return fault_of(job.problem, job.parameters)
 
-    def reachable(self, problem: RobotsProblem, parameters: AvoidParameters) -> NDArray[np.bool_]:  # noqa: ARG002
+    def reachable(self, job: Job[RobotsProblem, AvoidParameters]) -> NDArray[np.bool_]:
         """Every cell of the arena, which has no obstacles: bool rows × columns."""
-        width, height = problem.arena
+        width, height = job.problem.arena
         return np.ones((math.ceil(height), math.ceil(width)), np.bool_)
 
-    def plan(self, problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
+    def plan(self, job: Job[RobotsProblem, AvoidParameters]) -> Avoidance:
         """Run all robots in the closed loop, without a clock."""
-        return avoid(problem, parameters)
+        return avoid(job.problem, job.parameters)
 
-    def flows(self, problem: RobotsProblem, parameters: AvoidParameters) -> tuple[Flow, ...]:  # noqa: ARG002
+    def flows(self, job: Job[RobotsProblem, AvoidParameters]) -> tuple[Flow, ...]:
         """Start and target of each robot, and the robots' coordinates once, for the display (section VI)."""
-        coordinates = 2 * COORDINATE_BITS * problem.count
+        coordinates = 2 * COORDINATE_BITS * job.problem.count
         return (
             Flow("load", "avoid", "robots", 2 * coordinates),
             Flow("avoid", "command", "coordinates", coordinates),
         )
 
-    def memory(self, problem: RobotsProblem, parameters: AvoidParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> int:
         """For each robot and update positions, velocities and counts, in words and once more in cells."""
-        return STATE_BYTES * problem.count * (parameters.updates + 1)
-
-    def memory_levers(self, problem: RobotsProblem, parameters: AvoidParameters) -> list[str]:  # noqa: ARG002
-        """None besides robots and updates."""
-        return []
-
-    def fields_recorded(self, parameters: AvoidParameters) -> int:  # noqa: ARG002
-        """None."""
-        return 0
+        return STATE_BYTES * job.problem.count * (job.parameters.updates + 1)
 
     def quality(self, problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
         """Collisions, arrivals and detours of the run."""
@@ -103,7 +96,7 @@ class VelocityObstacle(Planner):
     def trajectory(
         self, problem: RobotsProblem, plan: Avoidance, start: int
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
+        """The path of robot number ``start``: float64 (updates + 1) × 2 (row, column), and whether it arrives.
 
         Cells are counted from their middle as everywhere: (x, y) of a robot is (column + 0.5, row + 0.5).
         """
@@ -111,18 +104,6 @@ class VelocityObstacle(Planner):
 
         assert 0 <= start < problem.count
         return plan.cells[:, start, ::-1] - 0.5, arrival_updates(plan)[start] is not None
-
-    def start_of(self, plan: Avoidance) -> None:
-        """None: every run begins at the starts."""
-
-    def way(
-        self,
-        problem: RobotsProblem,  # noqa: ARG002
-        plan: Avoidance,  # noqa: ARG002
-        start: tuple[float, float],
-    ) -> tuple[NDArray[np.float64], bool]:
-        """``start`` alone: the run is a closed loop of all robots, and knows of no other position."""
-        return np.array([start], np.float64), False
 
 
 PLANNER = VelocityObstacle()

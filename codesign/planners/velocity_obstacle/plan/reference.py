@@ -19,7 +19,7 @@ STAY = -2
 
 
 @dataclass
-class Robot:
+class RobotState:
     """State of one robot: position, velocity, and the PID's sum of errors and last error, as (x, y)."""
 
     position: tuple[Number, Number]
@@ -55,7 +55,7 @@ class History:
     choices: list[list[Choice]] = field(default_factory=list)
     overflow: bool = False
 
-    def note(self, robots: Sequence[Robot], steps: int) -> None:
+    def note(self, robots: Sequence[RobotState], steps: int) -> None:
         """The state of the robots, so many steps after the one before."""
         self.positions.append([one.position for one in robots])
         self.velocities.append([one.velocity for one in robots])
@@ -100,13 +100,13 @@ def coll_detect(
     return not safe
 
 
-def target_check(numbers: Arithmetic, robot: Robot) -> bool:
+def target_check(numbers: Arithmetic, robot: RobotState) -> bool:
     """Whether the robot's centre is within the tolerance of its target."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     return bool(x * x + y * y <= numbers.tolerance_squared)
 
 
-def to_goal(numbers: Arithmetic, robot: Robot) -> int:
+def to_goal(numbers: Arithmetic, robot: RobotState) -> int:
     """The direction of the array of velocities that is nearest to that of the target."""
     x, y = robot.target[0] - robot.position[0], robot.target[1] - robot.position[1]
     along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
@@ -134,7 +134,9 @@ def brake(numbers: Arithmetic, velocity: tuple[Number, Number]) -> tuple[Number,
     return x, y
 
 
-def choose(numbers: Arithmetic, robots: Sequence[Robot], index: int, parameters: AvoidParameters) -> Choice:
+def choose(
+    numbers: Arithmetic, robots: Sequence[RobotState], index: int, parameters: AvoidParameters
+) -> Choice:
     """The velocity that robot ``index`` takes: the first achievable one with which all equations hold.
 
     All robots are updated by one step first, the others as they move now, and the equations are verified there. A
@@ -183,7 +185,7 @@ def _on_course(
 
 
 def pid(
-    numbers: Arithmetic, robot: Robot, wanted: tuple[Number, Number]
+    numbers: Arithmetic, robot: RobotState, wanted: tuple[Number, Number]
 ) -> tuple[tuple[Number, Number], tuple[Number, Number], tuple[Number, Number]]:
     """The acceleration that the PID control gives towards ``wanted``, its sum of errors and its error.
 
@@ -212,7 +214,7 @@ def fits(numbers: Arithmetic, *values: Number) -> bool:
 
 
 def decide(
-    numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
+    numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
 ) -> tuple[list[Choice], bool]:
     """What all robots choose, at the same time and from the same state, and an overflow.
 
@@ -226,7 +228,7 @@ def decide(
     )
 
 
-def hold(numbers: Arithmetic, robots: Sequence[Robot], steps: int) -> bool:
+def hold(numbers: Arithmetic, robots: Sequence[RobotState], steps: int) -> bool:
     """Drive on for ``steps`` time steps with the velocities that the robots have; whether one left its words."""
     for _ in range(steps):
         for robot in robots:
@@ -236,7 +238,7 @@ def hold(numbers: Arithmetic, robots: Sequence[Robot], steps: int) -> bool:
     return False
 
 
-def act(numbers: Arithmetic, robots: Sequence[Robot], choices: Sequence[Choice]) -> bool:
+def act(numbers: Arithmetic, robots: Sequence[RobotState], choices: Sequence[Choice]) -> bool:
     """One time step in which PID control drives each robot to the velocity that it chose; whether a value left its
     word."""
     overflow = False
@@ -248,7 +250,7 @@ def act(numbers: Arithmetic, robots: Sequence[Robot], choices: Sequence[Choice])
 
 
 def update(
-    numbers: Arithmetic, robots: Sequence[Robot], parameters: AvoidParameters
+    numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
 ) -> tuple[list[Choice], bool]:
     """One update that is decided within its time step: the choices, and an overflow.
 
@@ -258,10 +260,10 @@ def update(
     return choices, act(numbers, robots, choices) or overflow
 
 
-def start(numbers: Arithmetic, problem: RobotsProblem) -> list[Robot]:
+def start(numbers: Arithmetic, problem: RobotsProblem) -> list[RobotState]:
     """All robots at rest at their starts."""
     return [
-        Robot(
+        RobotState(
             (numbers.position(place[0]), numbers.position(place[1])),
             (numbers.position(target[0]), numbers.position(target[1])),
         )

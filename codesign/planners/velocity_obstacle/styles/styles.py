@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from codesign.figures import Figure
-from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.host import task_record
+from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Demand, Memory, Step
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
@@ -18,7 +19,6 @@ from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.styles import levers, power, resources, timing
-from codesign.records import TaskRecord
 
 if TYPE_CHECKING:
     from codesign.planners.velocity_obstacle.styles.updates import Updates
@@ -41,22 +41,15 @@ class Circuit(Architecture):
     planner = "velocity_obstacle"
     component_type = "fpga"
     description = "update and detection units on a schedule: one of each, pipelined, or one for each robot"
-    kernel = ""
 
     def __init__(self, style: Style) -> None:
         self.style = style.value
         self._style = style
 
-    def demand(
-        self,
-        problem: RobotsProblem,
-        parameters: AvoidParameters,
-        part: Part,
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> CircuitDemand:
+    def demand(self, job: Job[RobotsProblem, AvoidParameters]) -> CircuitDemand:
         """Resources by unit, and the words of the array of velocities. Nothing is placed apart from ``avoid``."""
-        robots = problem.count
+        parameters, part = job.parameters, job.chip
+        robots = job.problem.count
         units = resources.units_of(self._style, robots, parameters)
         return CircuitDemand(
             items=resources.items(self._style, robots, parameters, part),
@@ -66,33 +59,25 @@ class Circuit(Architecture):
             robots=robots,
         )
 
-    def clock_limit(self, problem: RobotsProblem, parameters: AvoidParameters, part: Part) -> Figure:  # noqa: ARG002
+    def clock_limit(self, job: Job[RobotsProblem, AvoidParameters]) -> Figure:
         """The fastest clock that was shown, Hz."""
-        return timing.clock_limit(part)
+        return timing.clock_limit(job.chip)
 
-    def memory(self, problem: RobotsProblem, parameters: AvoidParameters) -> Memory:  # noqa: ARG002
+    def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> Memory:
         """One component of each velocity of the array; a deep array has its words cut over several block RAMs."""
+        parameters = job.parameters
         words = parameters.speeds * parameters.directions
         return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
 
-    def work(
-        self,
-        problem: RobotsProblem,
-        parameters: AvoidParameters,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,  # noqa: ARG002
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Generator[Step, None, Avoidance]:
+    def work(self, job: Job[RobotsProblem, AvoidParameters]) -> Generator[Step, None, Avoidance]:
         """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
 
         Nothing of it is placed apart, and every run begins at the starts: ``start`` and ``inside`` change nothing.
         An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
         """
-        plan = avoid(problem, parameters) if detail or memo is None else _whole(problem, parameters, memo)
-        cycles = timing.run_cycles(self._style, plan, parameters)
-        if detail:
+        plan = avoid(job.problem, job.parameters) if job.detail else _whole(job)
+        cycles = timing.run_cycles(self._style, plan, job.parameters)
+        if job.detail:
             for checks, trials in zip(cycles.checks.tolist(), cycles.trials.tolist(), strict=True):
                 yield from _steps(cycles.costs, checks, trials)
             return plan
@@ -105,8 +90,9 @@ class Circuit(Architecture):
                 yield Step(phase, np.array([amount], np.int64), ram_addresses=timing.addresses(phase))
         return plan
 
-    def updates(self, problem: RobotsProblem, parameters: AvoidParameters) -> Updates:
+    def updates(self, job: Job[RobotsProblem, AvoidParameters]) -> Updates:
         """The closed loop with the cycles of every robot's own circuit, update by update: for scenario ``fleet``."""
+        problem, parameters = job.problem, job.parameters
         from codesign.planners.velocity_obstacle.styles.updates import Updates
 
         return Updates(problem, parameters, timing.update_costs(self._style, problem.count, parameters))
@@ -117,11 +103,11 @@ class Circuit(Architecture):
         return power.power(demand.style, demand.robots, clock, part)
 
 
-def _whole(problem: RobotsProblem, parameters: AvoidParameters, memo: Memo) -> Avoidance:
+def _whole(job: Job[RobotsProblem, AvoidParameters]) -> Avoidance:
     """The run from the memory of an exploration: units do not change it."""
     units = {"detector", "unit", "update_units", "detect_units"}
-    key = ("velocity_obstacle", problem.digest, parameters.model_dump_json(exclude=units))
-    return memo.get(key, lambda: avoid(problem, parameters))
+    key = ("velocity_obstacle", job.problem.digest, job.parameters.model_dump_json(exclude=units))
+    return job.shared(key, lambda: avoid(job.problem, job.parameters))
 
 
 def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Step, None, None]:
@@ -132,11 +118,4 @@ def _steps(costs: timing.UpdateCosts, checks: int, trials: int) -> Generator[Ste
         cycles = (
             np.full(trials, costs.trial, np.int64) if phase == timing.VERIFY else np.array([amount], np.int64)
         )
-        yield Step(phase, cycles, _story(phase, amount), timing.addresses(phase))
-
-
-def _story(phase: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, phase, end, cycles)
-
-    return tell
+        yield Step(phase, cycles, task_record(phase, amount), timing.addresses(phase))

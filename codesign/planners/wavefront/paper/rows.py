@@ -15,7 +15,7 @@ from codesign.planners.wavefront.paper.maps import AdderRun, SafeWays, Sample, u
 from codesign.planners.wavefront.plan.skeleton import skeleton
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits, stop_cycle
 from codesign.planners.wavefront.styles import resources
-from codesign.planners.wavefront.styles.resources import Layout
+from codesign.planners.wavefront.styles.resources import ArrayLayout
 
 BITS = register_bits(published.STOP_POTENTIAL)
 PARTS = ("XC4VLX160-12", "XC2V6000-4", "XC2VP30-6", "XC3S500E-4")
@@ -39,7 +39,7 @@ def paper_rows(
 
 def _node_rows() -> Iterator[Row]:
     """The node against that of Hassoun and Sanghvi."""
-    layout = Layout((published.SIDE, published.SIDE), BITS)
+    layout = ArrayLayout((published.SIDE, published.SIDE), BITS)
     node, adder = resources.delay_line_node(layout), resources.adder_node(layout)
     line = dict((part[0], part[1]) for part in node.flip_flops)["delay lines"]
     bare = published.ADDER_LUT4_A_BIT * BITS / published.NODE_LUT4
@@ -324,7 +324,7 @@ def _part_rows() -> Iterator[Row]:
     """What of "large grids on a single chip" fits the four FPGA of the other papers."""
     from codesign.inputs.part_file import load_part
 
-    node = resources.delay_line_node(Layout((1, 1), BITS))
+    node = resources.delay_line_node(ArrayLayout((1, 1), BITS))
     for name in PARTS:
         part = load_part(name)
         side = math.isqrt(int(part.resources["slices"].value) // node.slices)

@@ -11,7 +11,7 @@ from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
 
 
-class Stop(StrEnum):
+class WaveEnd(StrEnum):
     """When the wave ends."""
 
     STARTS = "starts"
@@ -55,11 +55,11 @@ class PropagateParameters(TaskParameters):
     """How the wave runs, what is tracked, and how wide the registers are."""
 
     stop: Annotated[
-        Stop,
+        WaveEnd,
         Field(
             description="starts: when the wave has reached all starts, as in the paper; whole_map: never before the end"
         ),
-    ] = Stop.STARTS
+    ] = WaveEnd.STARTS
     paths: Annotated[
         Paths,
         Field(description="shortest: equation 2; safe: equations 4 and 5, with a wave from all obstacles"),
@@ -115,7 +115,3 @@ class PropagateParameters(TaskParameters):
 
 class TrackParameters(TaskParameters):
     """The tracking of the way has nothing of its own to choose."""
-
-
-class LoadParameters(TaskParameters):
-    """The task that brings the map to the planner has nothing to choose."""

@@ -12,7 +12,7 @@ from codesign.errors import MapError
 from codesign.memo import Memo
 from codesign.planners.interface import Problem
 from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, Stop
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.tracking import Tracker
 from codesign.planners.wavefront.plan.wave import near_obstacles, obstacle_potentials, run_wave
 
@@ -74,7 +74,7 @@ def stop_cells(problem: Problem, parameters: PropagateParameters) -> NDArray[np.
     Raises:
         MapError: a start outside of the map or on an obstacle.
     """
-    if parameters.stop is Stop.WHOLE_MAP or not problem.starts:
+    if parameters.stop is WaveEnd.WHOLE_MAP or not problem.starts:
         return np.zeros((0, 2), np.int64)
     return check_cells(problem.starts, problem.free, "starts")
 
@@ -116,5 +116,5 @@ def sizing_parameters(problem: Problem, parameters: PropagateParameters) -> Prop
     try:
         known_plan(problem, parameters)
     except MapError:
-        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
     return parameters

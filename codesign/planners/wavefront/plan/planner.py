@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,25 +10,25 @@ from numpy.typing import NDArray
 
 from codesign.errors import MapError
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, Policy, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
+from codesign.planners.job import Job
+from codesign.planners.paths import cell_of, from_position
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,
     Course,
-    LoadParameters,
     Paths,
     PropagateParameters,
     TrackParameters,
 )
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
-from codesign.planners.ways import cell_of, from_position
 
 CELL_BITS = 2
 """F and Z of a cell."""
 
 NEXT_BITS = POSE_BITS = 64
-"""A cell of the way: row and column, 32 bits each."""
+"""A cell of the path: row and column, 32 bits each."""
 
 
 class Wavefront(Planner):
@@ -36,7 +36,6 @@ class Wavefront(Planner):
 
     name = "wavefront"
     planning_task = "propagate"
-    policies: tuple[Policy, ...] = ("restart",)
     description = "shortest and safe paths by a wave of delays 2 and 3 (Möller and Paschke 1998)"
 
     @property
@@ -44,11 +43,12 @@ class Wavefront(Planner):
         """The tasks of a mapping, with their parameter models."""
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
-    def check(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, str] | None:
+    def check(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str] | None:
         """A wave that waits for its starts has to reach them; tiles are not too many."""
+        problem, parameters = job.problem, job.parameters
         if parameters.tile is not None:
             height, width = parameters.tile
-            count = parameters.tile_count(problem.rows, problem.columns)
+            count = parameters.tile_count(*problem.shape)
             if count > MAX_TILES:
                 return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
         try:
@@ -57,23 +57,25 @@ class Wavefront(Planner):
             return "stop", fault.what
         return None
 
-    def reachable(self, problem: Problem, parameters: PropagateParameters) -> NDArray[np.bool_]:
+    def reachable(self, job: Job[Problem, PropagateParameters]) -> NDArray[np.bool_]:
         """The wave passes between two obstacles that touch at a corner where it may cut corners."""
+        problem = job.problem
         from codesign.maps.reach import reachable
 
-        return reachable(problem.free, problem.goals, corner_cutting=parameters.corner_cutting)
+        return reachable(problem.free, problem.goals, corner_cutting=job.parameters.corner_cutting)
 
-    def plan(self, problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
+    def plan(self, job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
         """Run the wave without a clock."""
-        return compute_plan(problem, parameters)
+        return compute_plan(job.problem, job.parameters)
 
-    def flows(self, problem: Problem, parameters: PropagateParameters) -> tuple[Flow, ...]:
-        """The map, F and Z of every cell; the potentials; the way of the first start, a cell at a time.
+    def flows(self, job: Job[Problem, PropagateParameters]) -> tuple[Flow, ...]:
+        """The map, F and Z of every cell; the potentials; the path of the first start, a cell at a time.
 
         A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
-        of the way. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a wave
-        that does not wait for it.
+        of the path. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a
+        wave that does not wait for it.
         """
+        problem, parameters = job.problem, job.parameters
         parameters = sizing_parameters(problem, parameters)
         cells, plan = problem.free.size, known_plan(problem, parameters)
         local = parameters.course is Course.LOCAL
@@ -85,47 +87,36 @@ class Wavefront(Planner):
             Flow("track", "command", "way", NEXT_BITS * steps),
         )
 
-    def check_drive(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: PropagateParameters,
-    ) -> tuple[str, str, str] | None:
+    def check_drive(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str, str] | None:
         """A way that passes between two obstacles that touch at a corner is none for a robot."""
-        if not parameters.corner_cutting:
+        if not job.parameters.corner_cutting:
             return None
         text = "a way that cuts corners may lead between two obstacles, where no robot can drive"
         return "corner_cutting", text, "set corner_cutting: false"
 
-    def horizon(self, parameters: PropagateParameters) -> int | None:
+    def horizon(self, job: Job[Any, PropagateParameters]) -> int | None:
         """The steps of a local course."""
+        parameters = job.parameters
         return parameters.steps if parameters.course is Course.LOCAL else None
 
     def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
-        """Steps of the way of the first start; at least one, which tells that it is there."""
+        """Steps of the path of the first start; at least one, which tells that it is there."""
         if not problem.starts or plan.potentials[problem.starts[0]] < 0:
             return 1
         return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
 
-    def memory(self, problem: Problem, parameters: PropagateParameters, tasks: Collection[str]) -> int:  # noqa: ARG002
+    def memory(self, job: Job[Problem, PropagateParameters]) -> int:
         """Measured: 56 bytes a cell on maps of 2^20 to 2^24 cells (map, distances, labels, paths)."""
-        return 56 * problem.free.size
-
-    def memory_levers(self, problem: Problem, parameters: PropagateParameters) -> list[str]:  # noqa: ARG002
-        """None besides the map."""
-        return []
-
-    def fields_recorded(self, parameters: PropagateParameters) -> int:  # noqa: ARG002
-        """The distances."""
-        return 1
+        return 56 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
-        """What the ways are worth."""
+        """What the paths are worth."""
         from codesign.planners.wavefront.plan.quality import quality
 
         return quality(problem, plan)
 
     def identity(self, plan: WavefrontPlan) -> str:
-        """The digest of the potentials and the rule of the ways."""
+        """The digest of the potentials and the rule of the paths."""
         return plan.digest
 
     def figures(self, plan: WavefrontPlan) -> dict[str, Any]:
@@ -142,7 +133,7 @@ class Wavefront(Planner):
     def trajectory(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way from ``start`` by the rule of the plan; ``start`` alone where the wave did not come.
+        """The path from ``start`` by the rule of the plan; ``start`` alone where the wave did not come.
 
         Raises:
             MapError: a start outside of the map or on an obstacle.
@@ -158,13 +149,10 @@ class Wavefront(Planner):
         """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""
         return "potential", "1", np.where(plan.potentials >= 0, plan.potentials, np.inf)
 
-    def start_of(self, plan: WavefrontPlan) -> None:
-        """None: a wave begins anew."""
-
-    def way(
+    def path_from(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The way from a position, by the rule of the plan from its cell; none where the wave did not come."""
+        """The path from a position, by the rule of the plan from its cell; none where the wave did not come."""
         cell = cell_of(problem, start)
         if cell is None or plan.potentials[cell] < 0:
             return np.array([start], np.float64), False
@@ -178,7 +166,7 @@ def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
         plan = known_plan(problem, sizing_parameters(problem, parameters))
         bits = register_bits(plan.largest_potential)
     if parameters.paths is Paths.SAFE:
-        bits += register_bits(longest_distance((problem.rows, problem.columns), parameters.delays))
+        bits += register_bits(longest_distance(problem.shape, parameters.delays))
     return bits
 
 

@@ -1,12 +1,12 @@
-"""What the potentials are worth to a robot: where ways lead, how long they are, how close to the walls."""
+"""What the potentials are worth to a robot: where paths lead, how long they are, how close to the walls."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from codesign.planners.interface import Problem, Quality
+from codesign.planners.paths import judge_arrival, judge_paths
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
-from codesign.planners.ways import judge_arrival, judge_ways
 
 
 def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
@@ -24,7 +24,7 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
     cells[tuple(np.array(problem.goals).T)] = False
     planned = int((cells & (plan.potentials >= 0)).sum())
-    ways = (
+    paths = (
         (start, plan.tracker.follow(start) if plan.potentials[start] >= 0 else None)
         for start in problem.starts
     )
@@ -32,5 +32,5 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
         local_maxima=0,
         wrong_cells=0,
         **judge_arrival(planned, planned, int(cells.sum())),
-        **judge_ways(problem, ways),
+        **judge_paths(problem, paths),
     )

@@ -11,17 +11,17 @@ from collections.abc import Iterator
 
 from codesign.figures import Figure
 from codesign.memo import Memo
-from codesign.part import Part
+from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Item, Step
 from codesign.planners.wavefront.plan.grid import check_cells
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, Stop
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
 from codesign.planners.wavefront.plan.wave import obstacle_map
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.resources import Layout
-from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, task_step, updates
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, updates
 
 _waves = Memo(max_bytes=2**20)
 
@@ -34,48 +34,45 @@ class AdderComparator(ArrayStyle):
 
     def settled(self, parameters: PropagateParameters) -> PropagateParameters:
         """With ``stop: whole_map``: only when no potential changes any more is that of a start known to be final."""
-        return parameters.model_copy(update={"stop": Stop.WHOLE_MAP})
+        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
 
-    def notes(self, problem: Problem, parameters: PropagateParameters) -> tuple[str, ...]:
+    def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """That it does not stop at the starts, where it is asked to."""
-        if parameters.stop is Stop.WHOLE_MAP or not problem.starts:
+        if job.parameters.stop is WaveEnd.WHOLE_MAP or not job.problem.starts:
             return ()
         return (
             f"propagate.stop: style {self.style} runs as with whole_map, as it cannot stop at a start: a smaller"
             " potential may still come by a path of more steps",
         )
 
-    def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
+    def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest potential of the whole map: nothing stops the updates before."""
-        return self._whole(problem, parameters)[0]
+        return self._whole(job)[0]
 
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
         """Nodes, counter, select lines, and the tree that tells whether any potential changed."""
+        layout = self.layout(job)
         node = resources.adder_node(layout)
         return (
             *resources.array_items(node, layout),
             *resources.or_tree_items(layout.nodes, "change detection"),
         )
 
-    def wave_steps(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        memo: Memo,
-        detail: bool,  # noqa: ARG002
-    ) -> Iterator[Step]:
-        """Updates until none changes; p^d first where ways are to be safe."""
+    def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
+        """Updates until none changes; p^d first where paths are to be safe."""
+        problem, parameters = job.problem, job.parameters
         if parameters.paths is Paths.SAFE:
             key = ("wavefront obstacle updates", problem.digest, parameters.delays)
-            count = memo.get(key, lambda: obstacle_updates(problem, parameters))
-            yield task_step(OBSTACLES, count + 1)
-        yield task_step(PROPAGATE, self._whole(problem, parameters)[1] + 1)
+            count = job.shared(key, lambda: obstacle_updates(problem, parameters))
+            yield one_step(OBSTACLES, count + 1)
+        yield one_step(PROPAGATE, self._whole(job)[1] + 1)
 
-    def clock_limit(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Figure:
+    def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock: five operations over R bits are chained in a cycle."""
-        return timing.clock_limit(problem.free.size, part, self.bits(problem, parameters))
+        return timing.clock_limit(job.problem.free.size, job.chip, self.bits(job))
 
-    def _whole(self, problem: Problem, parameters: PropagateParameters) -> tuple[int, int]:
+    def _whole(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
+        problem, parameters = job.problem, job.parameters
         key = ("whole", *plan_key(problem, parameters))
 
         def compute() -> tuple[int, int]:

@@ -5,19 +5,20 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Generator, Iterator
 from dataclasses import replace
-from typing import Any
 
 from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Architecture, Bound, Demand, Item, Memory, Step, is_done
+from codesign.planners.job import Job
+from codesign.planners.styles import Architecture, Bound, Demand, Item, Step
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
-from codesign.planners.wavefront.styles.resources import Layout
-from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, task_step, tracked_steps
+from codesign.planners.wavefront.styles.resources import ArrayLayout
+from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 
 QUIET_ACTIVITY = 0.1
 """Dynamic power may be this much of a typical design's: only the nodes of the wave front switch. Assumed."""
@@ -29,69 +30,58 @@ class ArrayStyle(Architecture):
     planner = "wavefront"
     style: str
     component_type = "fpga"
-    kernel = ""
 
     @abstractmethod
-    def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
+    def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest potential that a register has to hold."""
 
     @abstractmethod
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:
-        """The demand of an array of ``layout``."""
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
+        """The demand of the array."""
 
     @abstractmethod
-    def wave_steps(
-        self, problem: Problem, parameters: PropagateParameters, memo: Memo, detail: bool
-    ) -> Iterator[Step]:
+    def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """The waves of the plan on the clock."""
 
-    def array_shape(self, problem: Problem, parameters: PropagateParameters) -> tuple[int, int]:  # noqa: ARG002
+    def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of the array: those of the map."""
-        return problem.rows, problem.columns
+        return job.problem.shape
 
-    def bits(self, problem: Problem, parameters: PropagateParameters) -> int:
+    def bits(self, job: Job[Problem, PropagateParameters]) -> int:
         """Bits of a register: as given, or as many as the problem needs."""
-        if parameters.register_bits is not None:
-            return parameters.register_bits
-        return register_bits(self.largest_potential(problem, parameters))
+        given = job.parameters.register_bits
+        return register_bits(self.largest_potential(job)) if given is None else given
 
-    def layout(self, problem: Problem, parameters: PropagateParameters) -> Layout:
+    def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
         """What decides the size of the array."""
-        obstacle_bits = 0
+        problem, parameters, obstacle_bits = job.problem, job.parameters, 0
         if parameters.paths is Paths.SAFE:
-            longest = longest_distance((problem.rows, problem.columns), parameters.delays)
+            longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
-        return Layout(
-            self.array_shape(problem, parameters),
-            self.bits(problem, parameters),
+        return ArrayLayout(
+            self.array_shape(job),
+            self.bits(job),
             obstacle_bits,
             parameters.delays[-1],
             0 if parameters.penalty is None else parameters.penalty.delay,
             parameters.corner_cutting,
         )
 
-    def demand(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        part: Part,
-        *,
-        inside: frozenset[str] | None = None,  # noqa: ARG002
-    ) -> Demand:
+    def demand(self, job: Job[Problem, PropagateParameters]) -> Demand:
         """Nodes, counter and select lines; the register against the largest potential.
 
         ``inside`` changes nothing: the papers count no circuit that tracks, and the chains that read the potentials out
         are needed to send them, too.
         """
-        layout = self.layout(problem, parameters)
-        largest = self.largest_potential(problem, parameters)
+        map_shape, part = job.problem.shape, job.chip
+        layout = self.layout(job)
+        largest = self.largest_potential(job)
         needed = register_bits(largest)
-        items = self.items(layout, problem, part)
+        items = self.items(job)
         bounds: tuple[Bound, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
-        whole = replace(layout, shape=(problem.rows, problem.columns))
+        whole = replace(layout, shape=map_shape)
         delay_line = resources.array_items(resources.delay_line_node(whole), whole)
-        map_shape = problem.rows, problem.columns
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Item, ...]:
             return resources.tiled_items(layout, map_shape, tile, part)
@@ -99,44 +89,31 @@ class ArrayStyle(Architecture):
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)
         return Demand(items, bounds, levers.resource_levers(items, part, other))
 
-    def clock_limit(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Figure:
+    def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""
-        rows, columns = self.array_shape(problem, parameters)
-        return timing.clock_limit(rows * columns, part)
+        rows, columns = self.array_shape(job)
+        return timing.clock_limit(rows * columns, job.chip)
 
-    def memory(self, problem: Problem, parameters: PropagateParameters) -> Memory | None:  # noqa: ARG002
-        """None: potentials stay in the nodes' registers."""
-        return None
-
-    def work(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        *,
-        memo: Memo | None = None,
-        detail: bool = True,
-        start: Any = None,  # noqa: ARG002
-        inside: frozenset[str] | None = None,
-    ) -> Generator[Step, None, WavefrontPlan]:
+    def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``) and ``track``.
 
         Every wave begins anew: ``start`` changes nothing.
         """
-        kept = Memo() if memo is None else memo
-        parameters = self.settled(parameters)
-        plan = planned(problem, parameters, kept)
+        job = replace(
+            job, parameters=self.settled(job.parameters), memo=Memo() if job.memo is None else job.memo
+        )
+        plan = planned(job)
         # Safe paths load the map twice: obstacles as sources first (all nodes free), then the free space.
         passes = 2 if plan.obstacle_potentials is not None else 1
-        yield task_step(LOAD, passes * timing.load_cycles(problem.free.size))
-        yield from self.wave_steps(problem, parameters, kept, detail)
-        if is_done(TRACK, inside):
-            yield self.tracking(problem, parameters, plan)
+        yield one_step(LOAD, passes * timing.load_cycles(job.problem.free.size))
+        yield from self.wave_steps(job)
+        if job.does(TRACK):
+            yield self.tracking(job, plan)
         return plan
 
-    def tracking(self, problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan) -> Step:
-        """The first steps of the way of the first start, or all of them, once the plan stands."""
-        steps = tracked_steps(problem, parameters, plan)
-        return task_step(TRACK, timing.track_cycles(steps, parameters.paths))
+    def tracking(self, job: Job[Problem, PropagateParameters], plan: WavefrontPlan) -> Step:
+        """The first steps of the path of the first start, or all of them, once the plan stands."""
+        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), job.parameters.paths))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""

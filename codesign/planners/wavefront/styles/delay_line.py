@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from codesign.memo import Memo
-from codesign.part import Part
+from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.styles import Item, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, stop_cycle
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.resources import Layout
-from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, planned, task_step
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, planned
 
 
 class DelayLine(ArrayStyle):
@@ -23,27 +22,22 @@ class DelayLine(ArrayStyle):
     style = "delay_line"
     description = "a node of delay lines for every cell: the wave is the computation"
 
-    def largest_potential(self, problem: Problem, parameters: PropagateParameters) -> int:
+    def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """D_stop, or the largest potential of the map where the wave runs to its end."""
-        return known_plan(problem, sizing_parameters(problem, parameters)).largest_potential
+        return known_plan(job.problem, sizing_parameters(job.problem, job.parameters)).largest_potential
 
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
         """Nodes, counter, select lines."""
+        layout = self.layout(job)
         return resources.array_items(resources.delay_line_node(layout), layout)
 
-    def wave_steps(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        memo: Memo,
-        detail: bool,  # noqa: ARG002
-    ) -> Iterator[Step]:
+    def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """D_stop + 1 cycles; with no stop until the counter is full; for p^d, to the longest distance of the map."""
-        plan = planned(problem, parameters, memo)
+        plan = planned(job)
         if plan.obstacle_potentials is not None:
-            longest = longest_distance((problem.rows, problem.columns), parameters.delays)
-            yield task_step(OBSTACLES, stop_cycle(longest))
+            longest = longest_distance(job.problem.shape, job.parameters.delays)
+            yield one_step(OBSTACLES, stop_cycle(longest))
         if plan.stop_potential is None:
-            yield task_step(PROPAGATE, timing.whole_map_cycles(self.bits(problem, parameters)))
+            yield one_step(PROPAGATE, timing.whole_map_cycles(self.bits(job)))
         else:
-            yield task_step(PROPAGATE, stop_cycle(plan.stop_potential))
+            yield one_step(PROPAGATE, stop_cycle(plan.stop_potential))

@@ -41,7 +41,7 @@ class Node:
 
 
 @dataclass(frozen=True)
-class Layout:
+class ArrayLayout:
     """What decides the size of an array.
 
     ``shape``: rows and columns of nodes. ``bits``: of a register. ``obstacle_bits``: of a second register for p^d, 0:
@@ -61,7 +61,7 @@ class Layout:
         return self.shape[0] * self.shape[1]
 
 
-def delay_line_node(layout: Layout) -> Node:
+def delay_line_node(layout: ArrayLayout) -> Node:
     """A node of Figure 2: 4 + R flip-flops and 5 + R LUT in the paper's own form.
 
     >>> node = delay_line_node(Layout((256, 256), 11))
@@ -102,7 +102,7 @@ def delay_line_node(layout: Layout) -> Node:
     return Node(tuple(flip_flops), tuple(lut4))
 
 
-def adder_node(layout: Layout) -> Node:
+def adder_node(layout: ArrayLayout) -> Node:
     """A node of Hassoun and Sanghvi: eight adders and eight comparators over R bits, and a register."""
     source = f"{RTL}: 8 adders, 8 comparators"
     flip_flops = [
@@ -129,7 +129,7 @@ def adder_node(layout: Layout) -> Node:
     return Node(tuple(flip_flops), tuple(lut4))
 
 
-def array_items(node: Node, layout: Layout) -> tuple[Item, ...]:
+def array_items(node: Node, layout: ArrayLayout) -> tuple[Item, ...]:
     """All nodes of an array, with the counter and the lines that select a node."""
     count, bits = layout.nodes, layout.bits
     select = sum(layout.shape)
@@ -170,7 +170,7 @@ def or_tree_items(nodes: int, what: str) -> tuple[Item, ...]:
     )
 
 
-def tile_items(layout: Layout, tiles: int, words: int, part: Part) -> tuple[Item, ...]:
+def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Item, ...]:
     """What a tiled array has beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
     rows, columns = layout.shape
     # The cells around a tile, corners included, since the wave enters diagonally as well:
@@ -223,13 +223,13 @@ def tile_count(map_shape: Shape, tile: Shape) -> int:
     return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
 
 
-def tiled_items(layout: Layout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
+def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
     """The demand of a tile's array with its memories, at the widths of ``layout``.
 
     p^d of safe paths goes to the memories too and needs no second register.
     """
     tiles = tile_count(map_shape, tile)
-    shown = Layout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
+    shown = ArrayLayout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
     words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
     return (
         *array_items(delay_line_node(shown), shown),

@@ -5,45 +5,34 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.memo import Memo
 from codesign.planners.interface import Cell, Problem
-from codesign.planners.styles import Step
+from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.grid import WaveMap
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, known_plan, plan_key
 from codesign.planners.wavefront.plan.wave import run_wave
-from codesign.records import TaskRecord
 
 LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK = "load", "propagate_obstacles", "propagate", "exchange", "track"
 """The phases that cycles are booked under."""
 
 
-def task_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """One step that is a task by itself, told as a ``TaskRecord``."""
-
-    def tell(begin: int, end: int, source: str) -> TaskRecord:
-        return TaskRecord(begin, source, task, end, cycles)
-
-    return Step(task, np.array([cycles], np.int64), tell, ram_addresses)
-
-
-def planned(problem: Problem, parameters: PropagateParameters, memo: Memo) -> WavefrontPlan:
+def planned(job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
     """The plan, once for all design points that have it in common."""
-    return memo.get(plan_key(problem, parameters), lambda: known_plan(problem, parameters))
+    return job.shared(plan_key(job.problem, job.parameters), lambda: known_plan(job.problem, job.parameters))
 
 
 def tracked_steps(
-    problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan, start: Cell | None = None
+    job: Job[Problem, PropagateParameters], plan: WavefrontPlan, start: Cell | None = None
 ) -> int:
     """Steps that are tracked before a decision is out: at least one, even from a start on the goal.
 
     ``start``: the cell that it is asked for; by default the first start of the problem.
     """
     if start is None:
-        start = problem.starts[0] if problem.starts else None
+        start = job.problem.starts[0] if job.problem.starts else None
     if start is None or plan.potentials[start] < 0:
         return 1
-    most = parameters.steps if parameters.course is Course.LOCAL else None
+    most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
     return max(1, len(plan.tracker.follow(start, most)) - 1)
 
 

@@ -13,15 +13,15 @@ from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
+from codesign.planners.job import Job
+from codesign.planners.paths import cell_of
 from codesign.planners.styles import Demand, Item, Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
 from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
-from codesign.planners.ways import cell_of
 
-Way = tuple[NDArray[np.float64], bool]
+Path = tuple[NDArray[np.float64], bool]
 
 LUT4_A_BIT, FLIP_FLOPS_A_BIT = 3, 2
 """Of a bit of potential: a difference to the neighbour, the best so far, a multiplexer; two registers. Assumed."""
@@ -42,16 +42,16 @@ class Tracker(TaskStyle):
     style = "sequential"
     description = "one neighbour a cycle, with the potentials in block RAM beside it"
     component_type = "fpga"
-    kernel = ""
 
-    def demand(self, problem: Problem, parameters: PropagateParameters, part: Part) -> Demand:
+    def demand(self, job: Job[Problem, PropagateParameters]) -> Demand:
         """The potentials of every cell, a comparator and the registers of two cells."""
-        width = value_bits(problem, parameters)
-        address = memories.address_bits(problem.rows, problem.columns)
+        problem = job.problem
+        width = value_bits(problem, job.parameters)
+        address = memories.address_bits(*problem.shape)
         lut4 = LUT4_A_BIT * width + LUT4_AN_ADDRESS_BIT * address + CONTROL_LUT4
         flip_flops = FLIP_FLOPS_A_BIT * width + FLIP_FLOPS_AN_ADDRESS_BIT * address + CONTROL_FLIP_FLOPS
         by_hand = f"{width} bits of potential, {address} of address; counted by hand, not synthesised"
-        rams = memories.block_rams(1 << address, width, part)
+        rams = memories.block_rams(1 << address, width, job.chip)
         return Demand(
             items=(
                 Item("tracker", "slices", -(-max(lut4, flip_flops) // 2), Status.ASSUMED, by_hand),
@@ -67,61 +67,41 @@ class Tracker(TaskStyle):
             )
         )
 
-    def clock_limit(
-        self,
-        problem: Problem,  # noqa: ARG002
-        parameters: PropagateParameters,  # noqa: ARG002
-        part: Part,
-    ) -> Figure:
+    def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """That of its block RAM, Hz, up to the one that a state machine around block RAMs was shown at. Assumed."""
-        shown, ram = timing.TRACK_CLOCK, part.block_ram_clock
+        shown, ram = timing.TRACK_CLOCK, job.chip.block_ram_clock
         if ram.value < shown:
             return ram
         source = "as of a state machine around block RAMs: Vacariu et al. 2008, section 3.2"
         return Figure(shown, "Hz", Status.ASSUMED, source, shown / 2, shown)
 
-    def steps(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        plan: WavefrontPlan,
-        position: tuple[float, float],
-    ) -> Generator[Step, None, Way]:
-        """The way from the position; a local course costs its first steps only."""
-        units = _steps(problem, parameters, plan, position)
-        yield one_step(TRACK, timing.track_cycles(units, parameters.paths))
-        return PLANNER.way(problem, plan, position)
+    def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
+        """The path from the position; a local course costs its first steps only."""
+        yield one_step(TRACK, timing.track_cycles(_steps(job), job.parameters.paths))
+        return PLANNER.path_from(job.problem, job.plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """As of a state machine around block RAMs, W."""
         return StateMachine().power(demand, clock, part)
 
 
-def _steps(
-    problem: Problem, parameters: PropagateParameters, plan: WavefrontPlan, position: tuple[float, float]
-) -> int:
-    """Steps that are tracked from a position; one where no way leads from there."""
-    cell = cell_of(problem, position)
-    return 1 if cell is None else tracked_steps(problem, parameters, plan, cell)
+def _steps(job: Job[Problem, PropagateParameters]) -> int:
+    """Steps that are tracked from the position of the job; one where no path leads from there."""
+    cell = cell_of(job.problem, job.position)
+    return 1 if cell is None else tracked_steps(job, job.plan, cell)
 
 
 class HostTracking(HostTask):
-    """A unit for each step of the way, as in style ``software``: eight neighbours are looked at. Assumed."""
+    """A unit for each step of the path, as in style ``software``: eight neighbours are looked at. Assumed."""
 
     planner = "wavefront"
     task = TRACK
     description = "the way by the rule of Dreyfus, eight neighbours a step"
     kernel = "wavefront_cell"
 
-    def outcome(
-        self,
-        problem: Problem,
-        parameters: PropagateParameters,
-        plan: WavefrontPlan,
-        position: tuple[float, float],
-    ) -> tuple[int, Way]:
-        """The way from the position; a local course costs its first steps only."""
-        return _steps(problem, parameters, plan, position), PLANNER.way(problem, plan, position)
+    def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Path]:
+        """The path from the position; a local course costs its first steps only."""
+        return _steps(job), PLANNER.path_from(job.problem, job.plan, job.position)
 
 
 TASK_STYLES = (Tracker(), HostTracking())

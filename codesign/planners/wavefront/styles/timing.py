@@ -1,7 +1,7 @@
 """Cycles and clocks of the arrays.
 
 Published: D_stop + 1 cycles for the wave. The paper counts nothing else: not the loading of the map, not the tracking
-of the way, not where p^d stays while p^t is computed. What is assumed for those stands here, in phases of their own.
+of the path, not where p^d stays while p^t is computed. What is assumed for those stands here, in phases of their own.
 
 Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
 as that of harmonic control, so its law of the clock over the number of nodes is borrowed (``assumed``; interval from

@@ -1,4 +1,4 @@
-"""How good ways through a map are, whichever planner found them: the figures that all grid planners share."""
+"""How good paths through a map are, whichever planner found them: the figures that all grid planners share."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from codesign.planners.interface import Cell, Problem
 
 
-class WaysQuality(TypedDict):
-    """The fields of ``Quality`` that ways alone decide."""
+class PathsQuality(TypedDict):
+    """The fields of ``Quality`` that paths alone decide."""
 
     starts: int
     starts_arrived: int
@@ -23,19 +23,19 @@ class WaysQuality(TypedDict):
     clearance_least: float | None
 
 
-def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]]) -> WaysQuality:
-    """Lengths and clearances of the ways from some starts.
+def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | None]]) -> PathsQuality:
+    """Lengths and clearances of the paths from some starts.
 
     Args:
         problem: the map and its goals.
-        ways: each start with the points of its way, n × 2 (row, column) in cells, or None where it does not arrive.
+        paths: each start with the points of its way, n × 2 (row, column) in cells, or None where it does not arrive.
 
     A length is held against the shortest 8-connected way without corner cutting; a start on a goal has no ratio. The
     mean clearance weighs every piece of way by its length.
     """
     from codesign.maps.reach import clearance, distance_octile
 
-    told = list(ways)
+    told = list(paths)
     arrived = [(start, points) for start, points in told if points is not None]
     ratios: list[float] = []
     along = length = 0.0
@@ -51,7 +51,7 @@ def judge_ways(problem: Problem, ways: Iterable[tuple[Cell, NDArray[Any] | None]
             least.append(float(at_points.min()))
             if 0.0 < shortest[start] < np.inf:
                 ratios.append(float(pieces.sum()) / float(shortest[start]))
-    return WaysQuality(
+    return PathsQuality(
         starts=len(told),
         starts_arrived=len(arrived),
         path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
@@ -103,7 +103,7 @@ def cell_of(problem: Problem, position: tuple[float, float]) -> Cell | None:
 def from_position(
     position: tuple[float, float], cells: NDArray[np.integer], free: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
-    """The way along the middles of ``cells``, n × 2, n ≥ 1, from a position in the first of them: float64 m × 2.
+    """The path along the middles of ``cells``, n × 2, n ≥ 1, from a position in the first of them: float64 m × 2.
 
     It goes straight to the middle of the second cell, so that a robot that is led anew from every position does not
     turn back; but by the middle of the first where it would otherwise cut the corner of an obstacle.
