@@ -8,7 +8,7 @@ import pytest
 import simpy
 
 import tests.components.test_contract as contract
-from codesign.components import BlockRam, Component, Display, ExternalMemory, Scan
+from codesign.components import BlockRam, Component, ExternalMemory, Scan, VgaDisplay
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
@@ -27,7 +27,7 @@ def a_memory_on_show(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[contract.Work]]:
     memory = ExternalMemory(environment, "unit", SRAM, listeners)
-    Display(environment, "screen", contract.CLOCK, Scan(4, 2, 9, 3), memory=memory)
+    VgaDisplay(environment, "screen", contract.CLOCK, Scan(4, 2, 9, 3), memory=memory)
     return memory, [memory.read(5, sequential=True), memory.write(2, sequential=False)]
 
 
@@ -35,7 +35,7 @@ def a_block_ram_on_show(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[contract.Work]]:
     ram = BlockRam(environment, "unit", contract.CLOCK, depth=64, width=1, listeners=listeners)
-    Display(environment, "screen", contract.CLOCK, SCAN, memory=ram)
+    VgaDisplay(environment, "screen", contract.CLOCK, SCAN, memory=ram)
 
     def use() -> contract.Work:
         yield environment.timeout(contract.CLOCK.edge(20))
@@ -48,7 +48,7 @@ def a_block_ram_on_show(
 def a_display(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[contract.Work]]:
-    display = Display(environment, "unit", contract.CLOCK, SCAN, listeners=listeners)
+    display = VgaDisplay(environment, "unit", contract.CLOCK, SCAN, listeners=listeners)
 
     def nothing() -> contract.Work:
         yield environment.timeout(contract.CLOCK.edge(20))

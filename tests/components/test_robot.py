@@ -20,8 +20,8 @@ from codesign.components.motion import (
     OmnidirectionalDrive,
     PointDrive,
 )
-from codesign.components.robot import Robot
-from codesign.components.way import NEAR, STANDING_ROOM, Way, authority, cell_of, join
+from codesign.components.path import NEAR, STANDING_ROOM, Polyline, authority, cell_of, join
+from codesign.components.robot import MobileRobot
 from codesign.errors import InputError, RunError
 from codesign.mission import Appearing, Moving, World
 from codesign.mission.obstacles import rectangle
@@ -31,7 +31,7 @@ SIDE = 12
 quarters = st.integers(-1, 4 * SIDE - 3).map(lambda number: number / 4)
 anywhere = st.floats(-0.4, SIDE - 0.6)
 points = st.tuples(quarters, quarters) | st.tuples(anywhere, anywhere)
-ways = st.lists(points, min_size=1, max_size=7).map(Way)
+ways = st.lists(points, min_size=1, max_size=7).map(Polyline)
 maps = st.tuples(st.integers(0, 2**32), st.sampled_from([0.0, 0.1, 0.3])).map(
     lambda drawn: np.random.default_rng(drawn[0]).random((SIDE, SIDE)) >= drawn[1]
 )
@@ -45,7 +45,7 @@ kinematics = st.sampled_from(
 )
 
 
-def exact_cells(way: Way) -> list[tuple[int, int]]:
+def exact_cells(way: Polyline) -> list[tuple[int, int]]:
     """The cells of a polyline in rational arithmetic: those of its vertices, and of the middles between borders."""
     half = Fraction(1, 2)
     found: list[tuple[int, int]] = []
@@ -68,9 +68,9 @@ def exact_cells(way: Way) -> list[tuple[int, int]]:
     return found or [cell_of(way.points[0].tolist())]
 
 
-@given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Way))
+@given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Polyline))
 @settings(max_examples=200, deadline=None)
-def test_a_way_enters_the_cells_of_exact_arithmetic(way: Way) -> None:
+def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
     entry, cells = way.crossings
     assert [tuple(cell) for cell in cells[:, :2].tolist()] == exact_cells(way)
     assert (np.diff(entry) >= 0.0).all()
@@ -84,7 +84,7 @@ def test_a_way_enters_the_cells_of_exact_arithmetic(way: Way) -> None:
 
 @given(ways)
 @settings(max_examples=100, deadline=None)
-def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Way) -> None:
+def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Polyline) -> None:
     _, cells = way.crossings
     assert tuple(cells[-1, :2]) == cell_of(way.points[-1].tolist())
     for before, here in zip(cells[:-1, :2], cells[1:], strict=True):
@@ -97,20 +97,22 @@ def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Way) 
 
 def test_authority_ends_before_the_first_cell_that_is_not_known_free() -> None:
     known = np.ones((5, 9), np.bool_)
-    straight = Way([(2, 0), (2, 8)])
+    straight = Polyline([(2, 0), (2, 8)])
     assert authority(straight, known) == 8.0
     known[2, 5] = False
     assert authority(straight, known) == pytest.approx(4.5 - STANDING_ROOM)
     assert authority(straight, known, start=2.0) == pytest.approx(4.5 - STANDING_ROOM)
     assert authority(straight, known, start=5.2) == 8.0, "its own cell counts as free"
     assert authority(straight, known, start=4.4999) == 4.4999, "never behind the robot"
-    assert authority(Way([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), "outside is closed"
+    assert authority(Polyline([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), (
+        "outside is closed"
+    )
 
 
 @pytest.mark.parametrize("closed", [(2, 3), (3, 2)])
 def test_authority_cuts_no_corner(closed: tuple[int, int]) -> None:
     known = np.ones((5, 5), np.bool_)
-    diagonal = Way([(1, 1), (4, 4)])
+    diagonal = Polyline([(1, 1), (4, 4)])
     assert authority(diagonal, known) == diagonal.length
     known[closed] = False
     assert authority(diagonal, known) == pytest.approx(1.5 * math.sqrt(2) - STANDING_ROOM)
@@ -119,11 +121,11 @@ def test_authority_cuts_no_corner(closed: tuple[int, int]) -> None:
 @pytest.mark.parametrize("points", [[], [[1, 2, 3]], [[0, 0], [0, math.nan]]])
 def test_what_is_no_way_is_refused(points: list[list[float]]) -> None:
     with pytest.raises(InputError, match="n × 2 finite numbers"):
-        Way(np.array(points))
+        Polyline(np.array(points))
 
 
 def test_points_that_repeat_are_left_out() -> None:
-    way = Way([(1, 1), (1, 1), (1, 3), (1, 3), (2, 3)])
+    way = Polyline([(1, 1), (1, 1), (1, 3), (1, 3), (2, 3)])
     assert way.points.tolist() == [[1, 1], [1, 3], [2, 3]]
     assert way.arcs.tolist() == [0, 2, 3]
     assert way.cut(1.0).points.tolist() == [[1, 2], [1, 3], [2, 3]]
@@ -133,34 +135,36 @@ def test_points_that_repeat_are_left_out() -> None:
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_points_closer_than_arc_lengths_can_tell_are_left_out() -> None:
     """Else a segment of no length is a bend of which nobody can tell how fast it may be driven."""
-    way = Way([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
+    way = Polyline([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
     assert way.points.tolist() == [[0, 0], [0, 1], [1, 1]]
     assert way.arcs.tolist() == [0, 1, 2]
-    straight = Way([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
+    straight = Polyline([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
     drive = DifferentialDrive(0.5, 0.4, 1.5)
-    motion, plain = (Motion.drive(each, drive, 9.0) for each in (straight, Way([(0, -0.25), (0, 0), (0, 1)])))
+    motion, plain = (
+        Motion.drive(each, drive, 9.0) for each in (straight, Polyline([(0, -0.25), (0, 0), (0, 1)]))
+    )
     assert motion is not None
     assert plain is not None
     assert (motion.end, motion.duration) == (plain.end, plain.duration)
 
 
 def test_join_goes_on_along_the_way() -> None:
-    way = Way([(1, 1), (1, 5), (5, 5)])
+    way = Polyline([(1, 1), (1, 5), (5, 5)])
     assert join(way, (1.0, 2.5)).points.tolist() == [[1, 2.5], [1, 5], [5, 5]]
     assert join(way, (1.0, 5.0)).points.tolist() == [[1, 5], [5, 5]]
     assert join(way, (1.0 + NEAR / 2, 3.0)).points.tolist() == [[1 + NEAR / 2, 3], [1, 5], [5, 5]]
-    twice = Way([(1, 1), (1, 5), (3, 5), (3, 3), (1, 3), (0, 3)])
+    twice = Polyline([(1, 1), (1, 5), (3, 5), (3, 3), (1, 3), (0, 3)])
     assert join(twice, (1.0, 3.0)).points.tolist() == [[1, 3], [0, 3]], "the later of two passes"
 
 
 def test_join_from_beside_the_way_looks_ahead_but_not_through_a_wall() -> None:
-    way = Way([(1, 0), (1, 8)])
+    way = Polyline([(1, 0), (1, 8)])
     assert join(way, (2.0, 3.0), lookahead=1.5).points.tolist() == [[2, 3], [1, 4.5], [1, 8]]
     free = np.ones((4, 9), np.bool_)
     free[1, 4] = False
-    around = Way([(1, 0), (1, 3), (3, 3), (3, 8)])
+    around = Polyline([(1, 0), (1, 3), (3, 3), (3, 8)])
     assert join(around, (1.0, 5.0), free, lookahead=0.0).points.tolist() == [[1, 5], [3, 5], [3, 8]]
-    assert join(Way([(1, 1)]), (1.0, 3.0)).points.tolist() == [[1, 3], [1, 1]]
+    assert join(Polyline([(1, 1)]), (1.0, 3.0)).points.tolist() == [[1, 3], [1, 1]]
 
 
 def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -173,7 +177,7 @@ def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, n
 @given(ways, kinematics, st.floats(0.0, 60.0))
 @settings(max_examples=150, deadline=None)
 def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
-    way: Way, limits: Kinematics, allowed: float
+    way: Polyline, limits: Kinematics, allowed: float
 ) -> None:
     motion = Motion.drive(way, limits, allowed)
     assert motion is not None
@@ -196,7 +200,7 @@ def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
 @given(ways, st.sampled_from([OmnidirectionalDrive(1.5, 4.0), DifferentialDrive(0.5, 0.4, 1.5)]))
 @settings(max_examples=100, deadline=None)
 def test_corners_are_taken_as_slowly_as_they_need(
-    way: Way, limits: OmnidirectionalDrive | DifferentialDrive
+    way: Polyline, limits: OmnidirectionalDrive | DifferentialDrive
 ) -> None:
     period = SECOND // 5
     motion = Motion.drive(way, limits, way.length, control_period=period)
@@ -210,10 +214,10 @@ def test_corners_are_taken_as_slowly_as_they_need(
             assert speed <= 1e-5
 
 
-def circle(count: int, radius: float) -> Way:
+def circle(count: int, radius: float) -> Polyline:
     """Twice around, ``count`` points a turn."""
     angle = np.arange(2 * count) * (2 * math.pi / count)
-    return Way(radius * np.column_stack((np.sin(angle), np.cos(angle))))
+    return Polyline(radius * np.column_stack((np.sin(angle), np.cos(angle))))
 
 
 @given(
@@ -239,7 +243,7 @@ def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
 
 def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> None:
     limits, period, radius = OmnidirectionalDrive(2.5, 4.0), SECOND // 10, 0.75
-    way = Way(circle(100, radius).points[:76] + 5.0)
+    way = Polyline(circle(100, radius).points[:76] + 5.0)
     once = Motion.drive(way, limits, way.length)
     assert once is not None
     robot = a_robot(limits, way.point_at(0.0))
@@ -255,7 +259,7 @@ def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> 
 @given(ways, kinematics, st.floats(0.0, 1.0))
 @settings(max_examples=100, deadline=None)
 def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
-    way: Way, limits: Kinematics, share: float
+    way: Polyline, limits: Kinematics, share: float
 ) -> None:
     motion = Motion.drive(way, limits, way.length)
     assert motion is not None
@@ -266,7 +270,7 @@ def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
 
 
 def duration(limits: Kinematics, *points: tuple[float, float], heading: float = 0.0) -> float:
-    motion = Motion.drive(Way(points), limits, math.inf, heading=heading)
+    motion = Motion.drive(Polyline(points), limits, math.inf, heading=heading)
     assert motion is not None
     return motion.duration / SECOND
 
@@ -285,7 +289,7 @@ def test_durations_in_closed_form() -> None:
 
 def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
     motion = Motion.drive(
-        Way([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
+        Polyline([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
     )
     assert motion is not None
     assert [motion.heading_at(time * SECOND) for time in (0, 8, 10, 20)] == pytest.approx(
@@ -296,7 +300,7 @@ def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
 
 def test_a_speed_that_a_way_cannot_take_over_is_refused() -> None:
     limits = OmnidirectionalDrive(2.0, 1.0)
-    straight, back = Way([(0, 0), (0, 10)]), Way([(0, 0), (0, -10)])
+    straight, back = Polyline([(0, 0), (0, 10)]), Polyline([(0, 0), (0, -10)])
     assert Motion.drive(straight, limits, 10.0, speed=2.0) is not None
     assert Motion.drive(straight, limits, 2.0, speed=2.0) is not None, "exactly the braking distance"
     assert Motion.drive(straight, limits, 1.99, speed=2.0) is None
@@ -313,8 +317,10 @@ def test_limits_that_cannot_be_are_refused(build: type[PointDrive]) -> None:
             build(value)
 
 
-def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> Robot:
-    return Robot(simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position)
+def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> MobileRobot:
+    return MobileRobot(
+        simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position
+    )
 
 
 OPEN = np.zeros((SIDE, SIDE), np.bool_)
@@ -322,7 +328,7 @@ OPEN = np.zeros((SIDE, SIDE), np.bool_)
 
 def test_metres_become_cells() -> None:
     robot = a_robot(PointDrive(0.5), (2.0, 2.0), resolution=0.1)
-    assert robot.command(0, Way([(2, 2), (2, 9)]), 7.0) is None
+    assert robot.command(0, Polyline([(2, 2), (2, 9)]), 7.0) is None
     robot.advance(SECOND, OPEN)
     assert robot.position == pytest.approx((2.0, 7.0))
     assert (robot.speed, robot.distance) == pytest.approx((5.0, 5.0))
@@ -336,7 +342,7 @@ def test_a_contact_is_told_with_its_time_place_and_speed() -> None:
     blocked = OPEN.copy()
     blocked[2, 6] = True
     robot = a_robot(PointDrive(2.0), (2.0, 2.0))
-    robot.command(0, Way([(2, 2), (2, 9)]), 7.0)
+    robot.command(0, Polyline([(2, 2), (2, 9)]), 7.0)
     assert robot.advance(SECOND, blocked) is None
     contact = robot.advance(5 * SECOND, blocked)
     assert contact is not None
@@ -346,12 +352,12 @@ def test_a_contact_is_told_with_its_time_place_and_speed() -> None:
     assert (contact.cell, contact.speed, robot.cell, robot.speed) == ((2, 6), 2.0, (2, 5), 0.0)
     assert robot.moving == contact.time
     # Told to drive on, it stays where it is, and that is no new contact.
-    robot.command(5 * SECOND, join(Way([(2, 2), (2, 9)]), robot.position), 7.0)
+    robot.command(5 * SECOND, join(Polyline([(2, 2), (2, 9)]), robot.position), 7.0)
     robot.advance(6 * SECOND, blocked)
     assert robot.cell == (2, 5)
     assert len(robot.contacts) == 1
     # The obstacle goes, and so does the robot.
-    robot.command(6 * SECOND, join(Way([(2, 2), (2, 9)]), robot.position), 7.0)
+    robot.command(6 * SECOND, join(Polyline([(2, 2), (2, 9)]), robot.position), 7.0)
     robot.advance(9 * SECOND, OPEN)
     assert robot.position == (2.0, 9.0)
 
@@ -361,7 +367,7 @@ def test_a_robot_cuts_no_corner(closed: tuple[int, int]) -> None:
     blocked = OPEN.copy()
     blocked[closed] = True
     robot = a_robot(PointDrive(1.0), (1.0, 1.0))
-    robot.command(0, Way([(1, 1), (4, 4)]), math.inf)
+    robot.command(0, Polyline([(1, 1), (4, 4)]), math.inf)
     contact = robot.advance(9 * SECOND, blocked)
     assert contact is not None
     assert (contact.cell, robot.cell) == (closed, (2, 2))
@@ -372,7 +378,7 @@ def test_turning_on_a_border_it_has_not_entered_the_cell_ahead() -> None:
     blocked = OPEN.copy()
     blocked[4, 2] = True
     robot = a_robot(DifferentialDrive(1.0, 1.0, 1.0), (4.5, 2.0))
-    robot.command(0, Way([(4.5, 2), (0, 2)]), 4.0)
+    robot.command(0, Polyline([(4.5, 2), (0, 2)]), 4.0)
     for time in (1, SECOND, 9 * SECOND):
         robot.advance(time, blocked)
     assert (robot.position, robot.cell) == ((4.5, 2.0), (5, 2))
@@ -382,7 +388,7 @@ def test_turning_on_a_border_it_has_not_entered_the_cell_ahead() -> None:
 
 def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
     robot = a_robot(OmnidirectionalDrive(2.0, 1.0), (5.0, 0.0))
-    robot.command(0, Way([(5, 0), (5, 11)]), 11.0)
+    robot.command(0, Polyline([(5, 0), (5, 11)]), 11.0)
     robot.advance(3 * SECOND, OPEN)
     assert (robot.arc, robot.speed) == pytest.approx((4.0, 2.0))
     assert robot.stop(3 * SECOND) == 5 * SECOND
@@ -394,7 +400,7 @@ def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
     robot.stop(10 * SECOND)
     assert robot.safety_stops == 1
     assert robot.moving == 5 * SECOND
-    robot.command(10 * SECOND, Way([robot.position, (5, 11)]), 5.0)
+    robot.command(10 * SECOND, Polyline([robot.position, (5, 11)]), 5.0)
     robot.advance(11 * SECOND, OPEN)
     robot.stop(11 * SECOND)
     assert robot.safety_stops == 2, "a command came in between"
@@ -402,16 +408,16 @@ def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
 
 def test_a_way_that_cannot_be_taken_over_makes_the_robot_brake_within_its_old_authority() -> None:
     robot = a_robot(OmnidirectionalDrive(2.0, 1.0), (5.0, 0.0))
-    robot.command(0, Way([(5, 0), (5, 9)]), 9.0)
+    robot.command(0, Polyline([(5, 0), (5, 9)]), 9.0)
     robot.advance(3 * SECOND, OPEN)
-    turned = Way([robot.position, (0.0, robot.position[1])])
+    turned = Polyline([robot.position, (0.0, robot.position[1])])
     assert robot.command(3 * SECOND, turned, turned.length) == 5 * SECOND
     robot.advance(4 * SECOND, OPEN)
     assert robot.position == pytest.approx((5.0, 5.5)), "still on the old way"
     robot.advance(5 * SECOND, OPEN)
     assert robot.position == pytest.approx((5.0, 6.0))
     assert robot.position[1] <= 9.0
-    turned = Way([robot.position, (0.0, 6.0)])
+    turned = Polyline([robot.position, (0.0, 6.0)])
     assert robot.command(5 * SECOND, turned, turned.length) is None
     robot.advance(20 * SECOND, OPEN)
     assert robot.position == pytest.approx((0.0, 6.0))
@@ -423,7 +429,7 @@ def test_a_command_again_and_again_along_one_way_loses_no_time() -> None:
         OmnidirectionalDrive(2.0, 1.0),
         DifferentialDrive(2.0, 1.0, math.pi / 4),
     ):
-        way = Way([(1, 1), (1, 4), (1.1, 6), (4, 8), (9, 8), (9, 2)])
+        way = Polyline([(1, 1), (1, 4), (1.1, 6), (4, 8), (9, 8), (9, 2)])
         once, often = a_robot(limits, (1.0, 1.0)), a_robot(limits, (1.0, 1.0))
         once.command(0, way, way.length)
         for time in range(0, 60 * SECOND, SECOND // 10):
@@ -443,17 +449,17 @@ def test_misuse_is_refused() -> None:
     with pytest.raises(RunError, match="advance it first"):
         robot.stop(20)
     with pytest.raises(RunError, match="advance it first"):
-        robot.command(20, Way([(2, 2)]), 0.0)
-    with pytest.raises(InputError, match="begin it where the robot is"):
-        robot.command(10, Way([(2, 3), (2, 4)]), 1.0)
+        robot.command(20, Polyline([(2, 2)]), 0.0)
+    with pytest.raises(InputError, match="begin it at the position of the robot"):
+        robot.command(10, Polyline([(2, 3), (2, 4)]), 1.0)
     with pytest.raises(InputError, match=r"robot\.resolution"):
         a_robot(PointDrive(2.0), (2.0, 2.0), resolution=0.0)
 
 
 def test_it_is_busy_while_it_moves() -> None:
     environment = simpy.Environment()
-    robot = Robot(environment, "robot", kinematics=PointDrive(1.0), resolution=1.0, position=(1.0, 1.0))
-    robot.command(0, Way([(1, 1), (1, 4)]), 3.0)
+    robot = MobileRobot(environment, "robot", kinematics=PointDrive(1.0), resolution=1.0, position=(1.0, 1.0))
+    robot.command(0, Polyline([(1, 1), (1, 4)]), 3.0)
     environment.run(until=2 * SECOND)
     assert robot.busy == 2 * SECOND
     robot.advance(2 * SECOND, OPEN)
@@ -466,7 +472,7 @@ def test_it_is_busy_while_it_moves() -> None:
 @given(ways, kinematics, maps, st.lists(st.integers(1, 40 * SECOND), max_size=12), st.floats(0.0, 30.0))
 @settings(max_examples=150, deadline=None)
 def test_many_steps_and_one_step_end_alike(
-    way: Way, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
+    way: Polyline, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
 ) -> None:
     blocked = ~free
     robots = []
@@ -525,7 +531,7 @@ def test_the_robot_is_never_in_a_blocked_cell(
         chance = random.random()
         if chance < 0.3:
             bends = random.uniform(-0.5, SIDE - 0.5, (3, 2)).round(int(random.integers(0, 4)))
-            way = Way(np.concatenate(([robot.position], bends)))
+            way = Polyline(np.concatenate(([robot.position], bends)))
             robot.command(now, way, way.length)
         elif chance < 0.35:
             robot.stop(now)
@@ -555,7 +561,7 @@ def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
         assert robot.arc <= robot.authority
         if random.random() < 0.5:
             bends = random.uniform(-0.5, SIDE - 0.5, (2, 2))
-            way = Way(np.concatenate(([robot.position], bends)))
+            way = Polyline(np.concatenate(([robot.position], bends)))
             end = robot.authority
             refused = robot.command(now, way, authority(way, free))
             assert refused is None or robot.authority <= end + 1e-9

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.components.command import Command
-from codesign.components.robot import PRESSING, Robot
-from codesign.components.sensor import NOTHING, Scan, Sensor
-from codesign.components.way import Point, cell_of
+from codesign.components.path import Point, cell_of
+from codesign.components.robot import PRESSING, MobileRobot
+from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import Drive
 from codesign.mission.belief import Belief, Update
@@ -40,7 +40,7 @@ class Look:
     """
 
     at: int
-    scan: Scan
+    scan: RangeScan
     position: Point
     speed: float
 
@@ -105,7 +105,7 @@ class Scene:
             known=problem.free if scenario.known == "all" else None,
             radius_cells=radius,
         )
-        self.robot = Robot(
+        self.robot = MobileRobot(
             machine.environment,
             name,
             kinematics=kinematics_of(spec),
@@ -129,7 +129,7 @@ class Scene:
     def advance(self) -> None:
         """Bring the robot up to now; what it ran against on the way is told."""
         robot, machine = self.robot, self.machine
-        before, way, arc = len(robot.contacts), robot.way, robot.arc
+        before, way, arc = len(robot.contacts), robot.path, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
         if robot.arc > arc:
             self.clearance.drive(self.world.free_now, way.between(arc, robot.arc))
