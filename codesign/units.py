@@ -345,6 +345,15 @@ def format_count(count: int) -> str:
     return f"{count:,}"
 
 
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """A number with its noun, in the singular for 1.
+
+    >>> counted(1, "event"), counted(2000, "event"), counted(2, "local maximum", "local maxima")
+    ('1 event', '2,000 events', '2 local maxima')
+    """
+    return f"{format_count(count)} {noun if count == 1 else plural or noun + 's'}"
+
+
 def edge(cycles: int, hertz: int) -> int:
     """The time of clock edge number ``cycles``, ps: ceil(cycles · 10^12 / hertz), of absolute counts.
 
