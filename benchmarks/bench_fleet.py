@@ -17,7 +17,7 @@ from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.system import bind, catalog
 from codesign.system.build import build
 from codesign.system.scenarios.fleet import fly
-from codesign.trace.mcap import McapListener
+from codesign.trace.listeners import McapListener
 
 MOST_SECONDS = 10.0
 """What 64 robots × 500 updates may take."""

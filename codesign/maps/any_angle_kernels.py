@@ -159,8 +159,8 @@ def search(
 ) -> float:
     """Length, in doubled coordinates, of the shortest path from any of the sources to any of the targets.
 
-    A* over ``nodes``. A node has f = g + h: g (``driven``) is the shortest known path from the sources, h (``left``) is the
-    straight distance to the targets. After ``most`` tests of visibility the result is the least f, and the shortest
+    A* over ``nodes``. A node has f = g + h: g (``driven``) is the shortest known path from the sources, h (``left``)
+    the straight distance to the targets. After ``most`` tests of visibility the result is the least f: the shortest
     path is no shorter.
 
     Args:

@@ -79,7 +79,7 @@ def test_a_trace_follows_links_and_replaces_no_fifo(tmp_path: Path) -> None:
         (["--html", "linked.yaml"], "which is read"),
         (["--html", "new", "--trace", "new"], "is the file of --"),
         (["--html", "new", "--trace", "./sub/../new"], "is the file of --"),
-        (["--html", "missing/page.html"], "there is no folder"),
+        (["--html", "missing/page.html"], "does not exist"),
         (["--html", "n" * 300], "--html nnn"),
         (["--html", ""], "--html"),
         (["--trace", "pipe"], "is no regular file"),
@@ -239,7 +239,7 @@ def test_a_deleted_current_folder_is_told(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "getcwd", gone)
     result = hwsw("list")
     assert result.exit_code == 2
-    assert "the current folder is no longer there" in result.stderr
+    assert "the current folder does not exist any more" in result.stderr
 
 
 @pytest.mark.parametrize("kind", ["EOFError()", "__import__('pickle').UnpicklingError('truncated')"])
