@@ -141,8 +141,7 @@ def _as_json(result: Result | CodesignError) -> Any:
 
 
 def _cell(option: str, text: str) -> tuple[int, int]:
-    row, _, column = text.partition(",")
-    try:
-        return int(row), int(column)
-    except ValueError:
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN, as in 3,128") from None
+    numbers = text.split(",")
+    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
+        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
+    return int(numbers[0]), int(numbers[1])

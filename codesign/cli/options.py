@@ -14,12 +14,13 @@ from codesign.errors import CodesignError, InputError
 class Quantity(click.ParamType[int]):
     """A quantity with its unit as a whole number, such as picoseconds of ``12 s`` or bytes of ``4 GiB``.
 
-    ``dimension``: the value of a ``units.Dimension``. ``scale``: base units in one unit of the number.
+    ``dimension``: the value of a ``units.Dimension``. ``scale``: base units in one unit of the number. ``least``: the
+    least number.
     """
 
-    def __init__(self, name: str, dimension: str, scale: int = 1) -> None:
+    def __init__(self, name: str, dimension: str, scale: int = 1, least: int = 0) -> None:
         self.name = name
-        self._dimension, self._scale = dimension, scale
+        self._dimension, self._scale, self._least = dimension, scale, least
 
     def convert(self, value: str | int, param: click.Parameter | None, _context: click.Context | None) -> int:
         """The number; as in a spec, a bare number is refused."""
@@ -27,15 +28,19 @@ class Quantity(click.ParamType[int]):
 
         if isinstance(value, int):
             return value
+        option = param.opts[0] if param else None
         try:
-            return int(parse_quantity(value, Dimension(self._dimension))) // self._scale
+            number = int(parse_quantity(value, Dimension(self._dimension))) // self._scale
         except CodesignError as fault:
-            raise InputError(fault.what, param.opts[0] if param else None, fault.hint) from fault
+            raise InputError(fault.what, option, fault.hint) from fault
+        if number < self._least:
+            raise InputError(f"{value!r} is too small", option, "leave the option out for its default")
+        return number
 
 
 memory_option = click.option(
     "--memory",
-    type=Quantity("size", "data", 8),
+    type=Quantity("size", "data", scale=8, least=1),
     metavar="SIZE",
     help="The most memory to use, by estimate, such as 4GiB.  [default: half of the free memory]",
 )

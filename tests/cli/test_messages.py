@@ -83,3 +83,22 @@ def test_list_says_what_planners_and_styles_do(hwsw: Run) -> None:
     lines = hwsw("list").stdout.splitlines()
     begin = lines.index("styles:") + 1
     assert len({line.index(" on ") for line in lines[begin : begin + len(found["styles"])]}) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--memory", "0B"], "--memory: '0B' is too small\n"),
+        (["--memory", "7b"], "--memory: '7b' is too small\n"),
+        (["--map", "MAP", "--goal=-1,2", "--start=0,0"], "--goal: '-1,2' is no cell\n"),
+        (["--map", "MAP", "--goal=1,2,3", "--start=0,0"], "--goal: '1,2,3' is no cell\n"),
+    ],
+)
+def test_an_option_without_a_meaning_is_refused_by_name(
+    hwsw: Run, tmp_path: Path, options: list[str], message: str
+) -> None:
+    file = tmp_path / "map.txt"
+    file.write_text("...\n...\n", encoding="utf-8")
+    result = hwsw("compare", *(str(file) if option == "MAP" else option for option in options))
+    assert result.exit_code == 2
+    assert result.stderr.startswith(message)
