@@ -18,7 +18,7 @@ from codesign.scenarios import bind
 from codesign.scenarios.fleet.flight import fly
 from codesign.system import catalog
 from codesign.system.build import build
-from codesign.trace.mcap import McapListener
+from codesign.trace.listeners import McapListener
 
 MOST_SECONDS = 10.0
 """What 64 robots × 500 updates may take."""

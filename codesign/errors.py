@@ -1,6 +1,6 @@
-"""What the user is told when something is wrong: where, what, and the remedy.
+"""Errors for the user: the place, the fault and the remedy.
 
-Every class crosses a process pool unchanged (the constructor's arguments are the exception's ``args``).
+Every class crosses a process pool unchanged: the constructor's arguments are the exception's ``args``.
 Exit codes: 0 done, 1 the run failed, 2 bad spec or usage, 3 nothing feasible, 130 interrupted (Ctrl-C), 143 terminated
 (SIGTERM).
 """
@@ -24,10 +24,10 @@ _SPACES = "\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}"
 
 
 def printable(text: str, most: int | None = 200) -> str:
-    """Text of foreign origin, fit for a terminal.
+    """Text of any origin, made safe for a terminal.
 
-    No control characters, no writing direction, no bytes that were no text; and no endless line: at most ``most``
-    characters, where given.
+    Control characters, marks of the writing direction and undecodable bytes are replaced. The text is cut to ``most``
+    characters, unless that is None.
 
     >>> printable("a\\x1b[31mb")
     'a�[31mb'
@@ -43,10 +43,10 @@ def _lines(text: str) -> str:
 
 
 class CodesignError(Exception):
-    """A mistake that the user can mend.
+    """A mistake that the user can correct.
 
     Args:
-        what: one sentence, naming the value at fault.
+        what: one sentence that names the value at fault.
         where: ``FILE:LINE:COLUMN``, ``FILE``, or the name of the argument.
         hint: the remedy, without "hint:".
     """
@@ -66,17 +66,17 @@ class CodesignError(Exception):
 
 
 class InputError(CodesignError):
-    """A value handed to a function or to the command line cannot be used."""
+    """A value given to a function or to the command line cannot be used."""
 
     exit_code = EXIT_BAD_SPEC
 
 
 class MapError(InputError):
-    """A map cannot be read, made, or planned on."""
+    """A map cannot be read, generated, or planned on."""
 
 
 class RunError(CodesignError):
-    """A run that began cannot go on."""
+    """A run cannot continue."""
 
 
 class TraceError(CodesignError):
@@ -90,8 +90,8 @@ class StoreError(CodesignError):
 class Interrupted(KeyboardInterrupt):
     """Ctrl-C struck a command.
 
-    A class of its own: Python ends a process by SIGINT, whatever its exit code, once a ``KeyboardInterrupt`` itself has
-    passed through code that is made from text, as that of dataclasses is.
+    It is not a plain ``KeyboardInterrupt``: where one has passed through code that was made from text, as the code of
+    dataclasses is, Python ends the process by SIGINT with any exit code.
     """
 
     exit_code = EXIT_INTERRUPTED
@@ -99,7 +99,7 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Terminated(Interrupted):
-    """SIGTERM struck a command: it ends as by Ctrl-C, with an exit code of its own."""
+    """SIGTERM struck a command. The command ends as by Ctrl-C, with another exit code."""
 
     exit_code = EXIT_TERMINATED
     word = "terminated"
@@ -126,7 +126,7 @@ class Fault:
 
 
 class SpecError(CodesignError):
-    """All the faults of a spec at once, in file order."""
+    """All faults of a spec, in the order of the file."""
 
     exit_code = EXIT_BAD_SPEC
 
@@ -139,7 +139,7 @@ class SpecError(CodesignError):
 
 
 def nearest(word: str, accepted: Iterable[str]) -> str | None:
-    """The accepted word nearest to what was typed, or None where nothing is near.
+    """The accepted word nearest to ``word``, or None where none is near.
 
     >>> nearest("shedule", ["schedule", "block"])
     'schedule'
@@ -149,7 +149,7 @@ def nearest(word: str, accepted: Iterable[str]) -> str | None:
 
 
 def choose_hint(word: str, accepted: Iterable[str]) -> str:
-    """The remedy for a word that is none of the accepted ones.
+    """The remedy for a word that is not accepted.
 
     >>> choose_hint("shedule", ["block", "schedule"])
     'did you mean schedule? accepted: block, schedule'
@@ -161,7 +161,7 @@ def choose_hint(word: str, accepted: Iterable[str]) -> str:
 
 
 def outside_map(cell: Sequence[int], shape: Sequence[int], name: str = "cell") -> tuple[str, str]:
-    """What is wrong with a cell that no map of this shape has, and the remedy.
+    """The fault of a cell outside of a map of this shape, and the remedy.
 
     >>> outside_map((40, 0), (40, 60), "goal")
     ('goal (40, 0) is outside of the map of 40 × 60 cells', '(row, column) from (0, 0) to (39, 59)')
@@ -176,24 +176,24 @@ def outside_map(cell: Sequence[int], shape: Sequence[int], name: str = "cell") -
 
 
 class WrittenFloat(float):
-    """A number that keeps its ``text``, so that ``1e6`` is not told to have been 1000000.0."""
+    """A number that keeps its ``text``, so that messages show ``1e6`` and not 1000000.0."""
 
     text: str
 
     def __new__(cls, value: float, text: str = "") -> Self:
         """The number ``value``, written as ``text``."""
-        made = super().__new__(cls, value)
-        made.text = text
-        return made
+        number = super().__new__(cls, value)
+        number.text = text
+        return number
 
 
 def clip(text: str, most: int = 80) -> str:
-    """Text cut to what fits on a line."""
+    """Text cut to the length of a line."""
     return text if len(text) <= most else f"{text[:most]}..."
 
 
 def show(value: object) -> str:
-    """A value of a tree as the user wrote it, as far as that can be told, cut to what fits on a line.
+    """A value of a tree as the user wrote it, as far as known, cut to the length of a line.
 
     >>> [show(value) for value in (WrittenFloat(1e6, "1e6"), 7, True, "seven", None)]
     ['1e6', '7', 'true', "'seven'", 'an empty value']

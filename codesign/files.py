@@ -1,4 +1,4 @@
-"""Files written whole or not at all, and nothing destroyed that is no file of the user's making."""
+"""Files are written completely or not at all. Devices, pipes and folders are never replaced."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _passing: set[Path] = set()
 
 @contextmanager
 def passing(path: Path) -> Iterator[Path]:
-    """A temporary file or folder of this process: removed at the end of the block if it is still there."""
+    """A temporary file or folder of this process. It is removed at the end of the block if it still exists."""
     _passing.add(path)
     try:
         yield path
@@ -27,7 +27,7 @@ def passing(path: Path) -> Iterator[Path]:
 
 
 def remove_passing() -> None:
-    """Remove all that is ``passing`` now: for a process that must end without unwinding."""
+    """Remove all files that are ``passing`` now, for a process that must end without unwinding."""
     for path in list(_passing):
         _remove(path)
 
@@ -39,12 +39,12 @@ def _remove(path: Path) -> None:
 
 
 def landing(path: Path) -> Path:
-    """The file that a write to ``path`` is meant for: where its symbolic links end, there or not yet there."""
+    """The target of a write to ``path``: the end of its symbolic links, which need not exist yet."""
     return Path(os.path.realpath(path))
 
 
 def is_stream(path: Path) -> bool:
-    """Whether a FIFO or a character device stands at ``path``: something to write to, never to replace."""
+    """Whether ``path`` is a FIFO or a character device, which are written to and never replaced."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError):
@@ -53,7 +53,7 @@ def is_stream(path: Path) -> bool:
 
 
 def is_special(path: Path) -> bool:
-    """Whether something other than a regular file stands at ``path``: a folder, device, FIFO or socket."""
+    """Whether ``path`` exists and is no regular file but a folder, device, FIFO or socket."""
     try:
         return not stat.S_ISREG(path.stat().st_mode)
     except (OSError, ValueError):
@@ -61,9 +61,9 @@ def is_special(path: Path) -> bool:
 
 
 def write_atomically(path: Path, content: bytes) -> None:
-    """Write ``content`` beside ``path`` and put it in its place at once; what stood there stays until then.
+    """Write ``content`` to a temporary file, then rename it to ``path``. Until then the old file remains.
 
-    A symbolic link is followed, and stays. To a FIFO or a character device the content is written as it is.
+    A symbolic link is followed and kept. The content is written directly into a FIFO or a character device.
 
     Raises:
         RunError: the folder is missing or cannot be written to, the disk is full, or ``path`` is a folder, a
@@ -76,13 +76,13 @@ def write_atomically(path: Path, content: bytes) -> None:
         raise RunError("cannot write: is no regular file", str(path), "name a file")
     target = landing(path)
     try:
-        # Of the name only so much that no file system finds the longer one too long.
+        # The name is cut, so that the longer temporary name is not too long for any file system.
         handle, name = tempfile.mkstemp(prefix=f".{target.name[:16]}.", suffix=".part", dir=target.parent)
     except (OSError, ValueError) as error:
         raise RunError(
             f"cannot write: {_reason(error)}",
             str(path),
-            "name a file in a folder that is there and can be written to",
+            "name a file in a folder that exists and can be written to",
         ) from error
     with passing(Path(name)) as part:
         try:
@@ -109,7 +109,7 @@ def _reason(error: Exception) -> str:
 
 
 def _mode_of(target: Path) -> int:
-    # mkstemp gives 0o600; a report should be as readable as the file it replaces, or any file its user writes.
+    # mkstemp sets 0o600. A file should have the mode of the file that it replaces, or the default mode of its user.
     try:
         return stat.S_IMODE(target.stat().st_mode)
     except OSError:

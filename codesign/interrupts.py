@@ -1,16 +1,16 @@
 """How Ctrl-C and SIGTERM end a command: within about two seconds, whatever it is doing.
 
-Python runs the handler of a signal in the main thread, and only between two of its own instructions: never inside a
-compiled kernel, which may take minutes. So the handler interrupts the main thread as usual, and a second thread, the
-watcher, gives it ``GRACE_S`` to unwind and to leave. Python tells the watcher of a signal by a byte in a pipe
-(``signal.set_wakeup_fd``), written in C at the moment of the signal. When the time is over, or at a second signal, the
-watcher removes temporary files, ends the worker processes, says the word and leaves with the exit code of the signal.
-Points that an exploration finished are durable, as each group of them is a transaction.
+Python runs the handler of a signal in the main thread, between two Python instructions. It never runs inside a compiled
+kernel, which may take minutes. So the handler interrupts the main thread as usual, and a second thread, the watcher,
+gives it ``GRACE_S`` to unwind and to exit. Python notifies the watcher of a signal by a byte in a pipe
+(``signal.set_wakeup_fd``), which C code writes when the signal arrives. After that time, or at a second signal, the
+watcher removes temporary files, ends the worker processes, prints the message and exits with the exit code of the
+signal. Finished points of an exploration are durable, because each group of them is a transaction.
 
-The watcher must get to run: hence all kernels are compiled with ``nogil=True``, which costs nothing.
+The watcher must be able to run. So all kernels are compiled with ``nogil=True``, which costs nothing.
 
-Rejected: kernels that return now and then, as each would need a state to go on from, and compiled libraries cannot be
-changed; a watcher process, as a process that is killed from outside has no exit code of its own.
+Rejected: kernels that return at intervals. Each would need a state to continue from, and compiled libraries cannot be
+changed. Rejected: a watcher process. A process that is killed from outside has no exit code of its own.
 """
 
 from __future__ import annotations
@@ -28,24 +28,24 @@ from codesign.errors import Interrupted, Terminated
 from codesign.files import remove_passing
 
 GRACE_S = 1.0
-"""Seconds that the main thread has to unwind."""
+"""Seconds for the main thread to unwind."""
 
 SIGNALS: dict[int, type[Interrupted]] = {signal.SIGINT: Interrupted, signal.SIGTERM: Terminated}
 
 
 class _Ending:
-    """What this process knows of its end."""
+    """The signal that struck this process, and what the message says is kept."""
 
     def __init__(self) -> None:
         self.struck: type[Interrupted] | None = None
         self.kept = ""
 
     def strike(self, number: int, _frame: FrameType | None) -> None:
-        """The handler: interrupt the main thread once; what strikes while it unwinds is the watcher's."""
+        """The handler: interrupt the main thread once. The watcher handles signals while it unwinds."""
         if self.struck is not None:
             return
         self.struck = SIGNALS[number]
-        # An interrupt that some library swallows, or raises as an error of its own, is not to be told as a traceback.
+        # A library may catch the interrupt, or raise its own error for it. Neither is to print a traceback.
         sys.excepthook = lambda *_: None
         sys.unraisablehook = lambda _: None
         raise self.struck
@@ -55,15 +55,15 @@ _ending = _Ending()
 
 
 def end_on_signals() -> None:
-    """From now on until it ends, this process ends by Ctrl-C and by SIGTERM as the module says.
+    """Let Ctrl-C and SIGTERM end this process as the module describes.
 
-    For the main thread of a process that runs one command. A signal that this process ignores stays ignored.
+    For the main thread of a process that runs one command. A signal that the process ignores stays ignored.
     """
     for number in SIGNALS:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, _ending.strike)
     if os.name != "posix":
-        # There the pipe would have to be a socket; the main thread alone then ends the process.
+        # The pipe would have to be a socket here, so the main thread alone ends the process.
         return
     reading, writing = os.pipe()
     os.set_blocking(writing, False)
@@ -72,25 +72,25 @@ def end_on_signals() -> None:
 
 
 def leave_in_peace() -> None:
-    """The command is done and its exit code stands: no signal changes it any more."""
+    """Ignore signals from now: the command is done, and its exit code is final."""
     for number in SIGNALS:
         signal.signal(number, signal.SIG_IGN)
 
 
 def keep(kept: str) -> None:
-    """Note what is kept when this process is ended, such as "what was finished is kept"."""
+    """Set what the message says is kept when this process ends, such as "finished points are kept"."""
     _ending.kept = kept
 
 
 def struck(fault: BaseException | None = None) -> type[Interrupted] | None:
-    """What ended the command: the signal that struck, or else ``fault`` where that is an interrupt; else None."""
+    """The interrupt that ended the command: of the signal, or of ``fault`` if it is an interrupt; otherwise None."""
     if _ending.struck is None and isinstance(fault, KeyboardInterrupt):
         return type(fault) if isinstance(fault, Interrupted) else Interrupted
     return _ending.struck
 
 
 def word(interrupt: type[Interrupted]) -> str:
-    """What is said at the end.
+    """The message at the end.
 
     >>> word(Terminated)
     'terminated'
@@ -100,10 +100,10 @@ def word(interrupt: type[Interrupted]) -> str:
 
 @contextmanager
 def held() -> Iterator[None]:
-    """Hold Ctrl-C and SIGTERM back in the main thread; a process started meanwhile is deaf to Ctrl-C.
+    """Delay Ctrl-C and SIGTERM in the main thread until the end of the block. Child processes ignore Ctrl-C.
 
-    The mask is what such a process inherits. It does not do for this process: a thread of some library takes the signal
-    in the place of this one, and Python interrupts this one all the same. So the handlers only take note.
+    A child process inherits the mask. For this process the mask is not enough: a thread of a library may receive the
+    signal instead, and Python then interrupts the main thread anyway. So the handlers only record the signal.
     """
     handlers = {number: signal.getsignal(number) for number in SIGNALS}
     ours = {number: handler for number, handler in handlers.items() if callable(handler)}
@@ -131,7 +131,7 @@ def _watch(reading: int) -> None:
     _next(reading, GRACE_S)
     remove_passing()
     _end_workers()
-    # Not through sys.stderr: the main thread may hold its lock. And nothing waits for a reader who does not read.
+    # Not through sys.stderr: the main thread may hold its lock. Nothing waits for a reader that does not read.
     with suppress(OSError):
         if select.select([], [2], [], 0)[1]:
             os.write(2, f"{word(interrupt)}\n".encode())
@@ -139,7 +139,7 @@ def _watch(reading: int) -> None:
 
 
 def _next(reading: int, seconds: float | None) -> int:
-    """The signal that strikes next; 0 where none does within so many seconds."""
+    """The next signal, or 0 where none arrives within ``seconds``."""
     while select.select([reading], [], [], seconds)[0]:
         for number in os.read(reading, 1):
             if number in SIGNALS:

@@ -1,4 +1,4 @@
-"""A place for numba to keep compiled kernels, where neither this package's folder nor the user's cache is one."""
+"""A folder for numba's compiled kernels, where neither this package's folder nor the user's cache is writable."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ VARIABLE = "NUMBA_CACHE_DIR"
 
 
 def provide_kernel_cache() -> None:
-    """Set ``NUMBA_CACHE_DIR`` to a private folder for temporary files, where numba would find no other.
+    """Set ``NUMBA_CACHE_DIR`` to a private temporary folder, where numba would have no other.
 
-    Without one, numba refuses to compile at all. Does nothing where the variable is set.
+    Without a folder numba refuses to compile. Does nothing where the variable is set.
     """
     if os.environ.get(VARIABLE) or _may_write(_user_cache()):
         return
@@ -33,7 +33,7 @@ def _user_cache() -> Path:
 
 
 def _may_write(folder: Path) -> bool:
-    """Whether ``folder`` can be written to, or made where the nearest folder around it ends."""
+    """Whether ``folder`` can be written to, or can be made in its nearest existing parent."""
     path = os.path.abspath(folder)
     while not os.path.lexists(path):
         path = os.path.dirname(path)
@@ -41,7 +41,7 @@ def _may_write(folder: Path) -> bool:
 
 
 def _private_folder() -> str | None:
-    # Imported late: hardly anyone gets here, and it is not light.
+    # Imported late: it is slow to import, and seldom needed.
     import tempfile
 
     try:
@@ -50,7 +50,7 @@ def _private_folder() -> str | None:
         try:
             os.mkdir(folder, 0o700)
         except FileExistsError:
-            # What lies in a cache is run: one that somebody else made or may write to will not do.
+            # The contents of a cache are executed, so a folder that another user made or may write to is not used.
             status = os.lstat(folder)
             others = stat.S_IMODE(status.st_mode) & 0o077
             if not stat.S_ISDIR(status.st_mode) or status.st_uid != user or others:

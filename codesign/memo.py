@@ -1,8 +1,8 @@
-"""A process-local memory of costly answers, bounded in bytes.
+"""A process-local cache of costly answers, bounded in bytes.
 
-The points of an exploration share much of their work: the field of a map at one precision is the same
-whatever part it is computed on. A ``Memo`` keeps such answers under keys that name everything they depend
-on (the digest of the problem first), so that sharing never changes a figure, only the time it takes.
+The points of an exploration share much of their work: the field of a map at one precision is the same on any part. A
+``Memo`` keeps such answers under keys that name everything they depend on, beginning with the digest of the problem. So
+sharing changes no figure, only the time of the computation.
 """
 
 from __future__ import annotations
@@ -18,11 +18,10 @@ DEFAULT_BYTES = 512 * 2**20
 
 
 class Memo:
-    """Answers by key, the least recently used forgotten first once they hold more than ``max_bytes``.
+    """Answers by key. Beyond ``max_bytes`` the least recently used ones are removed first.
 
-    An answer larger than ``max_bytes`` is handed back but not kept. What is kept is handed out again as it
-    is, not
-    copied: treat it as frozen. Not for use by several threads at once.
+    An answer larger than ``max_bytes`` is returned but not kept. A kept answer is returned without a copy: do not
+    change it. Not for use by several threads at once.
 
     >>> memo = Memo()
     >>> memo.get(("square", 12), lambda: 12 * 12), memo.get(("square", 12), lambda: 0)
@@ -42,16 +41,16 @@ class Memo:
         return len(self._kept)
 
     def get(self, key: tuple[Any, ...], compute: Callable[[], T]) -> T:
-        """The answer kept under ``key``, or that of ``compute``, which is then kept.
+        """The answer kept under ``key``, or the answer of ``compute``, which is then kept.
 
         ``compute`` may itself use this memo. Where it raises, nothing is kept.
         """
-        found = self._kept.get(key)
-        if found is not None:
+        entry = self._kept.get(key)
+        if entry is not None:
             self.hits += 1
             self._kept.move_to_end(key)
-            answer: T = found[0]
-            return answer
+            kept_answer: T = entry[0]
+            return kept_answer
         self.misses += 1
         answer = compute()
         self._keep(key, answer)
@@ -70,9 +69,9 @@ class Memo:
 
 
 def approximate_bytes(value: Any) -> int:
-    """About how much memory a value holds, with all that it refers to; arrays count by their buffer.
+    """The approximate memory of a value with everything that it refers to. Arrays count with their buffers.
 
-    What is shared inside ``value`` counts once.
+    Objects that are shared inside ``value`` count once.
     """
     seen: set[int] = set()
     waiting = [value]
@@ -85,7 +84,7 @@ def approximate_bytes(value: Any) -> int:
         total += sys.getsizeof(item, 64)
         waiting.extend(_parts(item))
         if getattr(item, "base", None) is not None:
-            # A view answers for the buffer that it keeps alive.
+            # A view counts with the buffer that it keeps alive.
             waiting.append(item.base)
     return total
 

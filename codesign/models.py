@@ -1,13 +1,11 @@
-"""What every model of a spec shares: strict scalars, closed keys, and refusals that carry their remedy.
+"""What every model of a spec shares: strict scalars, closed keys, and refusals with a remedy.
 
-Pydantic checks; ``codesign.inputs.faults`` turns what it finds into faults with places. Three habits keep
-those faults clean:
+Pydantic checks. ``codesign.inputs.faults`` turns its errors into faults with places. Three rules keep the faults clear:
 
-- A model is strict by construction, however its fields are annotated: text never becomes a number or a
-  boolean, a boolean never a number, 6.0 never 6. Lists still become tuples, as YAML has no tuples.
-- A choice between models (``type: fpga``) is made by ``choice`` before any model is tried, so that only the
-  chosen one complains.
-- A validator says what is wrong by raising ``RefusalError``, with a remedy and, if need be, a key inside.
+- A model is strict by construction, for any annotation of its fields: text never becomes a number or a boolean, a
+  boolean never becomes a number, 6.0 never becomes 6. Lists become tuples, because YAML has no tuples.
+- ``choice`` chooses between models (``type: fpga``) before any model is tried, so only the chosen one reports faults.
+- A validator refuses a value with ``RefusalError``, with a remedy and, where needed, the key inside.
 """
 
 from __future__ import annotations
@@ -33,17 +31,17 @@ NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_-]*$"
 SPEED_GRADE_PATTERN = r"^-[0-9A-Za-z]+$"
 
 Location = tuple[str | int, ...]
-"""The way to a key inside a model: field names and list indices."""
+"""The path of a key inside a model: field names and list indices."""
 
 
 class RefusalError(ValueError):
     """A value that a validator refuses.
 
     Args:
-        what: what is wrong, with the value.
+        what: the fault, with the value.
         hint: the remedy.
         at: the key inside the validated value that is at fault; the value itself by default.
-        of_key: whether it is the key that is refused, whatever its value.
+        of_key: whether the key itself is refused, for any value.
     """
 
     def __init__(
@@ -57,7 +55,7 @@ class RefusalError(ValueError):
 
 
 def refused(error: InputError) -> RefusalError:
-    """The refusal that says what an input error says."""
+    """The refusal with the text of an input error."""
     return RefusalError(error.what, error.hint)
 
 
@@ -77,7 +75,7 @@ def details_of(
 ) -> list[InitErrorDetails]:
     """The lines of a validation error, to be raised again further out, at ``prefix``.
 
-    ``accepted``: the keys of the model that was validated; an unknown key among them is told what it may be.
+    ``accepted``: the keys of the model that was validated; an unknown key is reported with them.
     """
     lines = []
     for line in error.errors(include_url=False):
@@ -100,10 +98,10 @@ def _strict(schema: Any) -> Any:
     # A mapping of fields is no schema: its keys are the user's names, and one may be called type or default.
     is_schema = isinstance(schema.get("type"), str)
     kept = {"metadata", "default", "config"} if is_schema else set()
-    made = {key: value if key in kept else _strict(value) for key, value in schema.items()}
-    if is_schema and made["type"] in {"int", "float", "bool", "str"}:
-        made["strict"] = True
-    return made
+    strict = {key: value if key in kept else _strict(value) for key, value in schema.items()}
+    if is_schema and strict["type"] in {"int", "float", "bool", "str"}:
+        strict["strict"] = True
+    return strict
 
 
 class SpecModel(BaseModel):
@@ -135,14 +133,14 @@ class TaskParameters(SpecModel):
     alternatives: ClassVar[Mapping[str, tuple[str, ...]]] = {}
 
     def unused(self, _external_memory: bool, /) -> tuple[str, ...]:
-        """Names of the parameters that a design makes no use of; results leave them out. By default none.
+        """Names of the parameters that a design does not use. Results leave them out. By default none.
 
         The argument says whether the mapping names an external memory.
         """
         return ()
 
     def block_count(self, _rows: int, _columns: int, /) -> int | None:
-        """Blocks that a map of so many rows and columns is divided into; None where it is not divided."""
+        """The number of blocks of a map of this size; None for a map without blocks."""
         return None
 
     @property

@@ -1,10 +1,12 @@
-"""What components say while a simulation runs.
+"""Records of what happens while a simulation runs.
 
-A record is a frozen dataclass with ``time`` (picoseconds from 0) and ``source`` (the component or link that speaks).
-Components emit records; listeners (a list in memory, an MCAP file) take them all alike and never answer. With no
-listener nothing is built. The records of a run are the same at every granularity of simulation.
+A record is a frozen dataclass with ``time`` (picoseconds from 0) and ``source`` (the component or link that emits it).
+A record is written when its activity ends. Components emit records, and all listeners (a list in memory, an MCAP file)
+receive all of them and change nothing. Without a listener no record is built. The records of a run are the same at
+every granularity of simulation.
 
-Arrays are NumPy arrays with the dtype that each field names; a writer encodes them as it likes.
+Arrays are NumPy arrays with the dtype of their field. A writer chooses their encoding. The first paragraph of a class
+docstring becomes the description of its schema in traces, so a change to it changes the bytes of traces.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 ENDED, BROKEN_OFF, UNFINISHED = "ended", "broken off", "unfinished"
-"""What becomes of a task."""
+"""The outcomes of a task."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +59,9 @@ class TaskRecord(Record):
 class MessageRecord(Record):
     """A message over link ``source``: asked for at ``time``, first on the wire at ``begin``, delivered at ``end`` (ps).
 
-    ``outcome``: "delivered" or "dropped"; one that was dropped says why in ``reason``, and ``end`` is when it was given
-    up (``begin`` too, where it never was on the wire). ``bits``: what the sender gave, without framing and checksum.
-    ``attempts``: how often it was on the wire. ``damaged``: it was delivered with wrong bits that nobody noticed.
+    ``outcome``: "delivered" or "dropped". For a dropped message ``reason`` says why, and ``end`` is when it was given
+    up (``begin`` too, where it never was on the wire). ``bits``: of the sender, without framing and checksum.
+    ``attempts``: how often it was on the wire. ``damaged``: it was delivered with wrong bits that were not detected.
     """
 
     sender: str
@@ -78,8 +80,8 @@ class MessageRecord(Record):
 class VisitsRecord(Record):
     """Consecutive visits of one stage, coalesced: ``time`` is the start of the first, ``end`` that of the last (ps).
 
-    ``block``: int32, the raster number of each visited block. ``iterations``: int32, its iterations, the last one that
-    changed nothing included. A visit takes iterations × (``precision`` + 2) cycles.
+    ``block``: int32, the raster number of each visited block. ``iterations``: int32, its iterations, including the last
+    one, which changes nothing. A visit takes iterations × (``precision`` + 2) cycles.
     """
 
     end: int
@@ -93,7 +95,7 @@ class VisitsRecord(Record):
 class StageRecord(Record):
     """A stage that converged at ``time``, with its costs and the potential it left.
 
-    ``potential``: float64 array, rows × columns, the exact field rounded for the eye. It is not the result. The trace
+    ``potential``: float64 array, rows × columns, the exact field rounded for display. It is not the result. The trace
     of a mission leaves it out: 0 × 0.
     """
 
@@ -112,8 +114,8 @@ class StageRecord(Record):
 class FieldRecord(Record):
     """A field that a planner left: one value a cell, ``values``, float64 array, rows × columns.
 
-    ``name`` says of what (``distance``, ``potential``, ``arrival``), ``unit`` in what (``cells``, ``steps``, ``1``).
-    A cell without a value, as one that no wave reached, holds NaN or infinity. The field is rounded for the eye. The
+    ``name``: the quantity (``distance``, ``potential``, ``arrival``). ``unit``: its unit (``cells``, ``steps``, ``1``).
+    A cell without a value, such as one that no wave reached, has NaN or infinity. The field is rounded for display. The
     trace of a mission leaves it out: 0 × 0.
     """
 
@@ -153,7 +155,7 @@ class ObstacleRecord(Record):
 class BeliefRecord(Record):
     """What the robot learnt of the map: ``cells``, int32 n × 2, (row, column), and ``blocked``, bool, one each.
 
-    ``seen``: when the scan was taken that showed it, ps; None in files that do not say.
+    ``seen``: the time of the scan that showed the cells, ps; None in files without it.
     """
 
     cells: NDArray[np.int32]
@@ -165,9 +167,9 @@ class BeliefRecord(Record):
 class PlanRecord(Record):
     """A plan of a drive that is ready at ``time``; ``source`` made it. All times in ps.
 
-    ``number``: counts the drive's plans from 1. ``asked``: when the map that it is made from was taken. ``seen``: when
-    the last scan in that map was taken. ``loaded``: when the map had reached the planner. ``planned``: when the plan
-    stood.
+    ``number``: counts the plans of the drive from 1. ``asked``: the time of the map of the plan. ``seen``: the time of
+    the last scan in that map. ``loaded``: when the map had reached the planner. ``planned``: when the plan was
+    complete.
     """
 
     number: int
@@ -181,9 +183,9 @@ class PlanRecord(Record):
 class CommandRecord(Record):
     """A command that robot ``source`` takes up at ``time`` (ps), as it arrived.
 
-    ``plan``: the number of the plan that it follows. ``seen``: when the scan was taken that it is made from, ps.
-    ``composed``: when it was made and handed to the links, ps. ``points``: the way, float64 n × 2, (row, column) in
-    cells, from where the robot was at ``seen``. ``end``: the arc length of it, cells, at which the robot is to stand.
+    ``plan``: the number of its plan. ``seen``: the time of its scan, ps. ``composed``: when it was made and given to
+    the links, ps. ``points``: the path, float64 n × 2, (row, column) in cells, from the position of the robot at
+    ``seen``. ``end``: the arc length of the path, cells, at which the robot is to stop.
     """
 
     plan: int
@@ -229,7 +231,7 @@ class SummaryRecord(Record):
 
 
 class Listener(Protocol):
-    """Takes every record of a run, in the order of emission."""
+    """Receives every record of a run, in the order of emission."""
 
     def __call__(self, record: Record) -> None:
         """Take one record."""

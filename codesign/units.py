@@ -1,11 +1,11 @@
-"""Quantities: text with a unit in, exact numbers inside, text for humans out; and the edges of a clock.
+"""Quantities are text with a unit at the edges and exact numbers inside. Also: the edges of a clock.
 
-A quantity is a decimal number and one unit of a whitelist, case and all: ``150 MHz``, ``42.088 ns``,
-``5 Mb/s`` (megabits: a small b is a bit, a capital B a byte). A bare number is refused, and so is a unit that
-differs in case alone. Inside, time is integer picoseconds, frequency integer Hz, data integer bits and data
-rate integer bits a second; everything else is an exact ``Fraction`` of the SI unit.
+A quantity is a decimal number and an accepted unit, case-sensitive: ``150 MHz``, ``42.088 ns``, ``5 Mb/s`` (megabits: b
+is a bit, B a byte). A bare number is refused, and so is a unit in the wrong case. Inside, time is integer picoseconds,
+frequency integer Hz, data integer bits, and data rate integer bits a second. All other quantities are exact fractions
+(``Fraction``) of the SI unit.
 
-A library was rejected on purpose: one reads ``5 Mb/s`` as megabarn, another takes ``1 mhz`` as 0.001.
+Rejected: libraries. One reads ``5 Mb/s`` as megabarn, another reads ``1 mhz`` as 0.001.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from codesign.errors import InputError
 PICOSECONDS_PER_SECOND = 10**12
 
 MAX_FREQUENCY = PICOSECONDS_PER_SECOND
-"""Hz. Above one edge a picosecond two edges would fall together."""
+"""Hz: one edge a picosecond. Above it two edges would coincide."""
 
 _QUANTITY = re.compile(
     r"(?P<number>[+-]?[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]{1,3})?)(?P<space> *)(?P<unit>(?:[^0-9.,+-].*)?)",
@@ -34,7 +34,7 @@ _NON_FINITE = re.compile(r"[+-]?\.?(inf(inity)?|nan)\b", re.I)
 
 
 class Dimension(StrEnum):
-    """What a quantity measures."""
+    """The dimension of a quantity."""
 
     TIME = "time"
     FREQUENCY = "frequency"
@@ -56,8 +56,8 @@ class Scale:
 
     - ``base``: the unit of the number inside. ``whole``: it is an integer.
     - ``units``: accepted units and their size in ``base``, smallest first.
-    - ``most``: the largest sane value in ``base``. ``zero``: whether 0 has a meaning.
-    - ``example``: how a user would write one.
+    - ``most``: the largest accepted value in ``base``. ``zero``: whether 0 is accepted.
+    - ``example``: a quantity as a user writes it.
     """
 
     base: str
@@ -185,11 +185,11 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
         ),
     }
 )
-"""Every dimension that a spec may speak of."""
+"""The scale of every dimension of specs."""
 
 
 def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
-    """The quantity that ``text`` states, in the base unit of ``dimension``, exactly.
+    """The exact quantity of ``text``, in the base unit of ``dimension``.
 
     An ``int`` for time (ps), frequency (Hz), data (bits) and data rate (bits/s), a ``Fraction`` for the rest.
 
@@ -199,8 +199,8 @@ def parse_quantity(text: str, dimension: Dimension) -> int | Fraction:
     5000000
 
     Raises:
-        InputError: no number, no unit, another unit, a negative or absurdly large number, 0 where it means
-            nothing, or a fraction of the smallest unit (1.5 ps).
+        InputError: no number, no unit, an unknown unit, a negative or too large number, 0 where it is not accepted, or
+            a fraction of the smallest unit (1.5 ps).
     """
     scale = SCALES[dimension]
     shown = repr(text if len(text) <= _MAX_TEXT else text[:_MAX_TEXT] + "...")
@@ -237,23 +237,22 @@ def _accepted(scale: Scale) -> str:
 
 
 def _unit_hint(unit: str, scale: Scale) -> str:
-    alike = [known for known in scale.units if known.lower() == unit.lower()]
+    alike = [accepted for accepted in scale.units if accepted.lower() == unit.lower()]
     if alike:
         return f"did you mean {' or '.join(alike)}? {_accepted(scale)}"
     return _accepted(scale)
 
 
 def format_exact(value: int | Fraction, dimension: Dimension) -> str:
-    """The shortest exact text of a value: ``parse_quantity`` reads it back to the same number.
+    """The shortest exact text of a value. ``parse_quantity`` returns the same number for it.
 
-    The unit is the largest in which at least 1 is left of it and that needs at most six decimals; without
-    such a one, the base unit.
+    The unit is the largest one in which the value is at least 1 and has at most six decimals; otherwise the base unit.
 
     >>> format_exact(33_333_333, Dimension.FREQUENCY), format_exact(42088, Dimension.TIME)
     ('33.333333 MHz', '42.088 ns')
 
     Raises:
-        InputError: a value that has no finite decimal form.
+        InputError: the value has no finite decimal form.
     """
     scale = SCALES[dimension]
     exact = Fraction(value)
@@ -268,7 +267,7 @@ def format_exact(value: int | Fraction, dimension: Dimension) -> str:
 
 
 def _printed_units(scale: Scale) -> list[tuple[str, Fraction]]:
-    # Minutes, hours and powers of two are read but not printed: decimal prefixes compare at a glance.
+    # Minutes, hours and powers of two are read but not printed: decimal prefixes are easier to compare.
     return [(unit, size) for unit, size in scale.units.items() if unit.isascii() and unit not in {"min", "h"}]
 
 
@@ -282,7 +281,7 @@ def _decimal(value: Fraction, most_digits: int) -> str | None:
 
 
 def format_quantity(value: float | Fraction, dimension: Dimension, digits: int = 4) -> str:
-    """A value in the base unit, for a human: ``digits`` significant digits and the unit that fits.
+    """A value for people, with ``digits`` significant digits and a fitting unit.
 
     >>> format_quantity(0.000123456, Dimension.ENERGY)
     '123.5 uJ'
@@ -304,7 +303,7 @@ def _significant(value: float, digits: int) -> str:
 
 
 def format_time(picoseconds: int) -> str:
-    """A duration for a human.
+    """A duration for people.
 
     >>> format_time(1_250_000_000)
     '1.25 ms'
@@ -313,7 +312,7 @@ def format_time(picoseconds: int) -> str:
 
 
 def format_frequency(hertz: float) -> str:
-    """A frequency for a human.
+    """A frequency for people.
 
     >>> format_frequency(150_000_000)
     '150 MHz'
@@ -322,22 +321,22 @@ def format_frequency(hertz: float) -> str:
 
 
 def format_power(watts: float) -> str:
-    """A power for a human."""
+    """A power for people."""
     return format_quantity(watts, Dimension.POWER)
 
 
 def format_energy(joules: float) -> str:
-    """An energy for a human."""
+    """An energy for people."""
     return format_quantity(joules, Dimension.ENERGY)
 
 
 def format_data(bits: int) -> str:
-    """A number of bits for a human, in decimal units of bits or bytes."""
+    """A number of bits for people, in decimal units of bits or bytes."""
     return format_quantity(bits, Dimension.DATA)
 
 
 def format_count(count: int) -> str:
-    """A whole number with its thousands parted.
+    """A whole number with separated thousands.
 
     >>> format_count(67584)
     '67,584'
@@ -345,10 +344,19 @@ def format_count(count: int) -> str:
     return f"{count:,}"
 
 
-def edge(cycles: int, hertz: int) -> int:
-    """The time of clock edge number ``cycles``, ps: ceil(cycles · 10^12 / hertz), of absolute counts.
+def counted(count: int, noun: str, plural: str | None = None) -> str:
+    """A number with its noun, in the singular for 1.
 
-    Nothing is summed, so nothing drifts: at 150 MHz a cycle is 6666.67 ps, and every third edge is exact.
+    >>> counted(1, "event"), counted(2000, "event"), counted(2, "local maximum", "local maxima")
+    ('1 event', '2,000 events', '2 local maxima')
+    """
+    return f"{format_count(count)} {noun if count == 1 else plural or noun + 's'}"
+
+
+def edge(cycles: int, hertz: int) -> int:
+    """The time of clock edge number ``cycles``, ps: ceil(cycles · 10^12 / hertz), from absolute counts.
+
+    No periods are summed, so nothing drifts: at 150 MHz a cycle is 6666.67 ps, and every third edge is exact.
     Edge 0 is at time 0.
 
     >>> [edge(cycles, 150_000_000) for cycles in range(4)]

@@ -213,7 +213,7 @@ def test_sigterm_ends_an_exploration_and_keeps_its_points(
     done = strike(
         tmp_path, signal.SIGTERM, ["explore", *specs, "--workers", "2", *files], line=2, group=group
     )
-    check_ended(done, signal.SIGTERM, "; what was finished is kept")
+    check_ended(done, signal.SIGTERM, "; finished points are kept")
     assert not (tmp_path / "o.csv").exists()
     study = load_study(tmp_path / "o.sqlite")
     assert 0 < len(study.missing) < len(study.points) == 768
@@ -282,7 +282,7 @@ def test_a_signal_at_any_moment_ends_any_command(
         # It was done before, or made its last steps.
         assert command not in PLANS or after > 1
         return
-    kept = "; what was finished is kept" if command == "explore" and "kept" in done.stderr else ""
+    kept = "; finished points are kept" if command == "explore" and "kept" in done.stderr else ""
     check_ended(done, number, kept)
     # A file that was finished before the signal stays; none is there in part.
     for path in tmp_path.glob("o.*"):

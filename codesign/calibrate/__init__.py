@@ -1,1 +1,1 @@
-"""Measure what this machine needs for the planners' kernels."""
+"""Measure the costs of the planners' kernels on this machine."""

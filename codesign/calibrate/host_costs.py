@@ -1,10 +1,10 @@
-"""What this machine needs for one unit of each kernel: the costs of a processor, measured.
+"""The measured costs of a processor: the time of one unit of each kernel on this machine.
 
-The kernels are those of the planners, as they are compiled here: a platform with these costs predicts this package on
-this machine. Costs of other hosts stand in ``platforms/`` with their sources. ``relaxation_node_update`` is that of the
-vectorised sweeps; a direct solution is counted in another (``codesign.planners.relaxation.styles.costs``).
-``occupancy_cell`` and ``way_following``, a drive's own work, are those of compiled twins (``host_kernels``): the
-simulation does that work in Python over numpy, which no robot's host would run.
+The kernels are those of the planners, as they are compiled here. So a platform with these costs predicts this package
+on this machine. Costs of other hosts are in ``platforms/``, with their sources. ``relaxation_node_update`` is a unit of
+the vectorised sweeps; a direct solution is counted in another unit (``codesign.planners.relaxation.styles.costs``).
+``occupancy_cell`` and ``way_following`` are the work of a drive. They are measured on compiled twins (``kernels``),
+because the simulation does this work in Python over numpy, and a robot's host would not.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ LEAST_REPEATS = 5
 MOST_SECONDS = 600.0
 
 OCCUPANCY, FOLLOWING = "occupancy_cell", "way_following"
-"""The kernels of a drive: a cell that was seen, put into the map; and one command made from a way."""
+"""The kernels of a drive: one seen cell entered into the map, and one command made from a path."""
 
 
 def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
     """The cost of each kernel on this machine, s: the median of repeated runs, with their quartiles as the interval.
 
     Args:
-        seconds: about how long to measure in all, compilation left out; every kernel is run ``LEAST_REPEATS`` times at
-            the least.
+        seconds: about how long to measure in all, without compilation. Every kernel is run at least ``LEAST_REPEATS``
+            times.
 
     Raises:
         InputError: ``seconds`` is not above 0, or above ten minutes.
@@ -49,13 +49,13 @@ def measure_host(seconds: float = 2.0) -> dict[str, Figure]:
 
 
 def all_probes() -> dict[str, Callable[[], Probe]]:
-    """How each kernel is timed, by the name that platforms give its cost: those of all planners, and of drives."""
-    found = {name: make for plug_in in catalog.plug_ins() for name, make in plug_in.probes.items()}
-    return {**found, **DRIVE_PROBES}
+    """The probes of all planners and of drives, by the name of the cost in platform files."""
+    probes = {name: make for plug_in in catalog.plug_ins() for name, make in plug_in.probes.items()}
+    return {**probes, **DRIVE_PROBES}
 
 
 def describe_machine() -> str:
-    """The processor and what the kernels are compiled with, in a line."""
+    """The processor and the compiler of the kernels, in a line."""
     import numba
 
     processor = platform.processor() or platform.machine()
@@ -70,34 +70,34 @@ def describe_machine() -> str:
 
 def _measured(probe: Probe, seconds: float, machine: str) -> Figure:
     probe.seconds()  # compiles
-    found: list[float] = []
+    times: list[float] = []
     end = time.perf_counter() + seconds
-    while len(found) < LEAST_REPEATS or time.perf_counter() < end:
-        found.append(probe.seconds())
-    low, _, high = quantiles(found, n=4)
-    source = f"median of {len(found)} runs of {probe.units:,} units on {machine}"
-    return Figure(median(found), "s", Status.MEASURED, source, low, high)
+    while len(times) < LEAST_REPEATS or time.perf_counter() < end:
+        times.append(probe.seconds())
+    low, _, high = quantiles(times, n=4)
+    source = f"median of {len(times)} runs of {probe.units:,} units on {machine}"
+    return Figure(median(times), "s", Status.MEASURED, source, low, high)
 
 
 def _occupancy() -> Probe:
-    """Scans of 180 rays of 20 cells on the way through rooms that are not known, ranges traced into the map.
+    """Scans of 180 rays of 20 cells on a path through unknown rooms, entered into the map.
 
-    The robot covers 5 cells. A unit is a cell seen, however many rays pass it.
+    The robot covers 5 cells. A unit is one seen cell, for any number of rays through it.
     """
     import numpy as np
 
-    from codesign.calibrate import kernels as host_kernels
+    from codesign.calibrate import kernels
 
     free, points, directions = _mission_map()
     limit, covers = 20.0, np.array([(0, 0), (-1, 0), (1, 0), (0, -1), (0, 1)], np.int64)
-    scans = [host_kernels.measure_ranges(free, y, x, limit, directions) for y, x in points]
+    scans = [kernels.measure_ranges(free, y, x, limit, directions) for y, x in points]
 
     def run() -> int:
         believed, seen = np.zeros(free.shape, np.int8), np.full(free.shape, -1, np.int32)
         obstacles, risks = np.zeros(free.shape, np.int32), np.full(free.shape, len(covers), np.int32)
         return sum(
             int(
-                host_kernels.enter_scan(
+                kernels.enter_scan(
                     believed, obstacles, risks, seen, turn, y, x, limit, scans[turn], directions, covers
                 )
             )
@@ -108,18 +108,18 @@ def _occupancy() -> Probe:
 
 
 def _following() -> Probe:
-    """Commands along a way through rooms, cell by cell: found on all of the way, and 10 cells ahead looked at."""
+    """Commands along a path through rooms, cell by cell. Each searches the whole path, and checks 10 cells ahead."""
     import numpy as np
 
-    from codesign.calibrate import kernels as host_kernels
+    from codesign.calibrate import kernels
 
     free, points, _ = _mission_map()
     risks = (~free).astype(np.int32)
-    return Probe(len(points), lambda: host_kernels.follow(points, risks, 10.0))
+    return Probe(len(points), lambda: kernels.follow(points, risks, 10.0))
 
 
 def _mission_map() -> tuple[Any, Any, Any]:
-    """Rooms of 64 × 96 cells, a way through them as float64 n × 2, and the unit vectors of 180 rays."""
+    """Rooms of 64 × 96 cells, a path through them as float64 n × 2, and the unit vectors of 180 rays."""
     import numpy as np
 
     from codesign import maps
@@ -133,4 +133,4 @@ def _mission_map() -> tuple[Any, Any, Any]:
 
 
 DRIVE_PROBES: Mapping[str, Callable[[], Probe]] = {OCCUPANCY: _occupancy, FOLLOWING: _following}
-"""How the kernels of a drive's own work are timed, by name."""
+"""The probes of the kernels of a drive, by name."""

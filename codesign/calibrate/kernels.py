@@ -1,9 +1,10 @@
-"""What a host does beside planning, as compiled code does it (imported on first use): to time, not to simulate with.
+"""A host's work beside planning, as compiled code (imported on first use), for timing only.
 
-The simulation keeps its map and makes its commands in Python over numpy; a robot's host would run compiled code. So two
-of its kernels have a compiled twin here, over plain arrays, that comes to the same: ``enter_scan`` to what
-``mission.Belief.update`` makes of a ``RaySensor``'s scan, and ``authority_ahead`` to ``components.way.authority`` of a
-robot on its way. Tests hold them to it. Points and cells are as in ``components.way``.
+The simulation keeps its map and makes its commands in Python over numpy. A robot's host would run compiled code. So two
+kernels have a compiled twin here, over plain arrays, with the same result. ``enter_scan`` is the twin of
+``mission.Belief.update`` with the scan of a ``RaySensor``. ``authority_ahead`` is the twin of
+``components.path.authority`` of a robot on its path. Tests hold the twins together. Points and cells are as in
+``components.path``.
 """
 
 from __future__ import annotations
@@ -12,18 +13,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from codesign.components.path import STANDING_ROOM
+from codesign.components.path_kernels import CORNER
+
 UNKNOWN, FREE, BLOCKED = 0, 1, 2
-CORNER = 1e-9
-"""Cells: what comes so near to where four cells meet goes through the corner itself."""
-ROOM = 1e-3
-"""Cells: an authority ends this far before the border of the first cell that is not known free."""
 
 
 @njit(cache=True, nogil=True)
 def measure_ranges(
     free: NDArray[np.bool_], y: float, x: float, limit: float, directions: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """How far each ray from (y, x) goes until it enters a cell that is not free: float64 k, cells; inf: past ``limit``.
+    """The length of each ray from (y, x) up to the first cell that is not free: float64 k, cells; inf past ``limit``.
 
     Args:
         free: bool, rows × columns. directions: float64 k × 2, unit vectors (row, column).
@@ -34,11 +34,12 @@ def measure_ranges(
         row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
         row_step, column_step = (1 if down > 0.0 else -1), (1 if along > 0.0 else -1)
         a_row, a_column = 1.0 / (down if down != 0.0 else 1.0), 1.0 / (along if along != 0.0 else 1.0)
+        # The ray is (y, x) + s (down, along), with its next borders at s = to_row and s = to_column.
         while True:
             to_row = (row + 0.5 * row_step - y) * a_row if down != 0.0 else np.inf
             to_column = (column + 0.5 * column_step - x) * a_column if along != 0.0 else np.inf
-            gone = min(to_row, to_column)
-            if gone > limit:
+            reached = min(to_row, to_column)
+            if reached > limit:
                 break
             if to_row < to_column:
                 row += row_step
@@ -47,7 +48,7 @@ def measure_ranges(
             if row < 0 or row >= free.shape[0] or column < 0 or column >= free.shape[1]:
                 break
             if not free[row, column]:
-                ranges[ray] = gone
+                ranges[ray] = reached
                 break
     return ranges
 
@@ -66,17 +67,20 @@ def enter_scan(
     directions: NDArray[np.float64],
     footprint: NDArray[np.int64],
 ) -> int:
-    """Enter a scan into the map, and into the maps of where the robot's middle may be; how many cells it saw.
+    """Enter a scan into the map, and into the maps of the cells that the robot's middle may enter.
 
-    A cell is free up to where the ray ended, and blocked there where it did so within ``limit``.
+    Cells are free up to the end of their ray. The cell at its end is blocked where the end is within ``limit``.
 
     Args:
         believed: int8, rows × columns: ``UNKNOWN``, ``FREE`` or ``BLOCKED``; changed.
         obstacles, risks: int32, rows × columns: how many cells believed blocked, and how many not believed free, the
-            robot would cover with its middle there; changed.
-        seen: int32, rows × columns: the last turn that saw each cell; changed. turn: this one, above all in it.
+            robot would cover with its middle in each cell; changed.
+        seen: int32, rows × columns: the last turn that saw each cell; changed. turn: this turn, above all entries.
         y, x, limit, ranges, directions: as for ``measure_ranges``.
         footprint: int64 n × 2, offsets of the cells that the robot covers.
+
+    Returns:
+        How many cells the scan saw.
     """
     rows, columns = believed.shape
     cells = 0
@@ -85,12 +89,12 @@ def enter_scan(
         row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
         row_step, column_step = (1 if down > 0.0 else -1), (1 if along > 0.0 else -1)
         a_row, a_column = 1.0 / (down if down != 0.0 else 1.0), 1.0 / (along if along != 0.0 else 1.0)
-        end, gone = min(ranges[ray], limit), 0.0
-        while gone <= end and 0 <= row < rows and 0 <= column < columns:
+        end, reached = min(ranges[ray], limit), 0.0
+        while reached <= end and 0 <= row < rows and 0 <= column < columns:
             if seen[row, column] != turn:
                 seen[row, column] = turn
                 cells += 1
-                now = BLOCKED if gone == ranges[ray] else FREE
+                now = BLOCKED if reached == ranges[ray] else FREE
                 before = believed[row, column]
                 if before != now:
                     believed[row, column] = now
@@ -98,7 +102,7 @@ def enter_scan(
                     _stamp(risks, row, column, footprint, (now != FREE) - (before != FREE))
             to_row = (row + 0.5 * row_step - y) * a_row if down != 0.0 else np.inf
             to_column = (column + 0.5 * column_step - x) * a_column if along != 0.0 else np.inf
-            gone = min(to_row, to_column)
+            reached = min(to_row, to_column)
             if to_row < to_column:
                 row += row_step
             else:
@@ -122,15 +126,16 @@ def _stamp(
 def authority_ahead(
     points: NDArray[np.float64], risks: NDArray[np.int32], y: float, x: float, lookahead: float
 ) -> float:
-    """How far a robot at (y, x), on a way, may drive along it: cells, at most ``lookahead``.
+    """How far a robot at (y, x) on a path may drive along it: cells, at most ``lookahead``.
 
-    The nearest point of the way is looked for on all of its segments; from there on, ``ROOM`` is left before the first
-    cell that is not known free, its own left out. Through a corner both cells beside it must be free too.
+    The nearest point is searched on all segments of the path. From there, ``STANDING_ROOM`` is left before the first
+    cell, other than the robot's own, that is not known to be free. At a corner both cells beside it must be free too.
 
     Args:
-        points: float64 n × 2, n ≥ 2, (row, column), the way; no point is the one before.
+        points: float64 n × 2, n ≥ 2, (row, column), the path; no point repeats the previous one.
         risks: int32, rows × columns: 0 where the robot may be.
     """
+    # On the segment from a to a + d the closest point to p is a + s d, with s = (p - a)·d / d·d clipped to 0..1.
     nearest, segment, share = np.inf, 0, 0.0
     for index in range(points.shape[0] - 1):
         down, along = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
@@ -141,23 +146,23 @@ def authority_ahead(
         off = (points[index, 0] + part * down - y) ** 2 + (points[index, 1] + part * along - x) ** 2
         if off <= nearest:
             nearest, segment, share = off, index, part
-    gone = 0.0
+    ahead = 0.0
     for index in range(segment, points.shape[0] - 1):
         begin = share if index == segment else 0.0
         down, along = points[index + 1, 0] - points[index, 0], points[index + 1, 1] - points[index, 1]
         length = np.sqrt(down * down + along * along)
         free = _free_along(points[index], down, along, length, begin, risks)
         if free < 1.0:
-            return float(min(max(gone + (free - begin) * length - ROOM, 0.0), lookahead))
-        gone += (1.0 - begin) * length
-        if gone >= lookahead:
+            return float(min(max(ahead + (free - begin) * length - STANDING_ROOM, 0.0), lookahead))
+        ahead += (1.0 - begin) * length
+        if ahead >= lookahead:
             return lookahead
-    return gone
+    return ahead
 
 
 @njit(cache=True, nogil=True)
 def follow(points: NDArray[np.float64], risks: NDArray[np.int32], lookahead: float) -> float:
-    """A command from each point of a way in turn, without a call from Python in between; the sum, cells."""
+    """The sum of the authorities of commands from each point of a path, in one call from Python, cells."""
     total = 0.0
     for index in range(points.shape[0]):
         total += authority_ahead(points, risks, points[index, 0], points[index, 1], lookahead)
@@ -173,11 +178,12 @@ def _free_along(
     begin: float,
     risks: NDArray[np.int32],
 ) -> float:
-    """The share of a segment at which it enters the first cell that is not free, from share ``begin`` on; 2: none."""
+    """The share of a segment, from ``begin``, at which it enters the first cell that is not free; 2 without one."""
     y, x = point[0] + begin * down, point[1] + begin * along
     row, column = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     last_row, last_column = int(np.floor(point[0] + down + 0.5)), int(np.floor(point[1] + along + 0.5))
     row_step, column_step = (1 if last_row > row else -1), (1 if last_column > column else -1)
+    # The segment is point + s (down, along), with its next borders at s = to_row and s = to_column.
     while row != last_row or column != last_column:
         to_row = (row + 0.5 * row_step - point[0]) / down if row != last_row else np.inf
         to_column = (column + 0.5 * column_step - point[1]) / along if column != last_column else np.inf

@@ -1,8 +1,8 @@
-"""The command line: parse, call, print. No logic, and nothing heavy imported before a command needs it.
+"""The command line: parse, call, print. It has no logic, and imports no heavy module before a command needs it.
 
-A reader of its output who goes away (``hwsw run ... | head``) changes nothing: the command ends its work and exits
-with the code of its outcome. To die of SIGPIPE instead was rejected: it turns "nothing feasible" (3) into 141, and
-leaves files unwritten that were asked for.
+Where the reader of the output ends early (``hwsw run ... | head``), the command still completes its work and exits with
+its own code. Rejected: to end by SIGPIPE. That would turn "nothing feasible" (3) into 141, and leave requested files
+unwritten.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 import click
 
 from codesign import __version__, interrupts
-from codesign.cli.pipes import Heedless, output_may_fail
+from codesign.cli.pipes import UnfailingStream, output_may_fail
 from codesign.errors import (
     EXIT_DONE,
     EXIT_FAILED,
@@ -31,48 +31,51 @@ from codesign.errors import (
 COMMANDS = {
     "run": (
         "codesign.cli.run:run",
-        "Simulate one design point: its time, resources, power and quality of plan.",
+        "Simulate one design point: its time, resources, power and quality of the plan.",
     ),
     "explore": (
         "codesign.cli.explore:explore",
-        "Evaluate every point of a workload's exploration; find the front.",
+        "Evaluate every point of a workload's exploration, and find the front.",
     ),
     "compare": (
         "codesign.cli.compare:compare",
-        "Hold designs, of any planner, against each other on one map.",
+        "Compare designs of any planner on one map.",
     ),
-    "report": ("codesign.cli.explore:report", "Make the tables and the HTML page of an exploration again."),
-    "trace": ("codesign.cli.trace:trace", "Look into the trace of a run."),
+    "report": ("codesign.cli.explore:report", "Write the tables and the HTML page of a stored exploration."),
+    "trace": ("codesign.cli.trace:trace", "Read the trace of a run."),
     "reproduce": (
         "codesign.cli.reproduce:reproduce",
-        "Hold the model against the published tables, row by row.",
+        "Compare the model with the published tables, row by row.",
     ),
     "calibrate": (
-        "codesign.cli.calibrate:calibrate",
-        "Measure what this machine needs for the planners' kernels.",
+        "codesign.cli.reproduce:calibrate",
+        "Measure the costs of the planners' kernels on this machine.",
     ),
-    "check": ("codesign.cli.inspect:check", "Check platform and workload files; report all faults at once."),
+    "check": (
+        "codesign.cli.inspect:check",
+        "Check platform and workload files, and report all faults at once.",
+    ),
     "schema": (
         "codesign.cli.inspect:schema",
-        "Print a JSON Schema, for editors and for readers of our JSON.",
+        "Print a JSON Schema, for editors and for programs that read the JSON output.",
     ),
     "list": (
         "codesign.cli.inspect:list_",
-        "List the platforms, parts, workloads, planners and styles at hand.",
+        "List the available platforms, parts, workloads, planners and styles.",
     ),
-    "init": ("codesign.cli.inspect:init", "Write a platform and a workload to start from."),
+    "init": ("codesign.cli.inspect:init", "Write an example platform and workload."),
 }
 
 
 class LazyGroup(click.Group):
-    """Loads a command's module when that command runs, and turns our errors into exit codes."""
+    """Loads the module of a command when the command runs, and turns errors into exit codes."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's signature
-        """The commands in the order a newcomer needs them."""
+        """The commands in the order in which a newcomer needs them."""
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
-        """The command, imported now."""
+        """Import and return the command."""
         if cmd_name not in COMMANDS:
             return None
         module, name = COMMANDS[cmd_name][0].split(":")
@@ -85,9 +88,9 @@ class LazyGroup(click.Group):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run, and leave at once when interrupted.
+        """Run the command. After an interrupt, exit at once.
 
-        The threads of a pool whose workers were just killed may wait for ever to be joined at exit.
+        At a normal exit Python joins all threads. Those of a pool with killed workers may never end.
         """
         with output_may_fail() as out:
             try:
@@ -102,7 +105,7 @@ class LazyGroup(click.Group):
                 raise
 
     def invoke(self, ctx: click.Context) -> object:
-        """Run a command; a user's mistake ends in its message and exit code, never in a traceback."""
+        """Run a command. A user's mistake ends with its message and exit code, never with a traceback."""
         interrupts.keep("")
         try:
             _check_current_folder()
@@ -113,24 +116,24 @@ class LazyGroup(click.Group):
                 click.echo(interrupts.word(struck), err=True)
                 raise click.exceptions.Exit(struck.exit_code) from None
             if isinstance(fault, CodesignError):
-                told = fault
+                error = fault
             elif _is_of_kernel_cache(fault):
-                told = RunError(
+                error = RunError(
                     f"the cache of compiled kernels cannot be used: {fault or type(fault).__name__}",
                     None,
                     _CACHE,
                 )
             else:
                 raise
-        click.echo(str(told), err=True)
-        raise click.exceptions.Exit(told.exit_code)
+        click.echo(str(error), err=True)
+        raise click.exceptions.Exit(error.exit_code)
 
 
 def _leave_at_once(code: int) -> NoReturn:
     """End the process with this code.
 
     Raises:
-        SystemExit: where no thread would have to be joined.
+        SystemExit: no thread has to be joined.
     """
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         raise SystemExit(code) from None
@@ -140,11 +143,11 @@ def _leave_at_once(code: int) -> NoReturn:
     os._exit(code)
 
 
-_CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to a new folder that can be written to"
+_CACHE = "delete the __pycache__ folders of codesign, or set NUMBA_CACHE_DIR to a new writable folder"
 
 
 def _is_of_kernel_cache(fault: BaseException) -> bool:
-    """Whether numba failed at reading or placing its cache: what is then raised may be of any type."""
+    """Whether numba failed to read or write its cache. Such an error may be of any type."""
     place = os.path.join("numba", "core", "caching.py")
     return any(
         frame.f_code.co_filename.endswith(place) for frame, _ in traceback.walk_tb(fault.__traceback__)
@@ -155,11 +158,13 @@ def _check_current_folder() -> None:
     try:
         os.getcwd()
     except OSError as fault:
-        raise InputError("the current folder is no longer there", None, "change to another") from fault
+        raise InputError(
+            "the current folder does not exist any more", None, "change to another folder"
+        ) from fault
 
 
-def _was_lost(out: Heedless | None) -> bool:
-    """Whether standard output failed; says so."""
+def _was_lost(out: UnfailingStream | None) -> bool:
+    """Whether standard output failed. Reports the failure."""
     if out is None:
         return False
     out.flush()
@@ -175,9 +180,9 @@ def _was_lost(out: Heedless | None) -> bool:
 def main() -> None:
     """Co-design robot path planners in hardware and software.
 
-    Declare a platform and a workload in YAML, simulate or explore, and compare time, resources, power and the quality
-    of the plan.
+    Declare a platform and a workload in YAML. Simulate one design point, or explore many. Compare time, resources,
+    power and the quality of the plan.
 
-    Exit codes: 0 done, 1 failed, 2 a fault of a file or of the command line, 3 nothing feasible, 130 interrupted
+    Exit codes: 0 done, 1 failed, 2 a fault in a file or on the command line, 3 nothing feasible, 130 interrupted
     (Ctrl-C), 143 terminated (SIGTERM).
     """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.memory import memory_option
+from codesign.cli.options import memory_option, settings_of
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
@@ -25,21 +25,24 @@ DEFAULT = (
 )
 
 
-@click.command(short_help="Hold designs, of any planner, against each other on one map.")
+@click.command(short_help="Compare designs of any planner on one map.")
 @click.argument("designs", nargs=-1, metavar="[PLATFORM:WORKLOAD]...")
 @click.option(
-    "--on", "like", metavar="WORKLOAD", help="Take map, goals and starts from this one.  [default: labyrinth]"
+    "--on",
+    "like",
+    metavar="WORKLOAD",
+    help="Use the map, goals and starts of this workload.  [default: labyrinth]",
 )
 @click.option(
     "--map",
     "map_file",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Take this map instead.",
+    help="Use this map instead.",
 )
-@click.option("--goal", metavar="ROW,COLUMN", help="Goal on --map.")
-@click.option("--start", metavar="ROW,COLUMN", help="Start on --map.")
+@click.option("--goal", metavar="ROW,COLUMN", help="The goal on --map.")
+@click.option("--start", metavar="ROW,COLUMN", help="The start on --map.")
 @click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override wherever the axis exists."
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, in every design that has it."
 )
 @memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
@@ -55,12 +58,11 @@ def compare(
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
 
-    All run on the same map: that of --on, or of --map with --goal and --start. Without designs, the shipped ones of
-    harmonic control, wavefront, breadth-first search and relaxation on a host. A design that cannot take the map
-    does not end the comparison: its column says why. Exit code 1 where none could.
+    All designs run on the same map: the map of --on, or --map with --goal and --start. By default the shipped designs
+    of harmonic control, wavefront, breadth-first search and relaxation on a host are compared. Where a design cannot
+    use the map, its column says why, and the others still run. The exit code is 1 where no design could run.
     """
     import codesign
-    from codesign.cli.run import settings_of
     from codesign.inputs import has_axis
     from codesign.report import comparison_table, render_text
     from codesign.system import problem_from_map, problem_of
@@ -94,11 +96,11 @@ def compare(
         for design, platform, workload in loaded
     ]
     if as_json:
-        told = {design: _as_json(result) for design, result in results}
-        click.echo(json.dumps(told, indent=2))
+        document = {design: _as_json(result) for design, result in results}
+        click.echo(json.dumps(document, indent=2))
     else:
         click.echo(render_text(comparison_table(results)))
-    _tell_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
+    _report_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
     if all(isinstance(result, CodesignError) for _, result in results):
         raise click.exceptions.Exit(EXIT_FAILED)
 
@@ -111,27 +113,27 @@ def _simulated(
     from_options: bool,
     memory: int | None,
 ) -> Result | CodesignError:
-    """What a design gives on the map, or why it gives nothing; a mistake in --set is raised."""
+    """The result of a design on the map, or the error that kept it from running. A mistake in --set is raised."""
     from codesign.scenarios import simulate
     from codesign.system import applicable, with_problem
     from codesign.system.inspect import at_options
 
     try:
         return simulate(*applicable(platform, with_problem(workload, problem), values), memory=memory)
-    except SpecError as wrong:
-        if any(fault.file.startswith("--set") for fault in wrong.faults):
+    except SpecError as error:
+        if any(fault.file.startswith("--set") for fault in error.faults):
             raise
-        return at_options(wrong) if from_options else wrong
-    except CodesignError as wrong:
-        return wrong
+        return at_options(error) if from_options else error
+    except CodesignError as error:
+        return error
 
 
-def _tell_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
-    """Each fault once, with its place and remedy, for which the table has no room."""
-    told: dict[str, list[str]] = {}
+def _report_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
+    """Print each fault once with its place and remedy, which do not fit into the table."""
+    designs: dict[str, list[str]] = {}
     for design, failure in failures:
-        told.setdefault(str(failure), []).append(printable(design))
-    for text, names in told.items():
+        designs.setdefault(str(failure), []).append(printable(design))
+    for text, names in designs.items():
         click.echo(f"{', '.join(names)} did not run: {text}", err=True)
 
 
@@ -140,8 +142,7 @@ def _as_json(result: Result | CodesignError) -> Any:
 
 
 def _cell(option: str, text: str) -> tuple[int, int]:
-    row, _, column = text.partition(",")
-    try:
-        return int(row), int(column)
-    except ValueError:
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN, as in 3,128") from None
+    numbers = text.split(",")
+    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
+        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
+    return int(numbers[0]), int(numbers[1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.memory import memory_option
+from codesign.cli.options import command_line, memory_option, settings_of
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
@@ -21,16 +21,22 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.argument("platform")
 @click.argument("workload")
 @click.option(
-    "--store", type=_FILE, help="SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
+    "--store", type=_FILE, help="The SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
 )
 @click.option(
     "--set",
     "settings",
     multiple=True,
     metavar="AXIS=VALUE",
-    help="Settle an axis, or override, for all points.",
+    help="Set an axis for all points.",
 )
-@click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=os.cpu_count() or 1,
+    show_default=True,
+    help="The number of worker processes.",
+)
 @memory_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
@@ -48,13 +54,12 @@ def explore(
 ) -> None:
     """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front.
 
-    Finished points are kept in one file; running again goes on from there.
+    Finished points are kept in one file. The command continues from that file when it runs again.
     """
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import Advance, progress_shown
-    from codesign.cli.run import settings_of
     from codesign.inputs import pin
 
     values = settings_of(settings)
@@ -67,11 +72,11 @@ def explore(
         (platform, workload, workload_spec.map_file),
         store=("--store", file),
     )
-    interrupts.keep("what was finished is kept")
+    interrupts.keep("finished points are kept")
     with progress_shown() as show:
 
-        def progress(told: Progress) -> None:
-            show(Advance(told.done, told.total, _words(told), told.left_s))
+        def progress(state: Progress) -> None:
+            show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
             platform_spec, workload_spec, store=file, workers=workers, progress=progress, memory=memory
@@ -80,17 +85,17 @@ def explore(
     if not as_json:
         click.echo(f"points kept in {printable(str(file), None)}")
     if len(study.feasible) == len(study.unreached):
-        # What fits and never reaches its goals is of no more use than what does not fit.
+        # A design that fits and never reaches its goals is as useless as a design that does not fit.
         raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
 
 
-@click.command(short_help="Make the tables and the page of an exploration again.")
+@click.command(short_help="Write the tables and the page of a stored exploration.")
 @click.argument("store", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
 def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
-    """Make the tables, the CSV and the HTML page of the exploration kept in STORE, without simulating anything."""
+    """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated."""
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
@@ -99,7 +104,6 @@ def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
-    from codesign.cli.again import command_line
     from codesign.report import (
         front_table,
         nearest_table,

@@ -1,4 +1,4 @@
-"""Refuses, before any work, outputs that would destroy an input or one another, or that cannot be written."""
+"""Checks of outputs before any work: none may overwrite an input or another output, and all can be written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from codesign.errors import InputError
 from codesign.files import is_special, is_stream, landing
 
 _SQLITE = ("-wal", "-shm", "-journal")
-_ROOM = "name a file in a folder that is there and can be written to"
+_ROOM = "name a file in a folder that exists and can be written to"
 
 
 def check_outputs(
@@ -22,13 +22,13 @@ def check_outputs(
     store: tuple[str, Path] | None = None,
     plain: Iterable[str] = (),
 ) -> None:
-    """Check the files that a command is about to write.
+    """Check the files that a command will write.
 
     Args:
-        outputs: by the option that names them; None where it was not given.
-        inputs: what the command reads; what is no file there (the name of a shipped spec) is no matter.
+        outputs: by option; None where the option was not given.
+        inputs: the files that the command reads. A name that is no file (of a shipped spec) is ignored.
         store: option and SQLite file of explored points, which is read and written.
-        plain: the options of ``outputs`` that need a regular file, so that no FIFO or device will do.
+        plain: the options of ``outputs`` that need a regular file, and accept no FIFO or device.
 
     Raises:
         InputError: an output cannot be written, or is an input, another output, or standard output.
@@ -37,7 +37,7 @@ def check_outputs(
     for path in inputs:
         if path is not None and os.path.isfile(path):
             taken[_identity(Path(path))] = f"{path}, which is read"
-    wanted = [(option, path) for option, path in outputs.items() if path is not None]
+    requested = [(option, path) for option, path in outputs.items() if path is not None]
     if store is not None:
         option, path = store
         _check_file(option, path, regular=True)
@@ -46,14 +46,14 @@ def check_outputs(
             taken[_identity(path.with_name(path.name + suffix))] = f"a part of {option}"
     for descriptor in _standard_streams():
         taken.setdefault(descriptor, "standard output")
-    for option, path in wanted:
+    for option, path in requested:
         _check_file(option, path, regular=option in set(plain))
         if not is_stream(path):
             _claim(taken, option, path)
 
 
 def check_folder(option: str, folder: Path | None, files: Mapping[str, Path | None]) -> None:
-    """Check a folder that is made if missing, and that none of ``files`` could be one of its plots.
+    """Check a folder for plots, which is made if missing. No plot may overwrite one of ``files``.
 
     Raises:
         InputError: the folder can neither be made nor written to, or a file may be overwritten by a plot.
@@ -91,15 +91,15 @@ def _check_file(option: str, path: Path, *, regular: bool) -> None:
         raise InputError("is no regular file", where, "name a file")
     target = landing(path)
     if not target.parent.is_dir():
-        raise InputError(f"there is no folder {target.parent}", where, "make it first")
+        raise InputError(f"folder {target.parent} does not exist", where, "make it first")
     if target.is_symlink():
         raise InputError("is a symbolic link to itself", where, "name a file")
     if not is_stream(path) and not os.access(target.parent, os.W_OK | os.X_OK):
-        raise InputError(f"folder {target.parent} may not be written to", where, _ROOM)
+        raise InputError(f"folder {target.parent} cannot be written to", where, _ROOM)
 
 
 def _identity(path: Path) -> object:
-    """Equal for two names of one file, there (links of either kind) or not yet there."""
+    """Equal for two names of one file: links of either kind, and files that do not exist yet."""
     try:
         status = path.stat()
     except (OSError, ValueError):

@@ -1,4 +1,4 @@
-"""Output that cannot be delivered: a reader who went away, as in ``hwsw ... | head``, or a full disk."""
+"""Output that cannot be written: the reader ended, as in ``hwsw ... | head``, or the disk is full."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from io import TextIOWrapper
 from typing import Any, TextIO, cast
 
 
-class Heedless:
-    """A text stream that never fails: from the first failure on, what is written is lost.
+class UnfailingStream:
+    """A text stream that never raises. After the first failure all output is lost.
 
-    ``fault`` is that failure, or None; a reader who went away is none, as he wants no more.
+    ``fault`` is that failure, or None. A reader that ended is no failure: it needs no more output.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -41,27 +41,27 @@ class Heedless:
     def _lose_the_rest(self, fault: OSError) -> None:
         if not isinstance(fault, BrokenPipeError):
             self.fault = self.fault or fault
-        # The descriptor, not the stream: what stands in its buffer is flushed once more when Python ends.
-        nowhere = os.open(os.devnull, os.O_WRONLY)
+        # Redirect the descriptor and not the stream: Python flushes the stream's buffer once more at exit.
+        null_device = os.open(os.devnull, os.O_WRONLY)
         try:
-            os.dup2(nowhere, self._stream.fileno())
+            os.dup2(null_device, self._stream.fileno())
         finally:
-            os.close(nowhere)
+            os.close(null_device)
 
 
 @contextmanager
-def output_may_fail() -> Iterator[Heedless | None]:
-    """Let a command end its work, and with its own exit code, whatever becomes of its output.
+def output_may_fail() -> Iterator[UnfailingStream | None]:
+    """Let a command complete its work, with its own exit code, even if its output fails.
 
-    Yields standard output, or None where there is none. A character that the terminal's encoding lacks becomes "?".
+    Yields standard output, or None without one. A character that the terminal cannot encode becomes "?".
     """
     with ExitStack() as stack:
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, TextIOWrapper) and stream.errors == "strict":
                 stream.reconfigure(errors="replace")
-        out = None if sys.stdout is None else Heedless(sys.stdout)
+        out = None if sys.stdout is None else UnfailingStream(sys.stdout)
         if out is not None:
             stack.enter_context(redirect_stdout(cast("TextIO", out)))
         if sys.stderr is not None:
-            stack.enter_context(redirect_stderr(cast("TextIO", Heedless(sys.stderr))))
+            stack.enter_context(redirect_stderr(cast("TextIO", UnfailingStream(sys.stderr))))
         yield out

@@ -1,4 +1,4 @@
-"""Progress with the time left on long work: a bar on a terminal, plain lines on standard error elsewhere."""
+"""Progress of long work with the remaining time: a bar on a terminal, otherwise lines on standard error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 @dataclass(frozen=True)
 class Advance:
-    """How far some work is: ``done`` of ``total``, what is counted in ``words``, and the seconds left, if known."""
+    """The progress of work: ``done`` of ``total``, their description in ``words``, and the seconds left, if known."""
 
     done: int
     total: int
@@ -24,15 +24,15 @@ class Advance:
 
 
 class Show(Protocol):
-    """Takes an advance and shows it, not more often than anybody could read."""
+    """Shows an advance, at most as often as a person can read it."""
 
     def __call__(self, advance: Advance) -> None:
-        """Show how far the work is."""
+        """Show the progress."""
 
 
 @contextmanager
 def progress_shown(*, after_s: float = 0.0) -> Iterator[Show]:
-    """What shows progress until the end of the block; nothing in the first ``after_s`` seconds, for short work."""
+    """A display of progress until the end of the block, after the first ``after_s`` seconds."""
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -58,11 +58,11 @@ def progress_shown(*, after_s: float = 0.0) -> Iterator[Show]:
 
 
 class PlainLines:
-    """One line on standard error at each tenth of the work, and after ten seconds without one."""
+    """A line on standard error at each tenth of the work, and after ten seconds without one."""
 
     def __init__(self, after_s: float = 0.0) -> None:
-        self.told = -1
-        self.at = time.monotonic() + after_s - _SECONDS_BETWEEN_LINES
+        self.last_tenth = -1
+        self.last_time = time.monotonic() + after_s - _SECONDS_BETWEEN_LINES
         self.after = time.monotonic() + after_s
 
     def __call__(self, advance: Advance) -> None:
@@ -71,7 +71,7 @@ class PlainLines:
         if now < self.after:
             return
         tenth = 10 * advance.done // max(1, advance.total)
-        if tenth > self.told or now - self.at >= _SECONDS_BETWEEN_LINES:
-            self.told, self.at = tenth, now
+        if tenth > self.last_tenth or now - self.last_time >= _SECONDS_BETWEEN_LINES:
+            self.last_tenth, self.last_time = tenth, now
             left = "" if advance.left_s is None else f", {advance.left_s:.0f} s left"
             click.echo(f"{advance.done}/{advance.total} {advance.words}{left}", err=True)

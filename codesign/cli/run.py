@@ -3,28 +3,28 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.memory import memory_option
-from codesign.errors import EXIT_INFEASIBLE, InputError, printable
+from codesign.cli.options import command_line, memory_option, settings_of
+from codesign.errors import EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
     from codesign.cli.progress import Show
     from codesign.system import MissionProgress
 
 _QUIET_SECONDS = 5.0
-"""A run that is over sooner shows no progress."""
+"""A shorter run shows no progress."""
 
 
 @click.command(short_help="Simulate one design point.")
 @click.argument("platform")
 @click.argument("workload")
 @click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Override, e.g. workload.variant=NAME"
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
 )
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
@@ -35,14 +35,14 @@ _QUIET_SECONDS = 5.0
     type=click.Choice(["run_ahead", "visit"]),
     default="run_ahead",
     show_default=True,
-    help="How far a component computes at a time; the result is the same.",
+    help="How much a component computes in one event. The result is the same.",
 )
 @memory_option
 @click.option(
     "--levers/--no-levers",
     default=True,
     show_default=True,
-    help="Run a mission again with each of its levers moved, to find what sets the pace.",
+    help="Repeat a mission with each of its levers moved, to find its bottleneck.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
@@ -56,13 +56,13 @@ def run(
     levers: bool,
     as_json: bool,
 ) -> None:
-    """Simulate WORKLOAD on PLATFORM (names or YAML files) and print what it costs and what the plan is worth.
+    """Simulate WORKLOAD on PLATFORM (names or YAML files), and print its costs and the quality of the plan.
 
-    Exit code 3 where the design does not fit. A mission that ends without its goal is a result: 0, and it says why.
+    The exit code is 3 where the design does not fit. A mission that ends without its goal is a result: the exit code is
+    0, and the result says why.
     """
     import codesign
     from codesign import interrupts
-    from codesign.cli.again import command_line
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import progress_shown
     from codesign.report import render_text, result_page, result_tables, run_pictures
@@ -106,29 +106,30 @@ def run(
                 click.echo(f"{name}: {printable(str(path), None)}")
     struck = interrupts.struck()
     if struck is not None:
-        interrupts.keep("the mission is done, not all of its levers were run")
+        interrupts.keep("the mission is complete, but not all of its levers were run")
         raise struck
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
 def mission_progress(show: Show) -> Callable[[MissionProgress], None]:
-    """What shows the progress of a mission in thousandths of the longest one possible, with the time left at most."""
+    """Show the progress of a mission in thousandths of the longest drive, with an upper bound of the time left."""
     from codesign.cli.progress import Advance
+    from codesign.units import counted
 
     begun = time.monotonic()
 
-    def progress(told: MissionProgress) -> None:
-        words = f"of the longest drive, {told.time / 1e12:,.0f} s simulated, {told.turns:,} turns"
+    def progress(state: MissionProgress) -> None:
+        words = f"of the longest drive, {state.time / 1e12:,.0f} s simulated, {counted(state.turns, 'turn')}"
         spent = time.monotonic() - begun
-        left = spent * (1 / told.share - 1) if told.share else None
-        show(Advance(int(1000 * told.share), 1000, words, left))
+        left = spent * (1 / state.share - 1) if state.share else None
+        show(Advance(int(1000 * state.share), 1000, words, left))
 
     return progress
 
 
 def lever_progress(show: Show) -> Callable[[int, int, str], None]:
-    """What shows how many levers of a mission were run, with the time left at the pace so far."""
+    """Show how many levers of a mission were run, with the time left at the current rate."""
     from codesign.cli.progress import Advance
 
     begun: list[float] = []
@@ -139,29 +140,3 @@ def lever_progress(show: Show) -> Callable[[int, int, str], None]:
         show(Advance(done, total, f"levers run, {path}" if path else "levers run", left))
 
     return progress
-
-
-def settings_of(texts: Iterable[str]) -> dict[str, object]:
-    """The raw value of each axis that ``--set`` names; none may be named twice.
-
-    Raises:
-        InputError: a text is no setting, or an axis comes twice.
-    """
-    values: dict[str, object] = {}
-    for axis, value in map(setting, texts):
-        if axis in values:
-            raise InputError(f"{axis} is set twice", "--set", "keep one of the two")
-        values[axis] = value
-    return values
-
-
-def setting(text: str) -> tuple[str, object]:
-    """An axis and its raw value from ``AXIS=VALUE``."""
-    from codesign.inputs import parse_value
-
-    axis, separator, value = text.partition("=")
-    if not separator or not axis:
-        raise InputError(
-            f"{text!r} is no setting", "--set", "write AXIS=VALUE, as in --set relax.iterations=16"
-        )
-    return axis, parse_value(value, f"--set {axis}")

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.errors import CodesignError, InputError, printable
+from codesign.cli.options import Quantity
+from codesign.errors import InputError, printable
 
 if TYPE_CHECKING:
     from codesign.trace import Moment, Trace
@@ -18,64 +19,48 @@ if TYPE_CHECKING:
 _FILE = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
-@click.group(short_help="Look into the trace of a run.")
+@click.group(short_help="Read the trace of a run.")
 def trace() -> None:
-    """Look into the MCAP trace that ``hwsw run --trace FILE`` wrote."""
+    """Read an MCAP trace of hwsw run --trace FILE."""
 
 
-@trace.command(short_help="What the trace holds.")
+@trace.command(short_help="Print the contents of a trace.")
 @click.argument("file", type=_FILE)
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 def info(file: Path, as_json: bool) -> None:
-    """Print what the trace FILE holds: topics, counts, time span, what run it is of."""
-    from codesign.trace import open_trace, trace_info
+    """Print the contents of the trace FILE: its run, time span, topics and numbers of messages."""
+    from codesign.trace import open_trace
+    from codesign.units import counted
 
-    found = trace_info(open_trace(file))
+    opened = open_trace(file)
     if as_json:
-        click.echo(json.dumps(asdict(found), indent=2))
+        click.echo(json.dumps(opened.summary(), indent=2))
         return
-    rows = found.rows()
+    rows = opened.rows()
     width = max(len(name) for name, _ in rows)
     for name, text in rows:
         click.echo(f"{name:<{width}}  {text}")
     click.echo()
-    for topic, schema, count in found.channel_rows():
-        click.echo(f"{topic:<{width}}  {schema}, {count}")
+    for topic, schema, messages in opened.channel_rows():
+        click.echo(f"{topic:<{width}}  {schema}, {counted(messages, 'message')}")
 
 
-class _Time(click.ParamType[int]):
-    """A simulated time with its unit, as picoseconds."""
-
-    name = "time"
-
-    def convert(self, value: str | int, param: click.Parameter | None, _context: click.Context | None) -> int:
-        """Picoseconds of ``12 s``; a bare number is refused, as in a spec."""
-        from codesign.units import Dimension, parse_quantity
-
-        if isinstance(value, int):
-            return value
-        try:
-            return int(parse_quantity(value, Dimension.TIME))
-        except CodesignError as fault:
-            raise InputError(fault.what, param.opts[0] if param else None, fault.hint) from fault
+_TIME = Quantity("time", "time")
 
 
-_TIME = _Time()
-
-
-@trace.command(short_help="The story of the run.")
+@trace.command(short_help="Print the records of a trace.")
 @click.argument("file", type=_FILE)
-@click.option("--topic", "topics", multiple=True, help="Only this topic; may be given again.")
-@click.option("--from", "begin", type=_TIME, default=0, help="Only from this simulated time on, such as 12s.")
+@click.option("--topic", "topics", multiple=True, help="Only this topic. May be repeated.")
+@click.option("--from", "begin", type=_TIME, default=0, help="Only from this simulated time, such as 12s.")
 @click.option("--to", "end", type=_TIME, help="Only up to this simulated time.")
-@click.option("--at", type=_TIME, help="The map at this simulated time in place of the records.")
+@click.option("--at", type=_TIME, help="Print the map at this simulated time instead of the records.")
 @click.option(
     "--picture", type=click.Path(dir_okay=False, path_type=Path), help="Draw the map of --at as a PNG or SVG."
 )
 @click.option(
-    "--limit", type=click.IntRange(1), default=200, show_default=True, help="At most so many lines."
+    "--limit", type=click.IntRange(1), default=200, show_default=True, help="The most lines to print."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the lines as JSON, one a line.")
+@click.option("--json", "as_json", is_flag=True, help="Print each line as JSON.")
 def show(
     file: Path,
     topics: tuple[str, ...],
@@ -86,9 +71,9 @@ def show(
     limit: int,
     as_json: bool,
 ) -> None:
-    """Print the records of the trace FILE in the order of time, and the last field that was planned with.
+    """Print the records of the trace FILE in order of time, and the last field of a plan.
 
-    With --at: the true map by then, what the robot knew of it, its way and the robot.
+    With --at: the true map at that time, the robot's belief, its path and its position.
     """
     from codesign.trace import open_trace
 
@@ -98,7 +83,7 @@ def show(
     else:
         _show_records(opened, topics, begin, end, limit, as_json)
     if opened.fault is not None:
-        click.echo(f"the file is not whole: {printable(opened.fault)}", err=True)
+        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)
 
 
 def _show_records(
@@ -153,7 +138,7 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
         seen.free,
         goals=seen.goals,
         unknown=None if seen.belief is None else seen.belief == UNKNOWN,
-        way=seen.way,
+        way=seen.path,
         driven=seen.driven,
         robots=seen.robots,
         format="svg" if kind == "svg" else "png",
@@ -161,22 +146,22 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
     write_atomically(picture, drawn.data)
 
 
-@trace.command(short_help="The trace for other tools.")
+@trace.command(short_help="Export a trace for other tools.")
 @click.argument("file", type=_FILE)
 @click.option(
     "--perfetto",
     "events",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write trace events: open them at ui.perfetto.dev.",
+    help="Write trace events, for ui.perfetto.dev.",
 )
 @click.option(
     "--poses",
     "poses",
     type=click.Path(dir_okay=False, path_type=Path),
-    help="Write a CSV of where each robot was, when.",
+    help="Write the positions and times of each robot as CSV.",
 )
 def export(file: Path, events: Path | None, poses: Path | None) -> None:
-    """Write the trace FILE for other tools."""
+    """Export the trace FILE for other tools."""
     from codesign.cli.outputs import check_outputs
     from codesign.files import write_atomically
     from codesign.trace import PERFETTO_KINDS, POSE_KINDS, open_trace, perfetto, poses_csv
@@ -190,4 +175,4 @@ def export(file: Path, events: Path | None, poses: Path | None) -> None:
             write_atomically(path, "".join(write(opened.records(kinds=kinds))).encode("utf-8", "replace"))
             click.echo(f"written: {printable(str(path), None)}")
     if opened.fault is not None:
-        click.echo(f"the file is not whole: {printable(opened.fault)}", err=True)
+        click.echo(f"the file is not complete: {printable(opened.fault)}", err=True)

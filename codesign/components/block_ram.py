@@ -1,4 +1,4 @@
-"""An on-chip block RAM: its shape, what is allotted in it, the two addresses it takes a clock cycle, and its words."""
+"""An on-chip block RAM: its shape, its allotted words, its two addresses a clock cycle, and its contents."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from enum import StrEnum
 
 import simpy
 
-from codesign.components.clock import ClockDomain
+from codesign.components.component import ClockDomain
 from codesign.components.scan import ScannedMemory
 from codesign.errors import RunError
 from codesign.records import Listener
 
 PORTS = 2
 DISPLAY_PORT = 1
-"""The port of a display that reads from a block RAM."""
+"""The port that a display reads a block RAM through."""
 
 
 def choose_shape(shapes: Iterable[tuple[int, int]], width: int) -> tuple[int, int]:
-    """The deepest (depth, width) of a part's block RAM that is at least ``width`` bits wide.
+    """The deepest shape (depth, width) of a part's block RAM that is at least ``width`` bits wide.
 
     >>> choose_shape([(16384, 1), (2048, 9), (1024, 18), (512, 36)], 18)
     (1024, 18)
@@ -40,12 +40,12 @@ def choose_shape(shapes: Iterable[tuple[int, int]], width: int) -> tuple[int, in
 
 
 class WriteMode(StrEnum):
-    """What a port shows at its output in a cycle in which it writes.
+    """The output of a port in a cycle in which it writes.
 
-    - ``read_first``: the old word. ``write_first``: the new one. ``no_change``: what it showed before.
+    - ``read_first``: the old word. ``write_first``: the new one. ``no_change``: the output of the previous cycle.
 
-    Xilinx, UG190 (Virtex-5), "Write Modes" and "Conflict Avoidance", published; UG002 (Virtex-II) and UG070 (Virtex-4)
-    are assumed, from memory, to say the same.
+    Published: Xilinx, UG190 (Virtex-5), "Write Modes" and "Conflict Avoidance". Assumed, from memory: UG002 (Virtex-II)
+    and UG070 (Virtex-4) say the same.
     """
 
     READ_FIRST = "read_first"
@@ -55,9 +55,9 @@ class WriteMode(StrEnum):
 
 @dataclass
 class Output:
-    """What a port shows after a cycle; final once the cycle is over.
+    """The output of a port after a cycle. It is final when the cycle is over.
 
-    ``valid`` is False where the circuit could show anything: ``value`` is then only the old word.
+    ``valid`` is False where the output of the circuit is undefined. ``value`` is then the old word.
     """
 
     value: int
@@ -67,21 +67,23 @@ class Output:
 class BlockRam(ScannedMemory):
     """A dual-port block RAM of ``depth`` words × ``width`` bits.
 
-    Each port takes one address a clock cycle, and either reads or writes there: two accesses a cycle,
-    whatever their kind. A third is refused. ``stream`` and ``access`` book accesses without words. With
-    ``contents``, ``read`` and ``write`` move words (all 0 at first), and tell what the hardware would: see ``read``.
+    Each port takes one address a clock cycle and either reads or writes there. So there are two accesses a cycle of any
+    kind, and a third is refused. ``stream`` and ``access`` book accesses without words. With ``contents``, ``read`` and
+    ``write`` move words (all 0 at first) and return what the hardware would show: see ``read``.
 
-    A display (``scanned_by``) takes port 1 in the cycles that it claims. A design that drives both ports then
-    stands still, as a whole, as all its block RAMs are driven alike; with one address a cycle it notices nothing.
+    A display (``scanned_by``) takes port 1 in the cycles that it claims. A design that drives both ports then stalls as
+    a whole, as all its block RAMs are driven alike. A design with one address a cycle is not affected.
 
-    The budget of the harmonic node (Girau et al. 2008, section 5.2): in every cycle of an iteration the
-    update reads bit i of all 18 nodes of the cluster (LSB first, counter ``cntR``) and writes bit i - 2 of
-    the results (division by four; counter ``cntW``): two addresses, both ports taken. The text also sends a
-    second read address (MSB first, ``r_cnt``) to the ports, to look for local maxima on the way. That is a
-    third address, and a Virtex port has one for reading and writing, so the text as it stands does not fit a
-    dual-port RAM. Looking for maxima LSB first on the bits that are read anyway fits (and gives the published
-    11 flip-flops); MSB first needs a pass of its own, p + 2 cycles a block, with nothing written. A model of
-    the architecture has to choose one of these two.
+    The budget of the harmonic node (Girau et al. 2008, section 5.2). In every cycle of an iteration the update reads
+    bit i of all 18 nodes of the cluster (LSB first, counter ``cntR``) and writes bit i - 2 of the results (division by
+    four, counter ``cntW``). These two addresses take both ports. The text also sends a second read address (MSB first,
+    ``r_cnt``) to the ports, to search for local maxima in the same pass. That is a third address. A Virtex port has one
+    address for reading and writing, so the text as it stands does not fit a dual-port RAM. Two designs fit:
+
+    - Search LSB first on the bits that are read anyway. This gives the published 11 flip-flops.
+    - Search MSB first in a separate pass of p + 2 cycles a block, in which nothing is written.
+
+    A model of the architecture has to choose one of the two.
     """
 
     def __init__(
@@ -112,22 +114,22 @@ class BlockRam(ScannedMemory):
 
     @property
     def accesses(self) -> list[int]:
-        """Accesses of each port so far; those of a display count in port 1, up to the last cycle that has passed."""
+        """Accesses of each port so far. Those of a display count for port 1, up to the last whole cycle."""
         of_display = self.claims.between(0, self.clock.cycles_by(self.now)) if self.claims else 0
         return [number + of_display * (port == DISPLAY_PORT) for port, number in enumerate(self._accesses)]
 
     @property
     def words_left(self) -> int:
-        """Words not allotted yet."""
+        """Words that are not allotted."""
         return self.depth - sum(len(addresses) for addresses in self.allotted.values())
 
     def allocate(self, name: str, words: int) -> range:
-        """Allot ``words`` words to ``name``; returns their addresses.
+        """Allot ``words`` words to ``name``. Returns their addresses.
 
         A bit-serial block of precision p takes p + 1 words, each with one bit of 18 values.
 
         Raises:
-            RunError: fewer are left, ``words`` is not positive, or ``name`` has words already.
+            RunError: fewer words are left, ``words`` is not positive, or ``name`` has words already.
         """
         if words < 1 or name in self.allotted:
             raise RunError(
@@ -144,10 +146,10 @@ class BlockRam(ScannedMemory):
         return self.allotted[name]
 
     def access(self, cycle: int) -> int:
-        """Book one access in clock cycle ``cycle``; returns the port that takes it (0 or 1).
+        """Book one access in clock cycle ``cycle``. Returns the port that takes it (0 or 1).
 
         Raises:
-            RunError: both ports are taken in that cycle, or the cycle lies before the last one booked.
+            RunError: both ports are taken in that cycle, or the cycle lies before the last booked cycle.
         """
         self._check(cycle, 1)
         free = self._free(cycle)
@@ -157,11 +159,12 @@ class BlockRam(ScannedMemory):
         return free[0]
 
     def stream(self, first: int, cycles: int, addresses: int = PORTS) -> None:
-        """Book ``addresses`` accesses in each of ``cycles`` clock cycles from ``first`` on, once they have
-        passed. In those that a display takes from a design that drives both ports, nothing else is booked.
+        """Book ``addresses`` accesses in each of ``cycles`` clock cycles from ``first``, after they have passed.
+
+        In the cycles that a display takes from a design that drives both ports, nothing else is booked.
 
         Raises:
-            RunError: more addresses than ports, cycles booked before, or cycles still to come.
+            RunError: more addresses than ports, cycles that are booked already, or cycles in the future.
         """
         if cycles < 1 or addresses < 1:
             raise RunError(f"{addresses} accesses in {cycles} cycles", self.name, "give at least one of each")
@@ -173,30 +176,30 @@ class BlockRam(ScannedMemory):
         self._book(first, cycles, set(ports), self._lost(first, first + cycles, addresses))
 
     def read(self, port: int, cycle: int, address: int) -> Output:
-        """Read a word in clock cycle ``cycle``; what the port shows is final once the cycle is over.
+        """Read a word in clock cycle ``cycle``. The output is final when the cycle is over.
 
-        Of a word that the other port writes in the same cycle it shows the old value where that port is
-        ``read_first``, and anything at all (``valid`` False, counted in ``collisions``) where it is not. Both
-        ports have one clock.
+        Where the other port writes the word in the same cycle, the output is the old value if that port is
+        ``read_first``. Otherwise it is undefined (``valid`` False, counted in ``collisions``). Both ports have one
+        clock.
 
         Raises:
-            RunError: the RAM was made without ``contents``, there is no such word, or the port is taken.
+            RunError: the RAM was made without ``contents``, the word does not exist, or the port is taken.
         """
         self._begin(port, cycle, address)
         words = self._contents()
         output = Output(words[address], address not in self._unknown)
         self._of_cycle[port] = _Access(address, None, output)
-        self._meet(port)
+        self._resolve_conflict(port)
         return output
 
     def write(self, port: int, cycle: int, address: int, value: int) -> Output:
-        """Write a word in clock cycle ``cycle``; returns what the port shows, which its write mode says.
+        """Write a word in clock cycle ``cycle``. Returns the output of the port, by its write mode.
 
-        If both ports write different values to one word, nobody knows what it holds (counted in ``collisions``)
-        until it is written again.
+        If both ports write different values to one word, its contents are undefined (counted in ``collisions``) until
+        it is written again.
 
         Raises:
-            RunError: as ``read``, or the value is wider than a word.
+            RunError: as for ``read``, or the value is wider than a word.
         """
         if not 0 <= value < 1 << self.width:
             raise RunError(
@@ -212,7 +215,7 @@ class BlockRam(ScannedMemory):
             WriteMode.NO_CHANGE: Output(before.value, before.valid),
         }[mode]
         self._of_cycle[port] = _Access(address, value, output)
-        self._meet(port)
+        self._resolve_conflict(port)
         return output
 
     def _begin(self, port: int, cycle: int, address: int) -> None:
@@ -235,7 +238,7 @@ class BlockRam(ScannedMemory):
         self._book(cycle, 1, {port})
 
     def _settle(self) -> None:
-        """End a cycle: what was written in it stands in the words from now on."""
+        """End a cycle: put the words that were written in it into the contents."""
         words = self._contents()
         written: dict[int, int] = {}
         for port, access in self._of_cycle.items():
@@ -246,8 +249,8 @@ class BlockRam(ScannedMemory):
                 (self._unknown.add if clash else self._unknown.discard)(access.address)
         self._of_cycle = {}
 
-    def _meet(self, port: int) -> None:
-        """What two accesses of one word in one cycle do to each other; ``port`` came second."""
+    def _resolve_conflict(self, port: int) -> None:
+        """Apply the conflict of two accesses of one word in one cycle. ``port`` came second."""
         here, there = self._of_cycle[port], self._of_cycle.get(1 - port)
         if there is None or here.address != there.address or here.value is there.value is None:
             return
@@ -282,7 +285,7 @@ class BlockRam(ScannedMemory):
         return [port for port in range(PORTS) if port not in taken]
 
     def _lost(self, first: int, last: int, addresses: int) -> int:
-        """Cycles of a design with ``addresses`` addresses that a display takes."""
+        """Cycles that a display takes from a design with ``addresses`` addresses a cycle."""
         return self.claims.between(first, last) if self.claims is not None and addresses == PORTS else 0
 
     def _too_many(self, cycle: int, addresses: int) -> RunError:
@@ -301,14 +304,14 @@ class BlockRam(ScannedMemory):
         self._work_begins(begin)
         self._busy += self.clock.edge(last + 1) - self.clock.edge(begin)
         self._work_ends(last + 1)
-        # Only the last cycle can be shared with what comes next.
+        # Only the last cycle can be shared with the next booking.
         self._taken = self._taken | ports if shared and cycles == 1 else ports
         self._last_cycle = last
 
 
 @dataclass
 class _Access:
-    """What a port does in the cycle under way: ``value`` None reads."""
+    """The access of a port in the current cycle. ``value`` None: a read."""
 
     address: int
     value: int | None

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from enum import StrEnum
-from typing import Any
+from typing import Any, Unpack
 
 import simpy
 
-from codesign.components.clock import ClockDomain
+from codesign.components.component import ClockDomain
 from codesign.components.line import Line, Message
-from codesign.components.link import LINK_DOWN, Link
-from codesign.components.link_faults import LinkErrors
-from codesign.errors import InputError, RunError
-from codesign.records import Listener
+from codesign.components.link import LINK_DOWN, Link, LinkOptions
 
 
 class Arbitration(StrEnum):
-    """When a bus may change hands: between whole messages, or between bursts.
+    """When the bus is granted anew: after a whole message, or after a burst.
 
-    - ``message``: a message that began is carried to its end; then the most urgent is next, then the oldest.
-    - ``burst``: after every burst the most urgent is next, and equals take turns, sender by sender (round
-      robin). One that arrives while a burst is on the bus, or at the very picosecond of its end, has part in
-      the next choice.
+    - ``message``: a message that began is carried to its end. Then the most urgent message is next, then the oldest.
+    - ``burst``: after every burst the most urgent message is next, and senders of equal priority take turns (round
+      robin). A message that arrives during a burst, up to the picosecond of its end, takes part in the next choice.
     """
 
     MESSAGE = "message"
@@ -32,17 +28,16 @@ class Arbitration(StrEnum):
 class Bus(Link):
     """A shared parallel bus, half duplex: a message of w words takes ceil(w / burst) × setup + w clock cycles.
 
-    - ``width``: bits a word, one word a clock cycle. ``burst_words``: the longest run of words between two
-      set-ups.
+    - ``width``: bits a word, one word a clock cycle. ``burst_words``: the longest run of words between two set-ups.
     - ``setup_cycles``: arbitration and address cycles before every burst.
-    - ``arbitration``: the cycles of a message are the same with either. Bursts cost no event of their own: a
-      message that is alone runs through, and stops at the end of a burst when another one comes.
+    - ``arbitration``: the cycles of a message are the same with either. Bursts need no event each: a message that is
+      alone is carried in one event, and stops at the end of a burst when another message arrives.
 
-    Each message begins at a clock edge. The sender of ``post`` waits until its first transfer is over: the bus
-    has no buffer.
+    Each message begins at a clock edge. The bus has no buffer, so the sender of ``post`` waits for the end of its first
+    transfer.
 
     Raises:
-        InputError: a number below what has a meaning.
+        InputError: a parameter is below its least value.
     """
 
     def __init__(
@@ -55,27 +50,12 @@ class Bus(Link):
         setup_cycles: int,
         burst_words: int,
         arbitration: Arbitration = Arbitration.MESSAGE,
-        between: Sequence[str] = (),
-        errors: LinkErrors | None = None,
-        outages: Sequence[tuple[int, int | None]] = (),
-        listeners: Sequence[Listener] = (),
+        **options: Unpack[LinkOptions],
     ) -> None:
-        super().__init__(
-            environment,
-            name,
-            shared=True,
-            between=between,
-            errors=errors,
-            outages=outages,
-            listeners=listeners,
+        super().__init__(environment, name, shared=True, **options)
+        self._check_least(
+            ("width", width, 1), ("setup_cycles", setup_cycles, 0), ("burst_words", burst_words, 1)
         )
-        for key, value, least in (
-            ("width", width, 1),
-            ("setup_cycles", setup_cycles, 0),
-            ("burst_words", burst_words, 1),
-        ):
-            if value < least:
-                raise InputError(f"{key} of {value}", f"{name}.{key}", f"give at least {least}")
         self.clock = clock
         self.width = width
         self.setup_cycles = setup_cycles
@@ -88,14 +68,11 @@ class Bus(Link):
         Raises:
             RunError: the message is empty.
         """
-        if bits < 1:
-            raise RunError(
-                f"a message of {bits} bits", self.name, "send at least one bit, or no message at all"
-            )
+        self._check_bits(bits)
         return self._cycles(self._words(bits + self.errors.checksum_bits))
 
     def duration(self, bits: int) -> int:
-        """Picoseconds of ``cycles(bits)`` from edge 0 on."""
+        """Picoseconds of ``cycles(bits)`` from edge 0."""
         return self.clock.duration(self.cycles(bits))
 
     def _words(self, bits: int) -> int:
@@ -117,7 +94,13 @@ class Bus(Link):
         return (yield from self._cross_in_bursts(message, line))
 
     def _cross_in_bursts(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
-        """Process generator: one attempt, giving way between bursts where others wait."""
+        """Process generator: one attempt, granted burst by burst where other messages wait.
+
+        A message of w words, with b words a burst and s cycles of set-up:
+
+            | s | b words | s | b words | ... | s | rest |
+            ^ granted     ^ granted anew, where the line is contested
+        """
         words = self._words(self._wire_bits(message))
         since: int | None = None
         while words:
@@ -128,8 +111,8 @@ class Bus(Link):
             if not (yield from self._wait_up()):
                 return LINK_DOWN
             if self.now > granted:
-                # The choice falls at the edge at which a burst begins, not before.
-                line.give_way(message)
+                # The arbiter chooses at the edge at which a burst begins, and not earlier.
+                line.contend_again(message)
                 if line.holder is not message:
                     continue
                 if self._cut(since):
@@ -137,24 +120,24 @@ class Bus(Link):
             if since is None:
                 since = self.now
                 self._begin(message)
-            done = yield from self._run_bursts(message, line, words)
-            if done is None:
+            carried = yield from self._run_bursts(message, line, words)
+            if carried is None:
                 return LINK_DOWN
-            words -= done
-            if done:
-                line.serve(message)
+            words -= carried
+            if carried:
+                line.count_service(message)
             if words:
-                line.give_way(message)
+                line.contend_again(message)
         return None
 
     def _cut(self, since: int | None) -> bool:
-        """Whether an outage began after ``since``, when the attempt did (ps), if it did."""
+        """Whether an outage began since the attempt did, at ``since`` (ps; None: it has not begun)."""
         return since is not None and self._outages.between(since, self.now + 1) is not None
 
     def _run_bursts(
         self, message: Message, line: Line, words: int
     ) -> Generator[simpy.Event, Any, int | None]:
-        """Process generator: bursts until the message ends, or others may be next.
+        """Process generator: bursts until the message ends, or another message may be next.
 
         Returns the words that were carried, or None where an outage cut them off.
         """
@@ -169,12 +152,12 @@ class Bus(Link):
         return planned if cut is None else None
 
     def _end_and_cut(self, first: int, words: int) -> tuple[int, int | None]:
-        """When ``words`` words from edge ``first`` on are over, and the outage that begins before, if any, ps."""
+        """The end of ``words`` words from edge ``first``, and the begin of an outage before it, if any, ps."""
         end = self.clock.edge(first + self._cycles(words))
         outage = self._outages.between(self.clock.edge(first), end)
         return end, None if outage is None else outage.begin
 
     def _bursts_until(self, first: int, time: int) -> int:
-        """How many bursts from edge ``first`` on have begun before ``time`` (ps)."""
+        """How many bursts from edge ``first`` began before ``time`` (ps)."""
         passed = self.clock.cycle_at_or_after(time) - first
         return -(-passed // (self.setup_cycles + self.burst_words))

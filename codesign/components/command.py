@@ -1,7 +1,7 @@
-"""A command: what a robot is told, as it was when it was composed, and what the robot makes of it when it arrives.
+"""A drive command, as the host composes it, and how the robot follows it when it arrives.
 
-Who composes a command knows where the robot was when it last looked around, not where it is when the command arrives.
-So a command leads on from there, and the robot takes it up from where it is by then.
+The host knows the position of the robot at its last scan, not its position when the command arrives. So the path of a
+command begins at the position of the scan, and the robot joins it from its position at that time.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import NEAR, SAME, Point, Way, cell_of, go_on, starts_clear
+from codesign.components.path import NEAR, SAME, Point, Polyline, cell_of, continue_along, starts_clear
 
 WORD = 32
 """Bits of each of the three words of a command."""
@@ -21,70 +21,74 @@ WORD = 32
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """``way`` to drive, and ``end``, the arc length of it, cells, at which to stand if no newer command comes.
+    """A ``path`` to drive, and ``end``: the arc length, cells, at which to stop if no newer command arrives.
 
-    The way begins where the robot was when it looked around. Up to ``end`` it leads through cells that were known to be
-    free for the robot's middle when the command was composed. ``metres``: a cell.
+    The path begins at the position of the robot's scan. Up to ``end`` it leads through cells that were known free for
+    the robot's middle when the command was composed. ``metres``: the side of a cell.
 
-    Its message is three words of 32 bits, the lowest bit first: how far, in millimetres; which way, of which the word
-    is the direction in which it begins, as a share of the full turn; how fast at most, which the robot knows itself.
+    Its message is three words of 32 bits, the lowest bit first:
+
+    1. the distance to ``end``, in millimetres;
+    2. the first direction of the path, as a share of the full turn;
+    3. the greatest speed, which the robot knows itself.
     """
 
-    way: Way
+    path: Polyline
     end: float
     metres: float = 1.0
 
     def misread(self, wrong: Sequence[int]) -> Command | None:
-        """The command that is read where these bits are wrong; None where it is the same.
+        """The command that the robot reads where the bits ``wrong`` are wrong; None where it is the same.
 
-        A wrong direction turns the whole way about its begin. The way is no longer than it was, however far the robot
-        is told to go on it.
+        A wrong direction turns the whole path about its begin. The path keeps its length, whatever distance is read.
         """
         masks = [0, 0, 0]
         for bit in wrong:
             masks[min(bit // WORD, 2)] ^= 1 << bit % WORD
-        far = round(self.end * self.metres * 1000.0) ^ masks[0]
-        end = far / (1000.0 * self.metres) if masks[0] else self.end
-        way = self.way if not masks[1] else self._turned(masks[1])
-        if way is self.way and min(end, way.length) == min(self.end, way.length):
+        millimetres = round(self.end * self.metres * 1000.0) ^ masks[0]
+        end = millimetres / (1000.0 * self.metres) if masks[0] else self.end
+        path = self.path if not masks[1] else self._turned(masks[1])
+        if path is self.path and min(end, path.length) == min(self.end, path.length):
             return None
-        return replace(self, way=way, end=end)
+        return replace(self, path=path, end=end)
 
-    def _turned(self, mask: int) -> Way:
-        if not len(self.way.headings):
-            return self.way
-        word = round(float(self.way.headings[0]) / math.tau * 2**WORD) % 2**WORD
+    def _turned(self, mask: int) -> Polyline:
+        if not len(self.path.headings):
+            return self.path
+        word = round(float(self.path.headings[0]) / math.tau * 2**WORD) % 2**WORD
         angle = ((word ^ mask) - word) / 2**WORD * math.tau
-        moved = self.way.points - self.way.points[0]
-        # Headings grow from columns towards rows.
+        moved = self.path.points - self.path.points[0]
+        # Headings grow from columns (x) towards rows (y), so a turn by the angle a is
+        #   y' = y cos a + x sin a
+        #   x' = x cos a - y sin a
         down = moved[:, 0] * math.cos(angle) + moved[:, 1] * math.sin(angle)
         along = moved[:, 1] * math.cos(angle) - moved[:, 0] * math.sin(angle)
-        return Way(self.way.points[0] + np.stack((down, along), axis=1))
+        return Polyline(self.path.points[0] + np.stack((down, along), axis=1))
 
-    def taken_up(self, position: Point, shape: tuple[int, int]) -> Way:
-        """The way of a robot that is at ``position`` when the command arrives, up to where it is to stand.
+    def taken_up(self, position: Point, shape: tuple[int, int]) -> Polyline:
+        """The path of a robot at ``position`` when the command arrives, up to ``end``.
 
-        A robot on the way goes on along it. A robot beside it goes straight to it, as ``way.go_on`` has it, through
-        no other cells than its own and those of the way up to ``end``. Where that cannot be, and where the robot is
-        past the end, it stands where it is: the next command begins there.
+        A robot on the path continues along it. A robot beside it drives straight to it (``path.continue_along``),
+        through its own cell and the cells of the path up to ``end`` only. Where that is not possible, and where the
+        robot is past the end, the robot stops where it is, and the next command begins there.
 
         Args:
             position: (row, column) in cells.
             shape: rows and columns of the map.
         """
-        sent = self.way.head(self.end)
+        sent = self.path.head(self.end)
         arc, off = sent.closest(position)
         if off > NEAR and arc >= sent.length - SAME:
-            return Way([position])
+            return Polyline([position])
         open_cells = _cells_of(sent, position, shape)
-        taken = go_on(sent, position, open_cells)
-        return taken if off <= NEAR or starts_clear(taken, open_cells) else Way([position])
+        taken = continue_along(sent, position, open_cells)
+        return taken if off <= NEAR or starts_clear(taken, open_cells) else Polyline([position])
 
 
-def _cells_of(way: Way, position: Point, shape: tuple[int, int]) -> NDArray[np.bool_]:
-    """Bool, rows × columns: the cells that a way enters, those beside corners included, and that of ``position``."""
+def _cells_of(path: Polyline, position: Point, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Bool, rows × columns: the cells that a path enters, those beside corners, and the cell of ``position``."""
     entered = np.zeros(shape, np.bool_)
-    cells = np.concatenate((way.crossings[1].reshape(-1, 2), [cell_of(position)]))
+    cells = np.concatenate((path.crossings[1].reshape(-1, 2), [cell_of(position)]))
     inside = ((cells >= 0) & (cells < shape)).all(axis=1)
     entered[tuple(cells[inside].T)] = True
     return entered

@@ -1,22 +1,73 @@
-"""What all components share: a name, listeners, and the account of the time they were busy."""
+"""What all components share: a clock domain, a name, listeners, and the account of busy time."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import simpy
 
-from codesign.errors import RunError
+from codesign.errors import InputError, RunError
 from codesign.records import Listener, Record, UtilisationRecord
+from codesign.units import cycles_by, edge
+
+FASTEST = 10**12
+"""Hz: above it two edges would fall on one picosecond."""
+
+
+@dataclass(frozen=True)
+class ClockDomain:
+    """A clock of ``hz`` hertz with edge 0 at time 0.
+
+    Edge n lies at ceil(n × 10¹² / hz) ps. Each edge is rounded by itself and never summed from periods, so the clock
+    does not drift: after any number of cycles it is less than one picosecond late.
+
+    >>> clock = ClockDomain(150_000_000)
+    >>> clock.edge(1), clock.edge(3), clock.edge(150_000_000)
+    (6667, 20000, 1000000000000)
+
+    Raises:
+        InputError: ``hz`` is not a whole number from 1 to 10¹².
+    """
+
+    hz: int
+
+    def __post_init__(self) -> None:
+        if isinstance(self.hz, bool) or not isinstance(self.hz, int) or not 1 <= self.hz <= FASTEST:
+            raise InputError(
+                f"a clock of {self.hz!r} Hz", "clock", "give a whole number of hertz from 1 to 10^12 (1 THz)"
+            )
+
+    def edge(self, cycle: int) -> int:
+        """The time of edge ``cycle``, ps."""
+        return edge(cycle, self.hz)
+
+    def cycles_by(self, time: int) -> int:
+        """The last edge at or before ``time`` (ps), which is the number of whole cycles since time 0."""
+        return cycles_by(time, self.hz)
+
+    def cycle_at_or_after(self, time: int) -> int:
+        """The first edge at or after ``time`` (ps)."""
+        return cycles_by(time - 1, self.hz) + 1 if time > 0 else 0
+
+    def next_edge(self, time: int) -> int:
+        """The time of the first edge at or after ``time``, ps: work that is requested at ``time`` begins there."""
+        return self.edge(self.cycle_at_or_after(time))
+
+    def duration(self, cycles: int, first: int = 0) -> int:
+        """Picoseconds from edge ``first`` to the edge ``cycles`` later.
+
+        It varies by 1 ps with ``first`` where the period is not a whole number of picoseconds.
+        """
+        return self.edge(first + cycles) - self.edge(first)
 
 
 class Component:
-    """Something of a platform that does work or holds data.
+    """A part of a platform that does work or holds data.
 
-    ``name`` is the source of its records. ``listeners`` take them; with none, no record is ever built
-    (subclasses ask ``listening`` first). ``environment`` must start at time 0 and is only ever given whole
-    picoseconds.
+    ``name`` is the source of its records. ``listeners`` take the records. Without a listener no record is built:
+    subclasses check ``listening`` first. ``environment`` starts at time 0, and all its times are whole picoseconds.
     """
 
     def __init__(self, environment: simpy.Environment, name: str, listeners: Sequence[Listener] = ()) -> None:
@@ -25,7 +76,7 @@ class Component:
         self._listeners = tuple(listeners)
         self._busy = 0
         self._busy_since = 0
-        self._under_way = 0
+        self._in_progress = 0
 
     @property
     def now(self) -> int:
@@ -34,7 +85,7 @@ class Component:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens: no record need be built otherwise."""
+        """Whether there is a listener. Without one no record is built."""
         return bool(self._listeners)
 
     def emit(self, record: Record) -> None:
@@ -44,30 +95,30 @@ class Component:
 
     @property
     def busy(self) -> int:
-        """Picoseconds in which at least one piece of work was under way; never more than ``now``."""
-        return self._busy + (self.now - self._busy_since if self._under_way else 0)
+        """Picoseconds in which at least one piece of work was in progress; at most ``now``."""
+        return self._busy + (self.now - self._busy_since if self._in_progress else 0)
 
     def utilisation(self) -> UtilisationRecord:
         """How busy the component was from time 0 to now."""
         return UtilisationRecord(time=self.now, source=self.name, busy=self.busy, span=self.now)
 
     def report_end(self) -> None:
-        """Emit the tasks under way, as unfinished, and ``utilisation()``: called once, at the end of a run."""
+        """Emit the tasks in progress as unfinished, then ``utilisation()``. Called once, at the end of a run."""
         if self.listening:
-            self._tell_unfinished()
+            self._report_unfinished()
             self.emit(self.utilisation())
 
-    def _tell_unfinished(self) -> None:
-        """Emit a record of each task under way that is told as a record; most components have none."""
+    def _report_unfinished(self) -> None:
+        """Emit a record of each task in progress. Most components have none."""
 
     @contextmanager
     def _working(self, *, alone: bool = True) -> Iterator[None]:
-        """Book the simulated time spent inside as busy; time in which several are inside is booked once.
+        """Book the simulated time of the block as busy. Time that several blocks share is booked once.
 
         Raises:
-            RunError: ``alone``, and the component works already.
+            RunError: with ``alone``, the component is working already.
         """
-        if alone and self._under_way:
+        if alone and self._in_progress:
             raise RunError(
                 f"{self.name} was given work while it was working",
                 self.name,
@@ -80,13 +131,13 @@ class Component:
             self._end_work()
 
     def _begin_work(self) -> None:
-        """One piece of work more is under way."""
-        if not self._under_way:
+        """Count one more piece of work in progress."""
+        if not self._in_progress:
             self._busy_since = self.now
-        self._under_way += 1
+        self._in_progress += 1
 
     def _end_work(self) -> None:
-        """One piece of work less is under way."""
-        self._under_way -= 1
-        if not self._under_way:
+        """Count one piece of work less in progress."""
+        self._in_progress -= 1
+        if not self._in_progress:
             self._busy += self.now - self._busy_since

@@ -1,4 +1,4 @@
-"""A display on a VGA timing: what it reads from a memory, in closed form over any span of time."""
+"""A display with a VGA timing. Its reads from a memory are in closed form over any span of time."""
 
 from __future__ import annotations
 
@@ -6,34 +6,32 @@ from collections.abc import Sequence
 
 import simpy
 
-from codesign.components.clock import ClockDomain
-from codesign.components.component import Component
+from codesign.components.component import ClockDomain, Component
 from codesign.components.scan import Scan, ScannedMemory
 from codesign.records import Listener
 from codesign.units import PICOSECONDS_PER_SECOND
 
 VGA = Scan(columns=640, rows=480, total_columns=800, total_rows=525)
-"""640 × 480 at 60 Hz, with a pixel clock of 25.175 MHz. The industry's timing, from memory."""
+"""640 × 480 at 60 Hz, with a pixel clock of 25.175 MHz. The industry's timing (assumed, from memory)."""
 
 SVGA = Scan(columns=800, rows=600, total_columns=1056, total_rows=628)
-"""800 × 600 at 60 Hz, with a pixel clock of 40 MHz. The industry's timing, from memory."""
+"""800 × 600 at 60 Hz, with a pixel clock of 40 MHz. The industry's timing (assumed, from memory)."""
 
 SVGA_65 = Scan(columns=800, rows=600, total_columns=1344, total_rows=806)
-"""800 × 600 pixels seen, a 65-MHz clock and 60 ± 1 Hz, as Vacariu et al. (2008), section 3.1.1, print them. The three
-together are no usual timing of 800 × 600. Assumed: the totals of 1024 × 768 at 60 Hz, which has that clock, with
-borders."""
+"""800 × 600 visible pixels, a 65-MHz clock and 60 ± 1 Hz, as printed by Vacariu et al. (2008), section 3.1.1. No usual
+timing of 800 × 600 has all three. Assumed: the totals of 1024 × 768 at 60 Hz, which has that clock, with borders."""
 
 
-class Display(Component):
-    """A display that reads ``scan`` from ``memory``, from time 0 on, and makes no event of it.
+class VgaDisplay(Component):
+    """A display that reads ``scan`` from ``memory`` from time 0. It makes no events.
 
-    ``memory`` None: it has a copy of its own and is in nobody's way. Beside a block RAM whose two ports are taken,
-    it takes a port from the design (see ``Fpga``); of an external memory, it takes the beginning of each line.
+    ``memory`` None: the display has its own copy and delays no other user. Where a design drives both ports of a block
+    RAM, the display takes a port from it (see ``Fpga``). Of an external memory, it takes the beginning of each line.
 
-    ``busy`` is the time of the pixels seen, ps.
+    ``busy`` is the time of the visible pixels, ps.
 
     Raises:
-        RunError: the memory has a display already, or this one would take every cycle of it.
+        RunError: the memory has a display already, or this one would take every cycle of the memory.
     """
 
     def __init__(
@@ -53,7 +51,7 @@ class Display(Component):
         self._claims = memory.scanned_by(scan, clock) if memory is not None else None
 
     def accesses(self, begin: int, end: int) -> int:
-        """Words asked for from ``begin`` (ps, included) to ``end`` (excluded)."""
+        """Words that are requested from ``begin`` (ps, included) to ``end`` (excluded)."""
         first, last = (self.clock.cycle_at_or_after(time) for time in (begin, end))
         return self.scan.requests_before(last) - self.scan.requests_before(first)
 
@@ -64,13 +62,13 @@ class Display(Component):
 
     @property
     def starved(self) -> int:
-        """Words that the memory was too slow for, in lines that were scanned to their end."""
+        """Words that the memory delivered too late, in lines that were scanned to their end."""
         missing = self.scan.words_a_line - (self._claims.words if self._claims else self.scan.words_a_line)
         return missing * self.scan.lines_before(self.clock.cycles_by(self.now))
 
     @property
     def port_cycles(self) -> int:
-        """Cycles of the memory's clock that the display took so far; 0 where it has a copy of its own."""
+        """Cycles of the memory's clock that the display took so far; 0 where it has its own copy."""
         if self._claims is None or self.memory is None:
             return 0
         return self._claims.between(0, self.memory.clock.cycles_by(self.now))
@@ -83,7 +81,7 @@ class Display(Component):
 
     @property
     def busy(self) -> int:
-        """Picoseconds of pixels seen so far."""
-        seen = Scan(self.scan.columns, self.scan.rows, self.scan.total_columns, self.scan.total_rows)
-        pixels = seen.requests_before(self.clock.cycles_by(self.now))
+        """Picoseconds of visible pixels so far."""
+        visible = Scan(self.scan.columns, self.scan.rows, self.scan.total_columns, self.scan.total_rows)
+        pixels = visible.requests_before(self.clock.cycles_by(self.now))
         return pixels * PICOSECONDS_PER_SECOND // self.clock.hz

@@ -1,4 +1,4 @@
-"""An FPGA: runs the steps of an architecture style on a clock, visit by visit or as far ahead as is exact."""
+"""An FPGA runs the steps of an architecture style on a clock, one visit at a time or as far ahead as is exact."""
 
 from __future__ import annotations
 
@@ -12,8 +12,7 @@ import simpy
 from numpy.typing import NDArray
 
 from codesign.components.block_ram import PORTS, BlockRam
-from codesign.components.clock import ClockDomain
-from codesign.components.component import Component
+from codesign.components.component import ClockDomain, Component
 from codesign.errors import RunError
 from codesign.planners.styles import MemoryStep
 from codesign.records import BROKEN_OFF, UNFINISHED, Listener, TaskRecord
@@ -25,15 +24,14 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 MAX_STEP_CYCLES = 2**62
-"""Cycles a step, and cycles since time 0: what 64-bit sums hold with room to spare."""
+"""Most cycles of a step, and most cycles since time 0. 64-bit sums hold them with a margin."""
 
 
 class Granularity(StrEnum):
-    """How many simulation events a component makes of its work; the results are the same.
+    """How many simulation events a component makes of its work. The results are the same.
 
-    - ``visit``: one event an indivisible unit (a visit). Slow; the reference.
-    - ``run_ahead``: one event for all units that end no later than the next moment at which anything else can
-      happen.
+    - ``visit``: one event for each indivisible unit (a visit). Slow; the reference.
+    - ``run_ahead``: one event for all units that end no later than the next time at which anything else can happen.
     """
 
     VISIT = "visit"
@@ -42,22 +40,21 @@ class Granularity(StrEnum):
 
 @dataclass(frozen=True)
 class PhaseUse:
-    """What one phase took so far: clock cycles, and the picoseconds they lasted."""
+    """The use of one phase so far: its clock cycles, and their picoseconds."""
 
     cycles: int = 0
     busy: int = 0
 
 
 class PreemptedError(Exception):
-    """The work was interrupted (``simpy.Interrupt``) before its end; how far it had come.
+    """The work was interrupted (``simpy.Interrupt``) before its end.
 
-    - ``cause``: what the interrupter said. ``time``: when, ps.
-    - ``phase``: the phase of the step under way; None where the first step had not begun.
-    - ``units``: units of that step that had ended at ``time`` or before; they are done. What was under way is
-      lost.
+    - ``cause``: the cause that the interrupter gave. ``time``: of the interruption, ps.
+    - ``phase``: the phase of the current step; None where the first step had not begun.
+    - ``units``: units of that step that had ended at ``time`` or before; they are done. The unit in progress is lost.
     - ``cycles``: whole clock cycles since that step began, those of the lost unit included.
 
-    The steps' generator is left open, so that the caller can ask the planner to go on or close it.
+    The generator of the steps is left open, so that the caller can continue the plan or close it.
     """
 
     def __init__(self, cause: object, time: int, phase: str | None, units: int, cycles: int) -> None:
@@ -70,13 +67,12 @@ class PreemptedError(Exception):
 
 
 class Fpga(Component):
-    """An FPGA with one clock, which does one thing at a time.
+    """An FPGA with one clock, which executes one task at a time.
 
-    ``phases`` books the cycles and the picoseconds of every phase in the order of its first step. ``block_ram``
-    stands for all block RAMs of the design, which are driven alike: the addresses of each step are booked on its
-    ports. Where a display takes one of the ports that a step drives, the design stands still for that cycle, and
-    the step takes so many cycles more; and likewise where a display takes ``external``, the memory on the pins,
-    during a step that uses it.
+    ``phases`` books the cycles and the picoseconds of every phase, in the order of its first step. ``block_ram``
+    represents all block RAMs of the design, which are driven alike: the addresses of each step are booked on its ports.
+    Where a display takes one of the ports that a step drives, the design stalls for that cycle, and the step takes one
+    cycle more. The same holds where a display takes ``external``, the memory on the pins, during a step that uses it.
     """
 
     def __init__(
@@ -95,7 +91,7 @@ class Fpga(Component):
         self._step: tuple[Step, int] | None = None
 
     def use(self, memory: ExternalMemory) -> None:
-        """Let the design use a memory on its pins; the two share the design's clock from now on.
+        """Attach a memory on the pins to the design. Both have the design's clock from now on.
 
         Raises:
             RunError: the design's clock is faster than the memory's, the memory has a design or a display
@@ -107,15 +103,14 @@ class Fpga(Component):
     def execute(
         self, steps: Generator[Step, None, T], granularity: Granularity = Granularity.RUN_AHEAD
     ) -> Generator[simpy.Event, Any, T]:
-        """Process generator: run ``steps`` back to back from the next clock edge on; returns what they
-        return.
+        """Process generator: run ``steps`` back to back from the next clock edge. Returns what they return.
 
-        A step's record is emitted at the end of the step, at both granularities: the same records, at the
-        same simulated times, in the same order. A step that is broken off leaves a ``TaskRecord`` of its phase.
+        A step's record is written when the step ends. Both granularities give the same records at the same simulated
+        times in the same order. A step that is broken off leaves a ``TaskRecord`` of its phase.
 
         Raises:
             PreemptedError: the process was interrupted.
-            RunError: the FPGA is executing something else, or a unit of a step takes less than one cycle.
+            RunError: the FPGA is executing another task, or a unit of a step takes less than one cycle.
         """
         cycle = self.clock.cycle_at_or_after(self.now)
         wait = self.clock.edge(cycle) - self.now
@@ -128,18 +123,18 @@ class Fpga(Component):
             while True:
                 try:
                     step = next(steps)
-                except StopIteration as done:
-                    return done.value  # type: ignore[no-any-return]
+                except StopIteration as end:
+                    return end.value  # type: ignore[no-any-return]
                 cycle = yield from self._run(step, cycle, granularity)
 
     def _run(self, step: Step, first: int, granularity: Granularity) -> Generator[simpy.Event, Any, int]:
-        """Run one step from edge ``first`` on; returns the edge at which it ends."""
+        """Process generator: run one step from edge ``first``. Returns the edge at which it ends."""
         ends = self._unit_ends(step, first)
         self._step = step, first
         done = 0
         try:
             while done < len(ends):
-                # An indivisible unit is never cut at the horizon: nobody could see the half of it.
+                # A unit is never cut at the horizon: half of a unit has no effect that anything could observe.
                 done = max(done + 1, self._units_before_others(ends, granularity))
                 yield self.environment.timeout(self.clock.edge(int(ends[done - 1])) - self.now)
         except simpy.Interrupt as interrupt:
@@ -148,21 +143,21 @@ class Fpga(Component):
             self._book(step, first, now, self.now, units)
             self._step = None
             if units == len(ends):
-                self._tell(step, first, now)
+                self._emit_step(step, first, now)
             else:
-                self._tell_part(step, first, BROKEN_OFF)
+                self._emit_part(step, first, BROKEN_OFF)
             raise PreemptedError(interrupt.cause, self.now, step.phase, units, now - first) from None
         last = int(ends[-1]) if len(ends) else first
         self._book(step, first, last, self.clock.edge(last), len(ends))
         self._step = None
-        self._tell(step, first, last)
+        self._emit_step(step, first, last)
         return last
 
     def _unit_ends(self, step: Step, first: int) -> NDArray[np.int64]:
         """The edge at which each unit of ``step`` ends, int64."""
         cycles = np.asarray(step.cycles, dtype=np.int64)
         if cycles.size and int(cycles.min()) < 1:
-            # A unit that takes no time would make the order of events depend on the granularity.
+            # With a unit of no time, the order of events would depend on the granularity.
             raise RunError(
                 f"a unit of phase {step.phase!r} takes {int(cycles.min())} cycles",
                 self.name,
@@ -185,7 +180,7 @@ class Fpga(Component):
         return np.asarray(first + work, np.int64) if claims is None else claims.ends(first, work)
 
     def _units_before_others(self, ends: NDArray[np.int64], granularity: Granularity) -> int:
-        """How many units end no later than the next event of anybody else; 0 where units are taken singly."""
+        """How many units end no later than the next event of another process; 0 where units run one by one."""
         if granularity is Granularity.VISIT:
             return 0
         horizon = self.environment.peek()
@@ -203,16 +198,16 @@ class Fpga(Component):
         if self.external is not None and isinstance(step, MemoryStep):
             self.external.book(step.traffic.part(0, units))
 
-    def _tell(self, step: Step, first: int, last: int) -> None:
+    def _emit_step(self, step: Step, first: int, last: int) -> None:
         if self.listening and step.record is not None:
             self.emit(step.record(self.clock.edge(first), self.clock.edge(last), self.name))
 
-    def _tell_part(self, step: Step, first: int, outcome: str) -> None:
-        """Tell what was done up to now of a step that began at edge ``first``."""
+    def _emit_part(self, step: Step, first: int, outcome: str) -> None:
+        """Emit the part that is done of a step that began at edge ``first``."""
         if self.listening and step.record is not None:
             begin, cycles = self.clock.edge(first), self.clock.cycles_by(self.now) - first
             self.emit(TaskRecord(begin, self.name, step.phase, self.now, cycles, outcome))
 
-    def _tell_unfinished(self) -> None:
+    def _report_unfinished(self) -> None:
         if self._step is not None:
-            self._tell_part(*self._step, UNFINISHED)
+            self._emit_part(*self._step, UNFINISHED)

@@ -1,4 +1,4 @@
-"""A line: what one message at a time can be on, and who is next."""
+"""A line carries one message at a time, and chooses the next one."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from typing import Any
 
 import simpy
 
-from codesign.components.moment import Chooser
+from codesign.components.arbiter import Arbiter
 
 _KEY = attrgetter("key")
 
 
 @dataclass(slots=True, eq=False)
 class Message:
-    """One message on its way over a link; times in ps.
+    """A message in flight on a link; times in ps.
 
-    - ``number``: its place among all messages of the link. ``luck``: see ``link_faults.Luck``.
-    - ``asked``: when it was given to the link. ``ready_since``: since when it could be on the wire.
-    - ``ready``: False while it waits for its timeout. ``turn``: what it waits for in the queue.
-    - ``attempts``: how often it was on the wire; ``begin``: when for the first time; ``transferred``: how long.
-    - ``first_over``: whether its first attempt is over. ``free``: what a poster waits for until then.
+    - ``number``: its index among all messages of the link. ``luck``: see ``link_faults.Luck``.
+    - ``requested``: when it was given to the link. ``ready_since``: since when it can be on the wire.
+    - ``ready``: False while it waits for its timeout. ``turn``: the event that it waits for in the queue.
+    - ``attempts``: how often it was on the wire. ``begin``: the first time. ``transferred``: the total time.
+    - ``first_over``: whether its first attempt is over. ``free``: the event that its poster waits for until then.
     - ``released``: whether its sender has gone on. ``left``: whether the message has left its line.
     """
 
@@ -33,7 +33,7 @@ class Message:
     name: str
     bits: int
     priority: int
-    asked: int
+    requested: int
     luck: list[list[float]]
     ready_since: int
     ready: bool = True
@@ -51,7 +51,7 @@ class Message:
         self.key = (self.priority, self.number)
 
     def end_first_attempt(self) -> None:
-        """Let a poster go that waits for the end of the first attempt."""
+        """Release a poster that waits for the end of the first attempt."""
         self.first_over = True
         if self.free is not None and not self.free.triggered:
             self.free.succeed()
@@ -60,11 +60,11 @@ class Message:
 class Line:
     """Carries one message at a time: its ``holder``.
 
-    The messages of one sender go one after another, the urgent first (a lower ``priority``), then in the order
-    in which they were asked for; a message that waits for its timeout keeps the later ones of its sender
-    waiting (stop and wait), not those of others. Among senders the most urgent message is next, then that of
-    the sender who was ``served`` longest ago (where anybody says who was), then the oldest. The order in which messages
-    are asked for within a picosecond does not put a less urgent one first: see ``moment``.
+    The messages of one sender are carried one after another, urgent ones first (a lower ``priority``), then in the
+    order of their requests. While a message waits for its timeout, the later ones of its sender wait too, those of
+    other senders do not (stop and wait). Among senders the most urgent message is next, then that of the sender that
+    was served longest ago (see ``count_service``), then the oldest. The order of requests within a picosecond puts no
+    less urgent message first: see ``arbiter``.
     """
 
     def __init__(self, environment: simpy.Environment) -> None:
@@ -75,7 +75,7 @@ class Line:
         self._services = 0
         self._changed: dict[str, simpy.Event] = {}
         self._contender: simpy.Event | None = None
-        self._chooser = Chooser(environment, self._most_urgent, self._serve)
+        self._arbiter = Arbiter(environment, self._most_urgent, self._serve)
 
     def enter(self, message: Message) -> None:
         """Queue a new message."""
@@ -89,42 +89,42 @@ class Line:
             yield message.turn
 
     def rest(self, message: Message) -> None:
-        """Take the holder off the line until its timeout; it keeps its place among its sender's messages."""
+        """Take the holder off the line until its timeout. It keeps its place among its sender's messages."""
         message.ready = False
         self.holder = None
-        self.tell_change(message.sender)
+        self.signal_change(message.sender)
         self._settle()
 
-    def back(self, message: Message) -> None:
-        """A message that rested can go on the wire again."""
+    def resume(self, message: Message) -> None:
+        """Let a message that rested be on the wire again."""
         message.ready = True
         message.ready_since = int(self.environment.now)
         self._settle()
 
     def leave(self, message: Message) -> None:
-        """Forget a message, whatever its state; the next one is on. Nothing, where it has left already."""
+        """Remove a message in any state, and serve the next one. Does nothing where it has left already."""
         if message.left:
             return
         message.left = True
         self._queues[message.sender].remove(message)
         if self.holder is message:
             self.holder = None
-        self.tell_change(message.sender)
+        self.signal_change(message.sender)
         self._settle()
 
-    def serve(self, message: Message) -> None:
-        """Say that the sender of ``message`` was served: among equals the others are next."""
+    def count_service(self, message: Message) -> None:
+        """Count a service of the sender of ``message``: among equals the other senders are next."""
         self._services += 1
         self._served[message.sender] = self._services
 
-    def give_way(self, message: Message) -> None:
-        """Let the holder compete anew with those that wait."""
-        assert self.holder is message, "only the holder can give way"
+    def contend_again(self, message: Message) -> None:
+        """Let the holder contend again with the messages that wait."""
+        assert self.holder is message, "only the holder can contend again"
         self.holder = None
         self._settle()
 
     def contested(self, message: Message) -> bool:
-        """Whether anybody waits who may be next before the holder ``message`` is done."""
+        """Whether a message waits that may be next before the holder ``message`` is done."""
         return any(
             queue[0] is not message and queue[0].ready and queue[0].priority <= message.priority
             for queue in self._queues.values()
@@ -132,7 +132,7 @@ class Line:
         )
 
     def contender(self) -> simpy.Event:
-        """An event that happens when the line gets contested for its holder."""
+        """An event that happens when the line becomes contested for its holder."""
         self._contender = self.environment.event()
         return self._contender
 
@@ -142,21 +142,21 @@ class Line:
             self._changed[sender] = self.environment.event()
         return self._changed[sender]
 
-    def tell_change(self, sender: str) -> None:
-        """Wake those who wait for a change among the messages of ``sender``."""
+    def signal_change(self, sender: str) -> None:
+        """Trigger the event of ``changed(sender)``."""
         event = self._changed.pop(sender, None)
         if event is not None:
             event.succeed()
 
     def queue(self, sender: str) -> list[Message]:
-        """The messages of ``sender`` that have not left yet, in their order."""
+        """The messages of ``sender`` that have not left, in order."""
         return self._queues.get(sender, [])
 
     def _settle(self) -> None:
-        """Give an idle line to the next message, or tell the holder that another one waits."""
+        """Give an idle line to the next message, or signal the holder that another one waits."""
         if self.holder is None:
             self._contender = None
-            self._chooser.choose()
+            self._arbiter.choose()
         elif self._contender is not None and self.contested(self.holder):
             self._contender.succeed()
             self._contender = None

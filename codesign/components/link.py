@@ -1,4 +1,4 @@
-"""Links: what messages cross, and what becomes of each: delivered, dropped with a reason, or still in flight."""
+"""Links carry messages. Each message is delivered, dropped with a reason, or still in flight."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
+from typing import Any, TypedDict
 
 import simpy
 
+from codesign.components.arbiter import checked_priority
 from codesign.components.component import Component
 from codesign.components.line import Line, Message
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
-from codesign.components.moment import checked_priority
-from codesign.errors import RunError, choose_hint
+from codesign.errors import InputError, RunError, choose_hint
 from codesign.records import Listener, MessageRecord
 
 ABANDONED = "abandoned"
-"""Why a message was dropped whose sender was interrupted."""
+"""The reason of a message that was dropped because its sender was interrupted."""
 
 LINK_DOWN = "link down"
-"""Why a message was dropped that an outage kept from its receiver."""
+"""The reason of a message that was dropped because of an outage."""
 
 
-class Outcome(StrEnum):
-    """What became of a message."""
+class DeliveryOutcome(StrEnum):
+    """How a message ended."""
 
     DELIVERED = "delivered"
     DROPPED = "dropped"
@@ -34,18 +34,18 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Delivery:
-    """What became of a message, and where its time went (ps).
+    """How a message ended, and where its time went (ps).
 
     - ``time``: when it was delivered or given up. ``reason``: why it was dropped, None where it was delivered.
     - ``attempts``: how often it was on the wire.
-    - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since it was asked
-      for: for the line, an edge, a timeout, the end of an outage, or a late arrival.
-    - ``damaged``: it was delivered with wrong bits that nobody noticed. ``wrong``: those of them that are the
-      message's own, from 0, in order; bits of its checksum and its frames are not among them.
+    - ``transferred``: the time on the wire, all attempts together. ``queued``: all other time since the request: the
+      wait for the line, an edge, a timeout, the end of an outage, or a late arrival.
+    - ``damaged``: it was delivered with wrong bits that were not detected. ``wrong``: the indices of the wrong bits of
+      the message itself, from 0, in order, without those of its checksum and its frames.
     """
 
     time: int
-    outcome: Outcome
+    outcome: DeliveryOutcome
     reason: str | None
     attempts: int
     queued: int
@@ -54,27 +54,37 @@ class Delivery:
     wrong: tuple[int, ...] = ()
 
 
+class LinkOptions(TypedDict, total=False):
+    """The options of every link; see ``Link``."""
+
+    between: Sequence[str]
+    errors: LinkErrors | None
+    outages: Sequence[tuple[int, int | None]]
+    listeners: Sequence[Listener]
+
+
 class Link(Component):
     """What all links share: order, errors, outages and the account of messages.
 
-    ``between``: the names of its ends; messages of others are refused, where it is given. ``shared``: all senders
-    share one line (half duplex), or else each has its own (full duplex).
+    ``between``: the names of its ends; where it is given, messages of other components are refused. ``shared``: all
+    senders share one line (half duplex); otherwise each has its own (full duplex).
 
-    A sender's messages arrive in the order in which they were asked for, the urgent ones first (a lower
-    ``priority``, of which 0 is the most urgent; nothing on the wire is broken off). Of messages that are asked for
-    in the same picosecond the most urgent goes first, whoever asks first. A message that was lost or found damaged
-    is sent again after the timeout (stop and wait: later ones of its sender wait, others do not). Late messages may
-    be overtaken.
+    Order. A sender's messages arrive in the order of their requests, urgent ones first. A lower ``priority`` is more
+    urgent, and 0 is the most urgent. A message on the wire is never broken off for another. Of the messages that are
+    requested in one picosecond the most urgent is first, whatever the order of the requests. A message that was lost
+    or found damaged is sent again after the timeout. Later messages of its sender wait for it, those of other senders
+    do not (stop and wait). Late messages may be overtaken.
 
-    Outages. A message that would begin in an outage waits for its end, and is dropped at once where there is
-    none. One that is on the wire when an outage begins is cut off there and counts as damaged, checksum or not.
+    Outages. A message that would begin in an outage waits for its end; where the outage has no end, the message is
+    dropped at once. A message that is on the wire when an outage begins is cut off there. It counts as damaged, with
+    or without a checksum.
 
-    The account, of which ``sent == delivered + sum(dropped.values()) + in_flight`` holds at every moment:
+    The account. ``sent == delivered + sum(dropped.values()) + in_flight`` holds at all times:
 
-    - ``sent``, ``delivered``, ``in_flight``: messages. ``dropped``: those given up, by reason.
+    - ``sent``, ``delivered``, ``in_flight``: messages. ``dropped``: messages given up, by reason.
     - ``bits``: delivered, without framing and checksum.
-    - ``retransmissions``: attempts beyond the first of each message. ``late``: messages that came late.
-    - ``undetected``: messages delivered with wrong bits; ``unnoticed``: the same by the messages' names.
+    - ``retransmissions``: attempts beyond the first of each message. ``late``: messages that arrived late.
+    - ``undetected``: messages delivered with wrong bits; ``unnoticed``: the same by name of the message.
     - ``queued``, ``transferred``: the sums over all messages that are delivered or dropped, ps.
 
     ``busy`` is the time in which at least one line had a message on it.
@@ -111,15 +121,15 @@ class Link(Component):
 
     @abstractmethod
     def duration(self, bits: int) -> int:
-        """Picoseconds on the wire of one attempt of a message of ``bits`` bits on an idle, sound link."""
+        """Picoseconds that one attempt of a message of ``bits`` bits takes on an idle link without faults."""
 
     def send(
         self, sender: str, receiver: str, name: str, bits: int, priority: int = 0
     ) -> Generator[simpy.Event, Any, Delivery]:
-        """Process generator: carry a message and wait for what becomes of it.
+        """Process generator: carry a message and wait until it is delivered or dropped.
 
-        Its ``MessageRecord`` is emitted then. An interruption frees the link, drops the message as
-        "abandoned", and goes on to the caller.
+        Its ``MessageRecord`` is emitted at that time. An interruption frees the link, drops the message as
+        "abandoned", and is passed on to the caller.
 
         Raises:
             RunError: the message is empty, its sender or receiver is no end of the link, or its priority is below 0.
@@ -131,8 +141,8 @@ class Link(Component):
     ) -> Generator[simpy.Event, Any, simpy.Process]:
         """Process generator: carry a message, and wait only until the link has taken it over.
 
-        Returns a process whose value will be the ``Delivery``. An interruption while the sender waits drops the
-        message as "abandoned"; afterwards, interrupting the process that was returned does.
+        Returns a process; its value will be the ``Delivery``. An interruption while the sender waits drops the message
+        as "abandoned". Later, an interruption of the returned process does the same.
 
         Raises:
             RunError: see ``send``.
@@ -158,41 +168,50 @@ class Link(Component):
         return self._lines[key]
 
     def _next_begin(self) -> int:
-        """When a transfer can begin, ps: at a clock edge, where the link has a clock."""
+        """When a transfer can begin, ps. On a link with a clock that is a clock edge."""
         return self.now
 
     def _wire_bits(self, message: Message) -> int:
         return message.bits + self.errors.checksum_bits
 
     def _end(self, message: Message) -> int:
-        """When a transfer that begins now ends, ps; called once for each attempt."""
+        """When a transfer that begins now will end, ps. Called once for each attempt."""
         return self.now + self.duration(message.bits)
 
     def _damaged(self, message: Message) -> float:
         """The probability that an attempt arrives with wrong bits."""
         return damage_probability(self._wire_bits(message), self.errors.bit_error_rate)
 
-    def _missed(self, message: Message) -> float:  # noqa: ARG002  (a link with parity looks at it)
-        """The probability that nobody notices, given that an attempt is damaged."""
+    def _missed(self, message: Message) -> float:  # noqa: ARG002  (a link with parity uses it)
+        """The probability that damage is not detected, given that an attempt is damaged."""
         return 2.0**-self.errors.checksum_bits
 
     def _wrong_bits(self, message: Message) -> tuple[int, ...]:
-        """Bits of the message that are wrong, where its last attempt is damaged and nobody notices."""
-        assert self._luck is not None, "damage is a matter of luck"
+        """Wrong bits of the message, where its last attempt is damaged and the damage is not detected."""
+        assert self._luck is not None, "only a link with errors damages messages"
         random = self._luck.of(message.number, message.attempts)
         return wrong_bits(random, message.bits, self.errors.bit_error_rate)
 
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
-        """Process generator: wait until the sender need not care any more: the end of the first attempt."""
+        """Process generator: wait until the sender may go on, at the end of the first attempt."""
         if not message.first_over:
             message.free = self.environment.event()
             yield message.free
 
-    def _accept(self, sender: str, receiver: str, name: str, bits: int, priority: int) -> Message:
+    def _check_bits(self, bits: int) -> None:
         if bits < 1:
             raise RunError(
                 f"a message of {bits} bits", self.name, "send at least one bit, or no message at all"
             )
+
+    def _check_least(self, *limits: tuple[str, int, int]) -> None:
+        """Refuse a parameter below its least value. ``limits``: name, value and least value of each."""
+        for key, value, least in limits:
+            if value < least:
+                raise InputError(f"{key} of {value}", f"{self.name}.{key}", f"give at least {least}")
+
+    def _accept(self, sender: str, receiver: str, name: str, bits: int, priority: int) -> Message:
+        self._check_bits(bits)
         for end in (sender, receiver):
             if self.between and end not in self.between:
                 raise RunError(f"{end!r} is no end of this link", self.name, choose_hint(end, self.between))
@@ -211,7 +230,7 @@ class Link(Component):
             return self._delivery(message, ABANDONED)
 
     def _carry(self, message: Message) -> Generator[simpy.Event, Any, Delivery]:
-        """Try until the message is delivered or given up; then close its account."""
+        """Process generator: try until the message is delivered or given up, then close its account."""
         line = self._line(message.sender)
         try:
             reason = yield from self._attempts(message, line)
@@ -228,13 +247,13 @@ class Link(Component):
         return self._close(message, reason)
 
     def _attempts(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
-        """Process generator: attempts until one succeeds (None) or no more are left (the reason)."""
+        """Process generator: attempts until one succeeds (None) or none is left (the reason)."""
         while True:
             failure = yield from self._cross(message, line)
             message.end_first_attempt()
             if failure is None and message.luck:
                 failure = self._fate(message)
-            if failure is None or (failure == LINK_DOWN and self._down_for_good()):
+            if failure is None or (failure == LINK_DOWN and self._stays_down()):
                 return failure
             if self.errors.retries:
                 line.rest(message)
@@ -242,10 +261,10 @@ class Link(Component):
             if message.attempts > self.errors.retries:
                 times = f"{message.attempts} attempt{'s' * (message.attempts > 1)}"
                 return failure if failure == LINK_DOWN else f"{failure} after {times}"
-            line.back(message)
+            line.resume(message)
 
     def _fate(self, message: Message) -> str | None:
-        """What the attempt that just ended came to: None where the receiver takes it for good."""
+        """Why the attempt that just ended failed. None where the receiver accepts the message."""
         lost, damaged, _, _ = message.luck[message.attempts - 1]
         if lost < self.errors.drop:
             return "lost"
@@ -260,12 +279,12 @@ class Link(Component):
     def _arrived_damaged(self, message: Message) -> bool:
         return bool(message.luck) and message.luck[message.attempts - 1][1] < self._damaged(message)
 
-    def _down_for_good(self) -> bool:
+    def _stays_down(self) -> bool:
         outage = self._outages.at(self.now)
         return outage is not None and outage.end is None
 
     def _cross(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
-        """Process generator: one attempt, from the queue to the last bit; returns why it failed, or None."""
+        """Process generator: one attempt, from the queue to the last bit. Returns why it failed, or None."""
         while True:
             yield from line.wait_turn(message)
             granted = self.now
@@ -273,19 +292,19 @@ class Link(Component):
                 return LINK_DOWN
             if self.now == granted:
                 break
-            # The choice falls when a message can begin, not before: a more urgent one may have come meanwhile.
-            line.give_way(message)
+            # The arbiter chooses when a message can begin and not earlier: a more urgent one may have arrived since.
+            line.contend_again(message)
             if line.holder is message:
                 break
         self._begin(message)
         end = self._end(message)
-        line.tell_change(message.sender)
+        line.signal_change(message.sender)
         cut = self._outages.between(self.now, end)
         yield from self._on_wire(message, end if cut is None else cut.begin)
         return None if cut is None else LINK_DOWN
 
     def _wait_up(self) -> Generator[simpy.Event, Any, bool]:
-        """Process generator: wait for an edge at which the link is up; False where it is down for good."""
+        """Process generator: wait for an edge at which the link is up. False where it stays down."""
         while True:
             outage = self._outages.at(self.now)
             begin = self._next_begin() if outage is None else outage.end
@@ -305,7 +324,7 @@ class Link(Component):
     def _on_wire(
         self, message: Message, until: int, other: Callable[[], simpy.Event] | None = None
     ) -> Generator[simpy.Event, Any, None]:
-        """Process generator: book the time on the wire until ``until`` (ps), or until ``other`` happens."""
+        """Process generator: book the time on the wire until ``until`` (ps) or until the event ``other``."""
         begin = self.now
         if until == begin:
             return
@@ -317,8 +336,8 @@ class Link(Component):
                 message.transferred += self.now - begin
 
     def _delivery(self, message: Message, reason: str | None) -> Delivery:
-        outcome = Outcome.DELIVERED if reason is None else Outcome.DROPPED
-        queued = self.now - message.asked - message.transferred
+        outcome = DeliveryOutcome.DELIVERED if reason is None else DeliveryOutcome.DROPPED
+        queued = self.now - message.requested - message.transferred
         damaged = reason is None and self._arrived_damaged(message)
         wrong = self._wrong_bits(message) if damaged else ()
         return Delivery(
@@ -326,7 +345,7 @@ class Link(Component):
         )
 
     def _close(self, message: Message, reason: str | None) -> Delivery:
-        """Book what became of a message, and tell it."""
+        """Book the end of a message, and emit its record."""
         delivery = self._delivery(message, reason)
         self._open.remove(message.number)
         self.queued += delivery.queued
@@ -341,7 +360,7 @@ class Link(Component):
         if self.listening:
             self.emit(
                 MessageRecord(
-                    time=message.asked,
+                    time=message.requested,
                     source=self.name,
                     sender=message.sender,
                     receiver=message.receiver,
@@ -356,3 +375,14 @@ class Link(Component):
                 )
             )
         return delivery
+
+
+class Ideal(Link):
+    """A link without delay, for what is not studied and for checks. It counts every message.
+
+    It is never busy. Errors and outages behave as on every link.
+    """
+
+    def duration(self, bits: int) -> int:  # noqa: ARG002  (the duration does not depend on the bits)
+        """0, for any ``bits``."""
+        return 0

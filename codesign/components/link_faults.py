@@ -1,4 +1,4 @@
-"""What can go wrong on a link: errors on the wire with a seed, and times in which the link is down."""
+"""The faults of a link: random errors on the wire from a seed, and outages."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ import numpy as np
 from codesign.errors import InputError
 
 MAX_RETRIES = 1000
-"""Retransmissions a message; its luck is drawn for all of them at once, see ``Luck``."""
+"""Most retransmissions of a message. The random numbers of all of them are drawn at once, see ``Luck``."""
 
 
 @dataclass(frozen=True)
 class LinkErrors:
-    """Errors of a link, each message and each attempt independent of the others.
+    """Errors of a link. Each message and each attempt is independent of the others.
 
-    - ``bit_error_rate``: probability that a bit arrives wrong. ``checksum_bits``: sent with every message; they
-      miss a damaged message with probability 2^-checksum_bits, so that with 0 of them every damaged message is
-      taken for a good one.
-    - ``drop``: probability that a message is lost on the way.
-    - ``retries``: how often a message that was lost or found damaged is sent again, each time ``timeout`` ps
-      after the end of the attempt before. What acknowledges a message takes no time on the link.
+    - ``bit_error_rate``: probability that a bit arrives wrong. ``checksum_bits``: sent with every message. The checksum
+      misses a damaged message with probability 2^-checksum_bits, so with 0 bits every damaged message is accepted.
+    - ``drop``: probability that a message is lost.
+    - ``retries``: how often a message that was lost or found damaged is sent again, each time ``timeout`` ps after the
+      end of the previous attempt. Acknowledgements take no time on the link.
     - ``late_share``: probability that a message arrives ``late_delay`` ps after its last bit left the link.
-    - ``seed``: of the link's stream of random numbers, together with the name of the link.
+    - ``seed``: seeds the link's stream of random numbers, together with the name of the link.
 
     Raises:
         InputError: a probability outside of 0 to 1, a negative number, or more than ``MAX_RETRIES`` retries.
@@ -56,7 +55,7 @@ class LinkErrors:
 
     @property
     def any(self) -> bool:
-        """Whether anything can go wrong at all; a checksum alone harms no message."""
+        """Whether any error is possible. A checksum alone harms no message."""
         return bool(self.bit_error_rate or self.drop or self.late_share)
 
 
@@ -70,9 +69,10 @@ def damage_probability(bits: int, bit_error_rate: float) -> float:
 def parity_miss(frames: int, frame_bits: int, bit_error_rate: float) -> float:
     """The probability that parity misses a message, given that it is damaged.
 
-    Parity misses a message where each of its ``frames`` frames of ``frame_bits`` bits, the parity bit included,
-    has an even number of wrong bits. The terms of two and more wrong bits are summed by themselves, so that
-    small rates do not cancel out.
+    A message has ``frames`` frames of ``frame_bits`` bits, the parity bit included. Parity misses it where each frame
+    has an even number of wrong bits. With r = (1 - p)^n for no wrong bit in a frame of n bits, and e for two, four, ...
+    wrong bits, that is ((r + e)^frames - r^frames) / P(damaged). The terms of e are summed separately, so that small
+    rates do not cancel out.
 
     >>> parity_miss(1, 2, 0.5)  # of 00 01 10 11 three are damaged, and parity misses one
     0.3333333333333333
@@ -93,8 +93,8 @@ def parity_miss(frames: int, frame_bits: int, bit_error_rate: float) -> float:
 class Luck:
     """The stream of random numbers of one link.
 
-    Every message takes the same count of numbers, for all the attempts that it may have, when it is asked for:
-    the fate of the n-th message hangs on the seed and on n, not on how fast the link is or what else happens.
+    Every message draws the same count of numbers at its request, for all the attempts that it may have. So the fate of
+    message n depends on the seed and on n alone, not on the speed of the link or on other events.
     """
 
     def __init__(self, errors: LinkErrors, link: str) -> None:
@@ -108,32 +108,33 @@ class Luck:
         return drawn
 
     def of(self, message: int, attempt: int) -> np.random.Generator:
-        """A stream for one attempt of the message of that number: what is drawn from it moves no other message."""
+        """A stream for one attempt of message number ``message``: draws from it change no other message."""
         return np.random.Generator(np.random.PCG64((*self._stream, message, attempt)))
 
 
 def wrong_bits(random: np.random.Generator, bits: int, bit_error_rate: float) -> tuple[int, ...]:
-    """Which of ``bits`` bits arrive wrong, given that at least one does: each at ``bit_error_rate``, independently.
+    """Which of ``bits`` bits arrive wrong, given that at least one does. Each is wrong at ``bit_error_rate``.
 
-    From one wrong bit to the next it is a geometrically distributed step; the first falls within the message.
+    The step from one wrong bit to the next is geometric. The first lies within the message: its index is
+    floor(log(1 - u P(damaged)) / log(1 - p)) with u uniform in [0, 1).
     """
     if bit_error_rate >= 1:
         return tuple(range(bits))
-    found = []
+    places = []
     share = random.random() * damage_probability(bits, bit_error_rate)
     place = min(int(math.log1p(-share) / math.log1p(-bit_error_rate)), bits - 1)
     while place < bits:
-        found.append(place)
+        places.append(place)
         place += int(random.geometric(bit_error_rate))
-    return tuple(found)
+    return tuple(places)
 
 
 def wrong_behind_parity(
     random: np.random.Generator, frames: int, frame_bits: int, bit_error_rate: float
 ) -> tuple[tuple[int, int], ...]:
-    """Which (frame, bit of it) arrive wrong, given that some do and that parity notices none.
+    """Which (frame, bit in the frame) arrive wrong, given that some do and that parity detects none.
 
-    In every frame an even number of its ``frame_bits`` bits, parity included, is then wrong.
+    In every frame an even number of its ``frame_bits`` bits is then wrong, the parity bit included.
     """
     counts = np.arange(0, frame_bits + 1, 2)
     weights = np.array([math.comb(frame_bits, int(count)) for count in counts], float)
@@ -142,25 +143,26 @@ def wrong_behind_parity(
     else:
         weights *= (bit_error_rate / (1 - bit_error_rate)) ** counts
     weights /= weights.sum()
+    # The share of frames with two or more wrong bits, among frames with an even number of them.
     harmed = 1.0 - weights[0] if bit_error_rate >= 1 else float(weights[1:].sum())
-    found: list[tuple[int, int]] = []
+    wrong: list[tuple[int, int]] = []
     for frame in wrong_bits(random, frames, harmed) if harmed else ():
         count = int(random.choice(counts[1:], p=weights[1:] / weights[1:].sum()))
         places = sorted(random.choice(frame_bits, count, replace=False).tolist())
-        found += [(frame, place) for place in places]
-    return tuple(found)
+        wrong += [(frame, place) for place in places]
+    return tuple(wrong)
 
 
 @dataclass(frozen=True)
 class Outage:
-    """A time in which a link is down: from ``begin`` to before ``end`` (ps), or for good where that is None."""
+    """A link is down from ``begin`` to before ``end`` (ps). None: the outage does not end."""
 
     begin: int
     end: int | None
 
 
 class Outages:
-    """The outages of one link, in order; those that meet are one.
+    """The outages of one link, in order. Outages that meet are merged.
 
     ``spans``: (from, to) in ps each, ``to`` None for an outage that does not end.
 
@@ -184,7 +186,7 @@ class Outages:
         self._begins = [outage.begin for outage in merged]
 
     def at(self, time: int) -> Outage | None:
-        """The outage under way at ``time``, if any."""
+        """The outage at ``time``, if any."""
         index = bisect_right(self._begins, time) - 1
         if index < 0:
             return None

@@ -1,4 +1,4 @@
-"""An external memory, SRAM or DRAM: one access at a time, with latency, rows, refreshing and a queue of users."""
+"""An external memory (SRAM or DRAM): one access at a time, with latency, rows, refresh and a queue of users."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import simpy
 
-from codesign.components.clock import ClockDomain
+from codesign.components.component import ClockDomain
 from codesign.components.scan import Claims, Scan, ScannedMemory
 from codesign.errors import RunError
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
@@ -17,16 +17,16 @@ from codesign.units import PICOSECONDS_PER_SECOND
 
 
 class ExternalMemory(ScannedMemory):
-    """A memory with one port, whose costs are ``law``.
+    """A memory with one port, with the costs of ``law``.
 
-    Users queue, first come first served; each access or run of words begins at an edge of the memory's clock.
-    A display that reads from it (``scanned_by``) is served first: it fetches a line at a time, from the
-    beginning of the line, and others wait in the midst of what they do.
+    Users queue, first come first served. Each access or run of words begins at an edge of the memory's clock. A display
+    that reads the memory (``scanned_by``) is served first. It fetches a line at a time, from the beginning of the line,
+    and interrupts the work of other users.
 
-    A design on an FPGA that uses it (``Fpga.use``) drives it by itself, on its own clock, and stands still while
-    the display is served; nobody else may come in between.
+    A design on an FPGA that uses the memory (``Fpga.use``) drives it alone, on the design's clock. It stalls while the
+    display is served. No other user is accepted then.
 
-    ``accesses``: words that were read, written, and moved by a design, those of the display not counted.
+    ``accesses``: words that were read, written, and moved by a design, without those of the display.
     ``queued``: time that users waited for others and for the edge, ps.
     """
 
@@ -47,14 +47,14 @@ class ExternalMemory(ScannedMemory):
 
     @property
     def bits_left(self) -> int:
-        """Bits not allotted yet."""
+        """Bits that are not allotted."""
         return self.law.capacity - sum(self.allotted.values())
 
     def allocate(self, name: str, bits: int) -> None:
         """Allot ``bits`` bits, rounded up to words, to ``name``.
 
         Raises:
-            RunError: fewer are left, ``bits`` is not positive, or ``name`` has bits already.
+            RunError: fewer bits are left, ``bits`` is not positive, or ``name`` has bits already.
         """
         if bits < 1 or name in self.allotted:
             raise RunError(
@@ -70,10 +70,10 @@ class ExternalMemory(ScannedMemory):
         self.allotted[name] = whole
 
     def share(self, clock: ClockDomain) -> None:
-        """Take the clock of the design that uses it; see ``Fpga.use``."""
+        """Take over the clock of the design that uses the memory; see ``Fpga.use``."""
         if self._shared or self.claims is not None or self.now:
             raise RunError(
-                "a design comes too late or second",
+                "a design is attached too late, or is the second one",
                 self.name,
                 "attach one design, before any display and before the run begins",
             )
@@ -87,23 +87,23 @@ class ExternalMemory(ScannedMemory):
         self.clock = clock
 
     def book(self, traffic: Traffic) -> None:
-        """Book what a design did, once it is done. The cycles of a display are others, and booked by themselves."""
+        """Book the traffic of a design after it is done. The cycles of a display are booked separately."""
         self._busy += int(traffic.cycles.sum()) * PICOSECONDS_PER_SECOND // self.clock.hz
         self.accesses["design"] += int(traffic.words.sum())
 
     def random_cycles(self, accesses: int) -> int:
-        """Cycles of ``accesses`` random accesses, nobody else in the way."""
+        """Cycles of ``accesses`` random accesses of a single user."""
         return self.law.random_cycles(accesses)
 
     def sequential_cycles(self, words: int) -> int:
-        """Cycles of ``words`` words in order, nobody else in the way."""
+        """Cycles of ``words`` words in order of a single user."""
         return self.law.sequential_cycles(words)
 
     def read(self, words: int, *, sequential: bool, task: str = "read") -> Generator[simpy.Event, Any, int]:
-        """Process generator: read ``words`` words, in order or anywhere; returns the time of the end, ps.
+        """Process generator: read ``words`` words, in order or at random. Returns the time of the end, ps.
 
-        Its ``TaskRecord`` is emitted at the end, with the cycles that it took, those lost to the display
-        included. What is interrupted frees the memory, and is told as "broken off".
+        Its ``TaskRecord`` is written when it ends, with its cycles, including those lost to the display. An
+        interruption frees the memory, and the record says "broken off".
 
         Raises:
             RunError: no words.
@@ -111,38 +111,40 @@ class ExternalMemory(ScannedMemory):
         return (yield from self._serve("read", words, sequential, task))
 
     def write(self, words: int, *, sequential: bool, task: str = "write") -> Generator[simpy.Event, Any, int]:
-        """Process generator: write ``words`` words; as ``read``."""
+        """Process generator: write ``words`` words. See ``read``."""
         return (yield from self._serve("write", words, sequential, task))
 
     def _serve(self, kind: str, words: int, sequential: bool, task: str) -> Generator[simpy.Event, Any, int]:
         if words < 1:
             raise RunError(f"a {kind} of {words} words", self.name, "give at least one")
         if self._shared:
-            raise RunError(f"a {kind} beside a design that drives the memory", self.name, "ask the design")
+            raise RunError(
+                f"a {kind} beside a design that drives the memory", self.name, "let the design do it"
+            )
         work = self.sequential_cycles(words) if sequential else self.random_cycles(words)
-        asked = self.now
+        requested = self.now
         with self._turn.request() as turn:
             yield turn
             first = self.clock.cycle_at_or_after(self.now)
             begin = self.clock.edge(first)
             if begin > self.now:
                 yield self.environment.timeout(begin - self.now)
-            self.queued += begin - asked
+            self.queued += begin - requested
             self._work_begins(first)
             last = self._end(first, work)
             try:
                 with self._working():
                     yield self.environment.timeout(self.clock.edge(last) - begin)
             except simpy.Interrupt:
-                self._tell(task, begin, self.clock.cycles_by(self.now) - first, BROKEN_OFF)
+                self._emit_task(task, begin, self.clock.cycles_by(self.now) - first, BROKEN_OFF)
                 raise
             finally:
                 self._work_ends(self.clock.cycle_at_or_after(self.now))
         self.accesses[kind] += words
-        self._tell(task, begin, last - first, ENDED)
+        self._emit_task(task, begin, last - first, ENDED)
         return self.now
 
-    def _tell(self, task: str, begin: int, cycles: int, outcome: str) -> None:
+    def _emit_task(self, task: str, begin: int, cycles: int, outcome: str) -> None:
         if self.listening:
             self.emit(TaskRecord(begin, self.name, task, self.now, cycles, outcome))
 
@@ -152,12 +154,12 @@ class ExternalMemory(ScannedMemory):
         return int(self.claims.ends(first, np.array([work], np.int64))[0])
 
     def _claims_of(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
-        """A line at a time, as many words of it as arrive before the next line begins."""
+        """One burst a line, of the most words that arrive before the next line begins (by bisection)."""
         budget = Claims.line_cycles(scan, pixel_clock, self.clock)
-        words, more = 0, scan.words_a_line
-        while words < more:
-            middle = (words + more + 1) // 2
+        words, most = 0, scan.words_a_line
+        while words < most:
+            middle = (words + most + 1) // 2
             fits = self.sequential_cycles(middle) <= budget
-            words, more = (middle, more) if fits else (words, middle - 1)
+            words, most = (middle, most) if fits else (words, middle - 1)
         burst = self.sequential_cycles(words)
         return Claims(scan, pixel_clock, self.clock, burst=burst, words=words)

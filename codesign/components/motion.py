@@ -1,11 +1,11 @@
-"""Motion along a way in closed form: where a robot is at any time, without an event of its own.
+"""Motion along a path in closed form: the position of a robot at any time, without events.
 
-A motion is a way, a speed to begin with, and an authority (the arc length at which to stand). It is time-optimal
-under the limits of the robot's kinematics: a forward and a backward pass over the corners give the greatest speed at
-each of them, and every piece between is driven in at most three phases of constant acceleration.
+A motion has a path, an initial speed, and an authority (the arc length at which to stop). It is time-optimal under the
+limits of the robot's kinematics. A forward and a backward pass over the corners give the greatest speed at each of
+them. Each segment between is driven in at most three phases of constant acceleration.
 
-Lengths are in one unit throughout (cells, where a ``Robot`` uses it), times in seconds inside and in whole
-picoseconds from the begin of the motion outside.
+All lengths are in one unit (cells, where a ``MobileRobot`` uses it). Times are seconds inside, and whole picoseconds
+from the begin of the motion outside.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import NEAR, Point, Way
+from codesign.components.path import NEAR, Point, Polyline
 from codesign.errors import InputError
 
 SECOND = 10**12
 """Picoseconds."""
 
 SMOOTH = math.radians(10.0)
-"""Assumed: a differential drive follows a bend of up to 10° while driving; for a sharper one it stands and turns."""
+"""Assumed: a differential drive follows a bend of up to 10° while driving. At a sharper one it stops and turns."""
 
 _AIMED = 1e-9
-"""Radians: what rounding makes of one heading."""
+"""Radians: the rounding error of a heading."""
 
 _SLACK = 1e-5
-"""Cells a second by which a speed may exceed what a new way allows at its begin: the rounding of a braking distance."""
+"""Cells a second: a speed may exceed the limit of a new path by the rounding error of a braking distance."""
 
 
 def _positive(value: float, name: str) -> None:
@@ -39,7 +39,7 @@ def _positive(value: float, name: str) -> None:
 
 @dataclass(frozen=True)
 class PointDrive:
-    """A point robot: it drives at ``speed`` (a second), starts and stops at once, and takes any corner.
+    """A point robot. It drives at ``speed`` (a second), starts and stops at once, and takes any corner.
 
     Raises:
         InputError: a speed that is not above 0.
@@ -56,16 +56,16 @@ class PointDrive:
 
     @property
     def braking(self) -> float:
-        """The distance that it takes to stand still from ``speed``: none."""
+        """The braking distance from ``speed``: 0."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class OmnidirectionalDrive:
-    """It drives in any direction, at most ``speed`` (a second), gaining or losing ``acceleration`` (a second²) at most.
+    """It drives in any direction, at most ``speed`` (a second), with at most ``acceleration`` (a second²).
 
-    At a corner of angle θ its velocity changes by 2·v·sin(θ/2) at once. All such changes within one control period, as
-    on a bend in many small corners, may come to what ``acceleration`` allows in that time, and no more.
+    At a corner of angle θ its velocity v changes by 2·v·sin(θ/2) at once. The sum of all such changes within one
+    control period T, as in a bend of many small corners, is at most ``acceleration``·T.
 
     Raises:
         InputError: a limit that is not above 0.
@@ -84,16 +84,16 @@ class OmnidirectionalDrive:
 
     @property
     def braking(self) -> float:
-        """The distance v² / 2a that it takes to stand still from ``speed``."""
+        """The braking distance v² / 2a from ``speed``."""
         return self.speed**2 / (2 * self.acceleration)
 
 
 @dataclass(frozen=True)
 class DifferentialDrive:
-    """It drives where it heads, and turns by at most ``turn_rate``, rad/s.
+    """It drives in the direction of its heading, and turns by at most ``turn_rate``, rad/s.
 
-    Bends of up to ``smooth`` (radians) it takes while driving, no faster than ``turn_rate`` allows over the length of
-    the piece that follows; at a sharper one, and before it starts, it stands and turns.
+    It takes a bend of up to ``smooth`` (radians) while driving, at most at the speed at which ``turn_rate`` completes
+    the bend over the next segment. At a sharper bend, and before it starts, it stops and turns.
 
     Raises:
         InputError: a limit that is not above 0.
@@ -114,37 +114,41 @@ class DifferentialDrive:
 
     @property
     def braking(self) -> float:
-        """The distance v² / 2a that it takes to stand still from ``speed``."""
+        """The braking distance v² / 2a from ``speed``."""
         return self.speed**2 / (2 * self.acceleration)
 
 
 Kinematics = PointDrive | OmnidirectionalDrive | DifferentialDrive
 
 
-def angle_between(one: float, other: float) -> float:
-    """The turn from heading ``one`` to ``other``, radians, in -π..π.
+def angle_between(before: float, after: float) -> float:
+    """The turn from heading ``before`` to ``after``, radians, in -π..π.
 
     >>> round(angle_between(3.0, -3.0), 6)
     0.283185
     """
-    return math.remainder(other - one, 2.0 * math.pi)
+    return math.remainder(after - before, 2.0 * math.pi)
 
 
 class Motion:
-    """A drive along a way, settled for all time by its beginning.
+    """A drive along a path, determined for all time by its initial state.
 
     Made by ``drive``, ``brake`` or ``stand``.
 
     Attributes:
-        way: the polyline.
-        end: arc length at which it stands in the end.
-        duration: picoseconds from its begin until it stands there.
+        path: the polyline.
+        end: arc length at which it stops.
+        duration: picoseconds from its begin until it stops.
     """
 
     def __init__(
-        self, way: Way, phases: NDArray[np.float64], headings: NDArray[np.float64] | None, heading: float
+        self,
+        path: Polyline,
+        phases: NDArray[np.float64],
+        headings: NDArray[np.float64] | None,
+        heading: float,
     ) -> None:
-        self.way = way
+        self.path = path
         self._begins = phases[:, 0].copy()
         self._arcs = phases[:, 1].copy()
         self._phases = phases
@@ -156,27 +160,29 @@ class Motion:
     @classmethod
     def stand(cls, position: Point, heading: float = 0.0) -> Motion:
         """Standing at ``position``."""
-        return cls(Way([position]), np.zeros((1, 4)), None, heading)
+        return cls(Polyline([position]), np.zeros((1, 4)), None, heading)
 
     @classmethod
-    def halted(cls, way: Way, arc: float, heading: float) -> Motion:
-        """Standing on ``way`` at ``arc``."""
-        return cls(way, np.array([[0.0, arc, 0.0, 0.0]]), None, heading)
+    def halted(cls, path: Polyline, arc: float, heading: float) -> Motion:
+        """Standing on ``path`` at ``arc``."""
+        return cls(path, np.array([[0.0, arc, 0.0, 0.0]]), None, heading)
 
     @classmethod
-    def brake(cls, way: Way, arc: float, speed: float, kinematics: Kinematics, heading: float) -> Motion:
-        """Brake along ``way`` from ``arc`` at ``speed`` as hard as the kinematics allow."""
+    def brake(
+        cls, path: Polyline, arc: float, speed: float, kinematics: Kinematics, heading: float
+    ) -> Motion:
+        """Brake along ``path`` from ``arc`` at ``speed``, as hard as the kinematics allow."""
         if isinstance(kinematics, PointDrive) or speed <= 0.0:
-            return cls.halted(way, arc, heading)
+            return cls.halted(path, arc, heading)
         slowing = kinematics.acceleration
-        end = min(arc + speed * speed / (2.0 * slowing), way.length)
+        end = min(arc + speed * speed / (2.0 * slowing), path.length)
         phases = np.array([[0.0, arc, speed, -slowing], [speed / slowing, end, 0.0, 0.0]])
-        return cls(way, phases, None, heading)
+        return cls(path, phases, None, heading)
 
     @classmethod
     def drive(
         cls,
-        way: Way,
+        path: Polyline,
         kinematics: Kinematics,
         authority: float,
         *,
@@ -184,29 +190,29 @@ class Motion:
         heading: float = 0.0,
         control_period: int = SECOND // 10,
     ) -> Motion | None:
-        """Drive ``way`` from its begin and stand at ``authority``, in the least time that the kinematics allow.
+        """Drive ``path`` from its begin and stop at ``authority``, in the least time that the kinematics allow.
 
         Args:
-            way: where to drive; its first point is where the robot is.
-            kinematics: the limits, in the unit of the way.
-            authority: arc length at which to stand; what lies beyond the end of the way is cut.
-            speed: that the robot has, a second.
-            heading: that the robot has, radians.
+            path: the path to drive; its first point is the position of the robot.
+            kinematics: the limits, in the unit of the path.
+            authority: arc length at which to stop, clipped to the path.
+            speed: initial speed, a second.
+            heading: initial heading, radians.
             control_period: ps.
 
         Returns:
-            The motion, or None where ``speed`` cannot be taken over: too fast for a corner, or for the authority.
+            The motion, or None where ``speed`` is too fast for a corner, or for the authority.
         """
-        end = min(max(authority, 0.0), way.length)
-        driven = _until(way, end)
+        end = min(max(authority, 0.0), path.length)
+        driven = _until(path, end)
         if driven is None:
             halts_at_once = speed <= _SLACK or isinstance(kinematics, PointDrive)
-            return cls.halted(way, 0.0, heading) if halts_at_once else None
+            return cls.halted(path, 0.0, heading) if halts_at_once else None
         arcs, headings = driven
         if isinstance(kinematics, PointDrive):
             phases = np.array([[0.0, 0.0, kinematics.speed, 0.0], [end / kinematics.speed, end, 0.0, 0.0]])
-            return cls(way, phases, None, heading)
-        return _profile(cls, way, arcs, headings, kinematics, speed, heading, control_period)
+            return cls(path, phases, None, heading)
+        return _profile(cls, path, arcs, headings, kinematics, speed, heading, control_period)
 
     def at(self, time: int) -> tuple[float, float]:
         """Arc length and speed (a second) ``time`` picoseconds after the begin."""
@@ -221,9 +227,9 @@ class Motion:
         return min(max(reached, arc), latest), max(speed + acceleration * past, 0.0)
 
     def time_at(self, arc: float, *, leaving: bool = False) -> int:
-        """The first whole picosecond at which the robot has come to ``arc`` (which must not lie beyond the end).
+        """The first whole picosecond at which the robot is at ``arc``, which must not lie beyond the end.
 
-        Where it stands there a while to turn: ``leaving`` tells when it goes on.
+        Where it stops there to turn, ``leaving`` selects the time at which it drives on.
         """
         index = int(self._arcs.searchsorted(arc, side="right" if leaving else "left")) - 1
         if index < 0:
@@ -231,21 +237,21 @@ class Motion:
         begin, at, speed, acceleration = self._phases[min(index, len(self._phases) - 1)].tolist()
         distance = arc - at
         root = math.sqrt(max(speed * speed + 2.0 * acceleration * distance, 0.0))
-        # The form without cancellation: speed and root are not negative.
+        # From distance = v t + a t² / 2: t = 2 distance / (v + root), root² = v² + 2 a distance. No term cancels.
         past = 2.0 * distance / (speed + root) if speed + root > 0.0 else 0.0
         time: int = math.ceil((begin + past) * SECOND)
         return min(time, self.duration)
 
     def heading_at(self, time: int) -> float:
-        """Heading, radians: the direction of the piece being driven; while turning on the spot, between two of them."""
-        if self.way.arcs.size == 1 or (len(self._phases) == 1):
+        """Heading, radians: the direction of the current segment; during a turn on the spot, between two of them."""
+        if self.path.arcs.size == 1 or (len(self._phases) == 1):
             return self._heading
         index = max(int(self._begins.searchsorted(time / SECOND, side="right")) - 1, 0)
         arc = self.at(time)[0]
-        after = float(self.way.headings[self.way.segment_at(arc)])
+        after = float(self.path.headings[self.path.segment_at(arc)])
         if index == len(self._phases) - 1:
-            # It stands where it came to, and heads as it did on the way there.
-            return float(self.way.headings[self.way.segment_at(max(self.end - NEAR, 0.0))])
+            # It stopped, and keeps the heading of its last segment.
+            return float(self.path.headings[self.path.segment_at(max(self.end - NEAR, 0.0))])
         if self._turned is not None and not math.isnan(self._turned[index]):
             before, begin = float(self._turned[index]), float(self._begins[index])
             share = (time / SECOND - begin) / (float(self._begins[index + 1]) - begin)
@@ -253,18 +259,18 @@ class Motion:
         return after
 
 
-def _until(way: Way, end: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Arc lengths of the vertices up to ``end``, and headings of the segments between; None of a way of no length."""
-    if way.arcs.size == 1 or end <= NEAR:
+def _until(path: Polyline, end: float) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Arc lengths of the vertices up to ``end``, and headings of the segments; None for a path without length."""
+    if path.arcs.size == 1 or end <= NEAR:
         return None
-    count = int(way.arcs.searchsorted(end - 1e-12, side="left"))
-    arcs = np.concatenate((way.arcs[:count], np.array([end])))
-    return arcs, way.headings[:count]
+    count = int(path.arcs.searchsorted(end - 1e-12, side="left"))
+    arcs = np.concatenate((path.arcs[:count], np.array([end])))
+    return arcs, path.headings[:count]
 
 
 def _profile(
     cls: type[Motion],
-    way: Way,
+    path: Polyline,
     arcs: NDArray[np.float64],
     headings: NDArray[np.float64],
     kinematics: OmnidirectionalDrive | DifferentialDrive,
@@ -282,13 +288,13 @@ def _profile(
         with np.errstate(divide="ignore"):
             bends = kinematics.turn_rate * lengths / angles
         sharp = angles > kinematics.smooth
-        # Standing, it turns all of the way before it drives: else a turn that is commanded again would end early.
+        # A standing robot completes its turn before it drives. Otherwise a repeated command would end the turn early.
         sharp[0] = sharp[0] or (speed <= 0.0 and angles[0] > _AIMED)
         limits = np.where(sharp, 0.0, bends)
         turns[:-1] = np.where(sharp, angles / kinematics.turn_rate, 0.0)
     else:
         if speed <= 0.0:
-            angles[0] = 0.0  # standing, it may start in any direction
+            angles[0] = 0.0  # from standing it starts in any direction
         limits = motion_kernels.bend_limits(
             arcs[:-1],
             2.0 * np.sin(angles / 2.0),
@@ -303,8 +309,8 @@ def _profile(
     phases = motion_kernels.phases_of(lengths, arcs, speeds, turns, kinematics.speed, kinematics.acceleration)
     turned = None
     if turns.any():
-        # A phase without speed or acceleration before the last is a turn; they come in the order of the vertices.
+        # A phase without speed and acceleration, except the last, is a turn. Turns are in the order of the vertices.
         turning = (phases[:-1, 2] == 0.0) & (phases[:-1, 3] == 0.0)
         turned = np.full(len(phases), np.nan)
         turned[:-1][turning] = before[turns[:-1] > 0.0]
-    return cls(way, phases, turned, heading)
+    return cls(path, phases, turned, heading)

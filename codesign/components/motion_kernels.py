@@ -17,30 +17,30 @@ def bend_limits(
     period: float,
     fastest: float,
 ) -> NDArray[np.float64]:
-    """Greatest speed at each vertex that keeps the change of velocity within one control period.
+    """Greatest speed at each vertex that limits the change of velocity within one control period.
 
-    At one speed v the vertices j to k are passed within a period where they lie no farther apart than v·period, and
-    then the changes at all of them, v·changes, may come to acceleration·period at most. So v may not be above both
-    (arcs[k] - arcs[j]) / period and acceleration·period / sum(changes[j..k]), for any j ≤ i ≤ k. On a bend of radius
-    R that takes longer than a period this gives v² / R ≤ acceleration, however finely it is cut into segments. What
-    the first vertex shares with later ones is left to those: the robot is there already, at the speed it has.
+    At speed v the vertices j to k are passed within a period where arcs[k] - arcs[j] ≤ v·period. The sum of their
+    changes, v·sum(changes[j..k]), is then at most acceleration·period. So for any j ≤ i ≤ k the speed at i is at most
+
+        max((arcs[k] - arcs[j]) / period, acceleration·period / sum(changes[j..k])).
+
+    On a bend of radius R that takes longer than a period this gives v² / R ≤ acceleration, for any number of segments.
+    A window that begins at the first vertex limits that vertex alone: the robot is there already, at its own speed.
 
     Args:
         arcs: float64 n, arc length of each vertex.
         changes: float64 n, change of velocity there over the speed: 2·sin(θ/2) at a corner of angle θ.
         acceleration: a second².
         period: control period, s.
-        fastest: no limit above it is looked for.
+        fastest: the greatest limit.
 
     Returns:
-        float64 n, ``fastest`` where nothing limits.
+        float64 n, ``fastest`` where there is no limit.
     """
-    # Window j..k at speed v: passed within a period where arcs[k] - arcs[j] < v·period, and then v·sum(changes) may
-    # be at most acceleration·period. For each j the window first grows as far as ``fastest`` reaches, then k comes
-    # back:
+    # For each j the window j..k first grows as far as ``fastest`` reaches within a period, then k moves back:
     #
     #   j----+---+------k       v ≤ max((arcs[k] - arcs[j]) / period, acceleration·period / sum(changes[j..k]))
-    #   j----+---k              and the least of these bounds holds for every vertex of the windows inside
+    #   j----+---k              The least of these bounds holds for every vertex of the windows inside.
     count = arcs.size
     limits = np.full(count, fastest)
     for first in range(count):
@@ -50,7 +50,7 @@ def bend_limits(
                 last += 1
                 change += changes[last]
         least = fastest
-        # From the longest window to the shortest: each limits what lies in it.
+        # From the longest window to the shortest: each limits the vertices in it.
         for index in range(last, first - 1, -1):
             if change * fastest > acceleration * period:
                 most = max((arcs[index] - arcs[first]) / period, acceleration * period / change)
@@ -64,26 +64,26 @@ def bend_limits(
 def speeds_at(
     lengths: NDArray[np.float64], limits: NDArray[np.float64], acceleration: float, begin: float
 ) -> Any:
-    """Greatest speed at each vertex that keeps the limits and the acceleration: forward and backward pass.
+    """Greatest speed at each vertex within the limits and the acceleration: backward and forward pass.
 
     Args:
         lengths: float64 n, of the segments.
         limits: float64 n + 1, greatest speed at each vertex; that of the last is 0.
-        acceleration: greatest change of speed a second, either way.
+        acceleration: greatest change of speed a second, up or down.
         begin: speed at the first vertex.
 
     Returns:
-        float64 n + 1 speeds, and the greatest speed at the first vertex from which all limits can be kept. Where
-        ``begin`` is above it, the profile begins with it in place of ``begin``.
+        float64 n + 1 speeds, and the greatest speed at the first vertex that allows all limits to be kept. Where
+        ``begin`` is above it, the profile begins at it instead of ``begin``.
     """
-    # v² = v0² + 2·a·s along a segment of length s. Backwards: as fast as braking still permits at the end of the
-    # segment.
+    # v² = v0² + 2·a·s along a segment of length s. Backward: the fastest speed from which the robot can still brake to
+    # the limit at the end of the segment.
     speeds = limits.copy()
     for index in range(lengths.size - 1, -1, -1):
         reach = np.sqrt(speeds[index + 1] ** 2 + 2.0 * acceleration * lengths[index])
         speeds[index] = min(speeds[index], reach)
-    # Forwards: as fast as accelerating from the begin of the segment permits. Both together are the time-optimal
-    # profile.
+    # Forward: the fastest speed that acceleration from the begin of the segment gives. Both passes together are the
+    # time-optimal profile.
     most = speeds[0]
     speeds[0] = min(begin, most)
     for index in range(lengths.size):
@@ -103,8 +103,8 @@ def phases_of(
 ) -> Any:
     """Phases of constant acceleration along the segments: float64 m × 4.
 
-    Columns: begin (s), arc length and speed there, acceleration. The last phase is standing at the end. ``turns``:
-    float64 n + 1, seconds stood at each vertex for turning.
+    Columns: begin (s), arc length and speed at that time, acceleration. In the last phase the robot stands at the end.
+    ``turns``: float64 n + 1, seconds of turning on the spot at each vertex.
     """
     phases = np.empty((4 * lengths.size + 2, 4))
     used, time = 0, 0.0
@@ -112,16 +112,16 @@ def phases_of(
         if turns[index] > 0.0:
             phases[used] = np.array([time, arcs[index], 0.0, 0.0])
             used, time = used + 1, time + turns[index]
-        # A trapezoid, or a triangle where the top speed is not reached. Up from v0 to the peak and down to v1 takes
-        # the lengths (peak² - v0²) / 2a and (peak² - v1²) / 2a; where they fill the segment, peak² = (v0² + v1²) / 2
-        # + a·length.
+        # A trapezoid, or a triangle where the top speed is not reached. Acceleration from v0 to the peak takes the
+        # length (peak² - v0²) / 2a, braking to v1 takes (peak² - v1²) / 2a. In a triangle the two fill the segment, so
+        # peak² = (v0² + v1²) / 2 + a·length.
         #
         #          peak ______
         #              /      \        rising | level | falling
         #   here v0  _/        \_  there v1
         here, there, length = speeds[index], speeds[index + 1], lengths[index]
         peak = min(speed, np.sqrt((here**2 + there**2) / 2.0 + acceleration * length))
-        # The root may round to just below the speed of an end, and a length would be negative.
+        # The root may round to just below the speed at an end. A length would then be negative.
         peak = max(peak, here, there)
         rising = (peak**2 - here**2) / (2.0 * acceleration)
         falling = (peak**2 - there**2) / (2.0 * acceleration)

@@ -1,4 +1,4 @@
-"""A processor: a robot's host or a PC, known by what one unit of each kernel costs it."""
+"""A processor, such as a robot's host or a PC, described by the cost of one unit of each kernel."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any
 
 import simpy
 
-from codesign.components.clock import ClockDomain
-from codesign.components.component import Component
+from codesign.components.component import ClockDomain, Component
 from codesign.components.fpga import PreemptedError
 from codesign.errors import InputError, RunError, choose_hint
 from codesign.records import BROKEN_OFF, ENDED, UNFINISHED, Listener, TaskRecord
@@ -18,15 +17,15 @@ from codesign.records import BROKEN_OFF, ENDED, UNFINISHED, Listener, TaskRecord
 
 @dataclass(slots=True, eq=False)
 class _Job:
-    """A task under way or waiting; times in ps.
+    """A task that runs or waits; times in ps.
 
-    ``served``: on a core so far, without the run since ``since`` where it ``runs``. ``begin``: when it was on a core
-    for the first time. ``resume``: what it waits for while it does not run.
+    ``served``: its time on a core so far, without the run since ``since`` where it ``runs``. ``begin``: the first time
+    on a core. ``resume``: the event that it waits for while it does not run.
     """
 
     priority: int
     number: int
-    asked: int
+    requested: int
     duration: int
     task: str
     served: int = 0
@@ -41,21 +40,21 @@ class _Job:
 
 
 class Processor(Component):
-    """``cores`` equal cores that run one task each: always the most urgent, then those asked for first.
+    """``cores`` equal cores that run one task each: the most urgent tasks first, then the oldest requests.
 
-    A task of a lower ``priority`` preempts one of a higher at once; what was preempted goes on later without
-    loss, before tasks of its own priority that came after it. Switching takes no time (assumed). Equals never preempt
-    each other.
+    A task of a lower ``priority`` preempts one of a higher priority at once. The preempted task goes on later without
+    loss, before later tasks of its own priority. Switching takes no time (assumed). Tasks of equal priority never
+    preempt each other.
 
-    ``costs``: picoseconds for one unit of each named kernel. ``clock`` only tells how many cycles that came
-    to; a processor's tasks do not wait for an edge.
+    ``costs``: picoseconds for one unit of each named kernel. ``clock`` only converts these times into cycles: a
+    processor's tasks do not wait for an edge.
 
-    ``waited`` adds up the time that tasks which ended or were interrupted were ready and not on a core, ps.
-    ``busy`` is the time in which at least one core worked, ``core_busy`` the sum over the cores.
+    ``waited``: the sum of the time in which tasks were ready and not on a core, ps, over tasks that ended or were
+    interrupted. ``busy``: the time in which at least one core worked. ``core_busy``: the sum over the cores.
 
-    SimPy's ``PreemptiveResource`` was rejected: it preempts by an interruption of the process, which cannot be
-    called back. Where somebody interrupts a task and has a more urgent one run at the same moment, the second
-    interruption would hit the process after it had left the processor.
+    Rejected: SimPy's ``PreemptiveResource``. It preempts by an interruption of the process, which cannot be called
+    back. Where a task is interrupted and a more urgent one runs in the same picosecond, the second interruption would
+    reach the process after it had left the processor.
 
     Raises:
         InputError: fewer than one core.
@@ -79,12 +78,12 @@ class Processor(Component):
         self.cores = cores
         self.waited = 0
         self._ended_core_busy = 0
-        self._asked = 0
+        self._requests = 0
         self._jobs: list[_Job] = []
 
     @property
     def core_busy(self) -> int:
-        """Picoseconds of work of all cores together, work under way included."""
+        """Picoseconds of work of all cores together, including work in progress."""
         return self._ended_core_busy + sum(self._served(job) for job in self._jobs)
 
     def duration(self, kernel: str, units: int) -> int:
@@ -106,25 +105,24 @@ class Processor(Component):
     def execute(
         self, kernel: str, units: int, task: str | None = None, priority: int = 0
     ) -> Generator[simpy.Event, Any, int]:
-        """Process generator: run ``units`` units of ``kernel``; returns the time of the end, ps.
+        """Process generator: run ``units`` units of ``kernel``. Returns the time of the end, ps.
 
-        Its one ``TaskRecord`` (named ``task``, or else ``kernel``) is emitted at the end. It goes from the first
-        moment on a core to the end, the time in which the task was preempted included; its cycles are those
-        of its own work that had begun by then, so a part of a cycle counts as one.
+        Its ``TaskRecord`` (named ``task``, otherwise ``kernel``) is written when it ends. The record lasts from the
+        first time on a core to the end, including the time in which the task was preempted. Its cycles are those of
+        its own work that had begun, so a part of a cycle counts as one.
 
         Raises:
-            PreemptedError: the process was interrupted from outside; ``units`` and ``cycles`` (whole ones) of
-                the task that were done, ``phase`` None where it had not begun. The task is not resumed, and leaves a
-                record of what was served of it, as "broken off" unless all of it was.
+            PreemptedError: the process was interrupted from outside. ``units`` and ``cycles`` (whole ones) are those
+                that were done; ``phase`` is None where the task had not begun. The task is not resumed. It leaves a
+                record of the part that was served, as "broken off" unless that is all of it.
             RunError: see ``duration``.
         """
-        told = task or kernel
-        job = _Job(priority, self._asked, self.now, self.duration(kernel, units), told)
-        self._asked += 1
+        job = _Job(priority, self._requests, self.now, self.duration(kernel, units), task or kernel)
+        self._requests += 1
         insort(self._jobs, job, key=lambda waiting: waiting.key)
         self._assign_cores()
         try:
-            # One timeout per stretch of work, never taken back: whoever wakes from it looks how far it came.
+            # One timeout for each stretch of work, never cancelled: the process checks its progress when it wakes.
             while (rest := job.duration - self._served(job)) or job.begin is None:
                 if job.runs:
                     yield self.environment.timeout(rest)
@@ -134,14 +132,14 @@ class Processor(Component):
         except simpy.Interrupt as interrupt:
             raise self._abandon(job, kernel, units, interrupt.cause) from None
         self._leave(job)
-        self._tell(job)
+        self._emit_job(job)
         return self.now
 
     def _served(self, job: _Job) -> int:
         return job.served + (self.now - job.since if job.runs else 0)
 
     def _assign_cores(self) -> None:
-        """The first jobs in order are on the cores, and no others."""
+        """Put the first jobs in order on the cores, and stop the others."""
         for index, job in enumerate(self._jobs[: self.cores + 1]):
             if index < self.cores and not job.runs:
                 self._start(job)
@@ -167,25 +165,25 @@ class Processor(Component):
             self._stop(job)
         self._jobs.remove(job)
         self._ended_core_busy += job.served
-        self.waited += self.now - job.asked - job.served
+        self.waited += self.now - job.requested - job.served
         self._assign_cores()
 
     def _abandon(self, job: _Job, kernel: str, units: int, cause: object) -> PreemptedError:
         self._leave(job)
         if job.begin is None:
             return PreemptedError(cause, self.now, None, 0, 0)
-        self._tell(job, ENDED if job.served == job.duration else BROKEN_OFF)
+        self._emit_job(job, ENDED if job.served == job.duration else BROKEN_OFF)
         cost = self.costs[kernel]
         done = job.served // cost if cost else units
         return PreemptedError(cause, self.now, job.task, done, self.clock.cycles_by(job.served))
 
-    def _tell(self, job: _Job, outcome: str = ENDED) -> None:
+    def _emit_job(self, job: _Job, outcome: str = ENDED) -> None:
         if self.listening:
-            assert job.begin is not None, "what is told had begun"
+            assert job.begin is not None, "only a job that began has a record"
             cycles = self.clock.cycle_at_or_after(self._served(job))
             self.emit(TaskRecord(job.begin, self.name, job.task, self.now, cycles, outcome))
 
-    def _tell_unfinished(self) -> None:
+    def _report_unfinished(self) -> None:
         for job in self._jobs:
             if job.begin is not None:
-                self._tell(job, UNFINISHED)
+                self._emit_job(job, UNFINISHED)

@@ -1,8 +1,7 @@
-"""A robot: it drives along a way, is nowhere but where its motion says, and never enters a cell that is blocked.
+"""A mobile robot drives along a path and never enters a blocked cell.
 
-Lazy: it makes no event of the simulation. Its state is a closed-form function of the time since the last command, so
-it is brought up to date when somebody needs to know: at every control turn and, before the world changes, at every
-change of the world. Advancing in many small steps or in one large gives the same state.
+It makes no events. Its state is a closed-form function of the time since the last command, and is advanced on demand:
+at every control turn, and before every change of the world. Many small advances and one large give the same state.
 """
 
 from __future__ import annotations
@@ -17,17 +16,17 @@ from numpy.typing import NDArray
 
 from codesign.components.component import Component
 from codesign.components.motion import SECOND, Kinematics, Motion
-from codesign.components.way import NEAR, Cell, Point, Way, cell_of
+from codesign.components.path import NEAR, Cell, Point, Polyline, cell_of
 from codesign.errors import InputError, RunError
 from codesign.records import Listener
 
 PRESSING = 1e-3
-"""Cells: a robot that moved less since it ran against a cell is still at it."""
+"""Cells: a robot that moved less than this since a contact is still at the same cell."""
 
 
 @dataclass(frozen=True)
 class Contact:
-    """The robot ran against something: ``time`` (ps), ``position`` (row, column), the ``cell`` that it did not enter,
+    """A contact with an obstacle: ``time`` (ps), ``position`` (row, column), the ``cell`` that the robot did not enter,
     and the ``speed`` (cells/s) that it lost at once."""
 
     time: int
@@ -36,22 +35,22 @@ class Contact:
     speed: float
 
 
-class Robot(Component):
-    """One robot.
+class MobileRobot(Component):
+    """A robot on a map of cells.
 
     Args:
         environment, name, listeners: as for every component.
         kinematics: limits in metres and seconds.
         resolution: metres a cell.
-        position: (row, column) in cells where it stands at time 0.
-        radius: metres, of its body. It is not used here: ``advance`` is given the cells that its middle may not enter.
+        position: (row, column) in cells at time 0.
+        radius: metres, of its body. Not used here: ``advance`` gets the cells that the robot's middle may not enter.
         heading: radians, from the direction of growing columns towards that of growing rows.
         control_period: ps; see ``OmnidirectionalDrive``.
 
     Attributes:
-        contacts: where it ran against something, in order.
-        safety_stops: how often it was stopped while it moved; once between two commands.
-        log: (ps, row, column) where it began each motion and where it came from one cell into the next: its track.
+        contacts: its contacts with obstacles, in order.
+        safety_stops: how often it was stopped while it moved; at most once between two commands.
+        log: its track: (ps, row, column) at the begin of each motion and at each border that it crossed.
 
     Raises:
         InputError: a resolution that is not above 0, or a radius below 0.
@@ -91,14 +90,14 @@ class Robot(Component):
         self._begin(Motion.stand((float(position[0]), float(position[1])), heading), 0.0, 0)
 
     def _begin(self, motion: Motion, arc: float, next_crossing: int) -> None:
-        """From now on follow ``motion``, which is at ``arc`` and enters crossing ``next_crossing`` of its way next."""
+        """Follow ``motion`` from now. It is at ``arc``, and its next crossing has index ``next_crossing``."""
         self._motion = motion
         self._since = self._time
         self._arc = arc
         self._next = next_crossing
         self.log.append((self._time, *self.position))
 
-    # What it is now, or was when it was last advanced.
+    # The state at the last advance.
 
     @property
     def time(self) -> int:
@@ -108,11 +107,11 @@ class Robot(Component):
     @property
     def position(self) -> Point:
         """(row, column) in cells; whole numbers are middles."""
-        return self._motion.way.point_at(self._arc)
+        return self._motion.path.point_at(self._arc)
 
     @property
     def cell(self) -> Cell:
-        """The cell in which its middle is."""
+        """The cell of its middle."""
         return cell_of(self.position)
 
     @property
@@ -126,23 +125,23 @@ class Robot(Component):
         return self._motion.heading_at(self._time - self._since)
 
     @property
-    def way(self) -> Way:
-        """The way that it follows, or stands on."""
-        return self._motion.way
+    def path(self) -> Polyline:
+        """The path that it drives or stands on."""
+        return self._motion.path
 
     @property
     def arc(self) -> float:
-        """How far along ``way`` it is, cells."""
+        """Its arc length on ``path``, cells."""
         return self._arc
 
     @property
     def authority(self) -> float:
-        """The arc length of ``way`` at which it will stand, cells."""
+        """The arc length of ``path`` at which it will stop, cells."""
         return self._motion.end
 
     @property
     def standing_from(self) -> int:
-        """The time from which it stands if nothing happens to it, ps."""
+        """The time at which it stops if nothing else happens, ps."""
         return self._since + self._motion.duration
 
     @property
@@ -171,24 +170,24 @@ class Robot(Component):
         return self._moving + self._moved_by(self.now)
 
     def expected(self, time: int) -> tuple[Point, float]:
-        """Where it will be at ``time`` (ps), and how fast, if nothing happens to it before."""
+        """Its position and speed at ``time`` (ps), if nothing else happens before."""
         arc, speed = self._motion.at(max(time - self._since, 0))
-        return self._motion.way.point_at(arc), speed
+        return self._motion.path.point_at(arc), speed
 
-    # What happens to it.
+    # Changes of the state.
 
     def advance(self, now: int, blocked: NDArray[np.bool_]) -> Contact | None:
-        """Move on to ``now`` in a world that has been as ``blocked`` says since the last call.
+        """Move on to ``now`` in a world that was ``blocked`` since the last call.
 
-        To be called before the world changes, and before a command. Where the way leads into a blocked cell, or
-        through a corner beside one, the robot halts before its border: it never enters.
+        Call it before each change of the world, and before a command. Where the path enters a blocked cell, or passes
+        a corner beside one, the robot halts before the border.
 
         Args:
             now: ps.
-            blocked: bool, rows × columns: cells that the robot's middle may not enter. Outside of it is blocked.
+            blocked: bool, rows × columns: cells that the robot's middle may not enter. Cells outside are blocked.
 
         Returns:
-            The contact, where there was one.
+            The contact, or None.
 
         Raises:
             RunError: ``now`` lies before the last call.
@@ -204,54 +203,54 @@ class Robot(Component):
         return None
 
     def _obstacle_before(self, arc: float, blocked: NDArray[np.bool_]) -> int:
-        """The crossing before which the robot halts on its way to ``arc``; -1 where nothing is in the way."""
-        entry, _ = self.way.crossings
+        """The crossing before which the robot halts on its path to ``arc``; -1 without an obstacle."""
+        entry, _ = self.path.crossings
         last = int(entry.searchsorted(arc + NEAR, side="left"))
-        return self.way.first_closed(blocked, self._next, last, is_open=False) if last > self._next else -1
+        return self.path.first_closed(blocked, self._next, last, is_open=False) if last > self._next else -1
 
     def _run_against(self, index: int, now: int, blocked: NDArray[np.bool_]) -> Contact:
-        """Halt before crossing ``index``, at the time at which the robot comes there."""
-        entry, cells = self.way.crossings
+        """Halt before crossing ``index``, at the time at which the robot arrives there."""
+        entry, cells = self.path.crossings
         halt = max(float(entry[index]) - NEAR, self._arc)
         back = NEAR
         parts = [(int(row), int(column)) for row, column in cells[index].reshape(3, 2)]
         closed = [part for part in parts if _is_closed(blocked, part)]
-        # A way that grazes a border can round into the cell behind it even a little before the crossing.
-        while halt > self._arc and cell_of(self.way.point_at(halt)) in closed:
+        # Where a path grazes a border, rounding can put a point just before the crossing into the cell behind it.
+        while halt > self._arc and cell_of(self.path.point_at(halt)) in closed:
             back *= 2.0
             halt = max(halt - back, self._arc)
         past = max(self._motion.time_at(halt, leaving=True), self._time - self._since)
         contact_time = min(self._since + past, now)
-        contact = Contact(contact_time, self.way.point_at(halt), closed[0], self._motion.at(past)[1])
+        contact = Contact(contact_time, self.path.point_at(halt), closed[0], self._motion.at(past)[1])
         heading = self._motion.heading_at(past)
         self._drive_to(halt)
         self._pass_time(contact_time)
-        self._begin(Motion.halted(self.way, halt, heading), halt, self._next)
+        self._begin(Motion.halted(self.path, halt, heading), halt, self._next)
         self._pass_time(now)
         if not self._pressed_on(contact):
             self.contacts.append(contact)
         return contact
 
     def _pressed_on(self, contact: Contact) -> bool:
-        """Whether the robot stood at the same obstacle already and was only told to drive on."""
+        """Whether the robot was already at the same obstacle and a new command drove it on."""
         if not self.contacts or self.contacts[-1].cell != contact.cell:
             return False
         before = self.contacts[-1].position
         return math.dist(before, contact.position) <= PRESSING
 
     def _drive_to(self, arc: float) -> None:
-        entry, _ = self.way.crossings
-        # On a border it has not entered: where it drives towards smaller numbers, the border is still the old cell's.
+        entry, _ = self.path.crossings
+        # On a border it has not entered the next cell: towards smaller numbers the border belongs to the old cell.
         following = int(entry.searchsorted(arc, side="left"))
         for index in range(self._next, following):
-            at = float(entry[index])
-            self.log.append((self._since + self._motion.time_at(at), *self.way.point_at(at)))
+            border = float(entry[index])
+            self.log.append((self._since + self._motion.time_at(border), *self.path.point_at(border)))
         self._next = max(self._next, following)
         self._driven += arc - self._arc
         self._arc = arc
 
     def _moved_by(self, now: int) -> int:
-        """Picoseconds of motion from the last time to ``now``."""
+        """Picoseconds of motion from the last advance to ``now``."""
         return max(min(now, self.standing_from) - self._time, 0)
 
     def _pass_time(self, now: int) -> None:
@@ -262,35 +261,35 @@ class Robot(Component):
         if any(abs(new - old) > PRESSING for new, old in zip(pose, self._last_pose, strict=True)):
             self._last_pose, self.stood_since = pose, ends
 
-    def command(self, now: int, way: Way, authority: float) -> int | None:
-        """Drive ``way``, at most up to arc length ``authority``, from now on.
+    def command(self, now: int, path: Polyline, authority: float) -> int | None:
+        """Drive ``path`` from now, at most to arc length ``authority``.
 
         Args:
-            now: ps; the robot must have been advanced to it.
-            way: where to drive. It begins where the robot is: see ``way.join``.
-            authority: arc length of ``way``, cells, at which to stand if no newer command comes.
+            now: ps; the time of the last advance.
+            path: the path to drive. It begins at the position of the robot: see ``path.join``.
+            authority: arc length of ``path``, cells, at which to stop if no newer command arrives.
 
         Returns:
-            None where the robot drives the new way. Where it is too fast for it (too sharp a bend at its begin, or
-            less room than it needs to brake) it brakes along the old way instead, and the time (ps) at which it will
-            stand is returned: the caller commands again, then or before.
+            None where the robot drives the new path. The robot may be too fast for it: the bend at its begin is too
+            sharp, or the authority is shorter than the braking distance. Then it brakes along the old path, and the
+            time (ps) at which it will stand is returned. The caller commands again at that time or before.
 
         Raises:
-            RunError: the robot was not advanced to ``now``. InputError: the way begins elsewhere.
+            RunError: the robot was not advanced to ``now``. InputError: the path begins elsewhere.
         """
         self._check_time(now)
         self._stopping = False
         position = self.position
-        if math.dist(position, way.points[0]) > NEAR:
+        if math.dist(position, path.points[0]) > NEAR:
             raise InputError(
-                f"a way from {way.point_at(0.0)}, but {self.name} is at {position}",
-                f"{self.name}.way",
-                "begin it where the robot is: join(way, position)",
+                f"a path from {path.point_at(0.0)}, but {self.name} is at {position}",
+                f"{self.name}.path",
+                "begin it at the position of the robot: join(path, position)",
             )
-        if tuple(way.points[0]) != position:
-            way = Way([position, *way.points[1:]])
+        if tuple(path.points[0]) != position:
+            path = Polyline([position, *path.points[1:]])
         motion = Motion.drive(
-            way,
+            path,
             self.kinematics,
             authority,
             speed=self.speed,
@@ -304,9 +303,10 @@ class Robot(Component):
         return None
 
     def stop(self, now: int) -> int:
-        """Safety stop: brake as hard as the kinematics allow, along the way; returns when it will stand, ps.
+        """Safety stop: brake along the path as hard as the kinematics allow. Returns when it will stand, ps.
 
-        One that brakes already, for a stop since which no command came, goes on braking: that is no new stop.
+        Where it already brakes for an earlier stop without a command in between, it goes on braking. That is no new
+        stop.
 
         Raises:
             RunError: the robot was not advanced to ``now``.
@@ -319,7 +319,7 @@ class Robot(Component):
         return self.standing_from
 
     def _brake(self) -> None:
-        braking = Motion.brake(self.way, self._arc, self.speed, self.kinematics, self.heading)
+        braking = Motion.brake(self.path, self._arc, self.speed, self.kinematics, self.heading)
         self._begin(braking, self._arc, self._next)
 
     def _check_time(self, now: int) -> None:

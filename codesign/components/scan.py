@@ -1,9 +1,9 @@
-"""The scan of a display over a memory, in closed form: no event for a pixel, and yet every access at its cycle.
+"""The scan of a display over a memory in closed form: every access has its exact cycle, without an event for a pixel.
 
-A display fetches words from a memory on a beat of its own and cannot be kept waiting, so in the cycles that it
-takes the memory's other user stands still (or not at all, where a port is left). All of it is integer
-arithmetic on two clocks whose edges 0 fall together: pixel n begins at n / pixel clock, cycle k of the memory
-at k / memory clock, compared as fractions; picoseconds would let two accesses fall into one cycle by rounding.
+A display fetches words from a memory at its own rate and cannot wait. So the memory's other user stalls in the cycles
+that the display takes, unless a port is left. All arithmetic is on integers, with two clocks that begin together:
+pixel n begins at n / pixel clock, and cycle k of the memory at k / memory clock. The two are compared as fractions:
+rounded to picoseconds, two accesses could fall into one cycle.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ import numpy as np
 import simpy
 from numpy.typing import NDArray
 
-from codesign.components.clock import ClockDomain
-from codesign.components.component import Component
+from codesign.components.component import ClockDomain, Component
 from codesign.errors import InputError, RunError
 from codesign.records import Listener
 from codesign.units import PICOSECONDS_PER_SECOND
@@ -25,30 +24,40 @@ from codesign.units import PICOSECONDS_PER_SECOND
 Cycles = NDArray[np.int64]
 
 LARGEST = 2**61
-"""Cycles and pixels since time 0 that the arithmetic is trusted with, and products of two clocks' reduced hertz."""
+"""The limit of the arithmetic: of cycles and pixels since time 0, and of the product of two clocks' reduced hertz."""
 
 ROUNDS = 10
-"""Iterations before bisection; a display that takes a share s of the cycles needs about log(cycles) / log(1 / s)."""
+"""Iterations before bisection. A display with a share s of the cycles needs about log(cycles) / log(1 / s)."""
 
 
 @dataclass(frozen=True)
 class Scan:
     """The pixels of a display's frame, blanking included, and which of them are fetched from memory.
 
-    - ``columns``, ``rows``: what is seen. ``total_columns``, ``total_rows``: with horizontal and vertical blanking.
-    - ``window``: (rows, columns) at the upper left corner that are fetched; None: all that are seen. The rest
-      of the screen has one colour and needs no memory.
+    - ``columns``, ``rows``: the visible pixels. ``total_columns``, ``total_rows``: with horizontal and vertical
+      blanking.
+    - ``window``: the (rows, columns) at the upper left corner that are fetched; None: all visible ones. The rest of the
+      screen has one colour and needs no memory.
     - ``pixels_a_word``: neighbouring pixels that one word of the memory holds.
 
-    The scan begins at time 0 with the first pixel seen; its word is asked for at that edge. A real controller
-    asks some pixels earlier, always as many: a shift that no count can tell.
+                     columns
+        +--------+------------+----------+
+        | window |            |          |
+        +--------+            | blanking |   total_rows
+        |   visible (rows)    |          |
+        +---------------------+          |
+        |           total_columns        |
+        +--------------------------------+
+
+    The scan begins at time 0 with the first visible pixel, and requests its word at that edge. A real controller
+    requests each word a constant number of pixels earlier. This shift changes no count.
 
     >>> scan = Scan(640, 480, 800, 525)
     >>> scan.requests_a_frame, scan.requests_before(800 * 525 + 10)
     (307200, 307210)
 
     Raises:
-        InputError: nothing is seen, blanking is negative, the window is larger than what is seen.
+        InputError: no visible pixel, negative blanking, or a window beyond the visible pixels.
     """
 
     columns: int
@@ -84,7 +93,7 @@ class Scan:
 
     @property
     def closest_requests(self) -> int:
-        """The fewest pixels from one word asked for to the next."""
+        """The fewest pixels from the request of one word to the next."""
         lines = 1 if self.fetched[0] > 1 else self.total_rows
         over_the_end = lines * self.total_columns - (self.words_a_line - 1) * self.pixels_a_word
         return min(self.pixels_a_word, over_the_end) if self.words_a_line > 1 else over_the_end
@@ -100,11 +109,11 @@ class Scan:
         return self.total_columns * self.total_rows
 
     def requests_before(self, pixel: int) -> int:
-        """Words asked for at the pixel edges 0 to ``pixel`` - 1."""
+        """Words requested at the pixel edges 0 to ``pixel`` - 1."""
         return int(self.requests(np.array([pixel], np.int64))[0])
 
     def requests(self, pixel: Cycles) -> Cycles:
-        """``requests_before`` of many, int64."""
+        """``requests_before`` of an array, int64."""
         frame, within = np.divmod(np.maximum(pixel, 0), self.pixels_a_frame)
         line, column = np.divmod(within, self.total_columns)
         begun = np.minimum(-(-column // self.pixels_a_word), self.words_a_line)
@@ -113,7 +122,7 @@ class Scan:
         return np.asarray(lines * self.words_a_line + np.where(line < rows, begun, 0), np.int64)
 
     def lines_before(self, pixel: int) -> int:
-        """Fetched lines that were scanned to the end of their last fetched pixel before edge ``pixel``."""
+        """Lines with their last fetched pixel before edge ``pixel``."""
         rows, columns = self.fetched
         frame, within = divmod(max(pixel, 0), self.pixels_a_frame)
         line, column = divmod(within, self.total_columns)
@@ -121,7 +130,7 @@ class Scan:
 
 
 def scaled(cycles: Cycles, numerator: int, denominator: int) -> Cycles:
-    """floor(cycles × numerator / denominator), int64, without the large product; negative ``cycles`` too."""
+    """floor(cycles × numerator / denominator), int64, without the large product. ``cycles`` may be negative."""
     whole, rest = np.divmod(cycles, denominator)
     return np.asarray(whole * numerator + rest * numerator // denominator, np.int64)
 
@@ -129,15 +138,15 @@ def scaled(cycles: Cycles, numerator: int, denominator: int) -> Cycles:
 class Claims:
     """The cycles of a memory that a display takes.
 
-    - ``burst`` None, a memory that answers every cycle: each word in the first cycle that begins at or after its
-      pixel edge. Where the memory's clock is slower than words come, the display buffers lines: it takes back to
-      back, from the beginning of the line, as many words as come before the next line, and the rest are missing.
+    - ``burst`` None, a memory with one word a cycle: each word takes the first cycle that begins at or after its pixel
+      edge. Where words are requested faster than the memory's clock, the display buffers lines: it takes words back to
+      back from the beginning of the line, as many as arrive before the next line. The rest are missing.
     - ``burst``, cycles: a line at a time, its words back to back from the beginning of the line.
 
     ``words``: words that arrive in each line. ``scan.words_a_line`` - ``words`` are missing.
 
     Raises:
-        RunError: the display would leave no cycle free, or the clocks have too little in common.
+        RunError: the display would leave no cycle free, or the common divisor of the clocks is too small.
     """
 
     def __init__(
@@ -200,11 +209,14 @@ class Claims:
         return np.asarray(np.where(pixel < 0, 0, (frame * rows + line) * self._run + of_line), np.int64)
 
     def ends(self, first: int, work: Cycles) -> Cycles:
-        """The cycle by which each of ``work`` cycles of the memory's other user is done, begun at ``first``.
+        """The cycle at which each of ``work`` cycles of the memory's other user is done, when it begins at ``first``.
 
-        ``work``: int64, at least 1 and ascending. An entry w ends at the smallest e that leaves w cycles of
-        ``first`` to e - 1 to the other user. Exact: by iteration from below, which soon ends where the display is
-        sparse, and by bisection where it is not.
+        ``work``: int64, at least 1 and ascending. An entry w ends at the smallest e with
+
+            (e - before(e)) - (first - before(first)) = w,
+
+        which leaves w of the cycles ``first`` to e - 1 to the other user. Exact: by iteration from below, which
+        converges fast where the display takes few cycles, and by bisection otherwise.
 
         Raises:
             RunError: the work runs beyond 2^61 cycles or pixels.
@@ -213,7 +225,7 @@ class Claims:
             return work
         free = 1 - self.a_frame * self._pixels / (self.scan.pixels_a_frame * self._cycles)
         frame = self.scan.pixels_a_frame * self._cycles / self._pixels
-        # No span of cycles loses more than its share and one frame's worth.
+        # A span of cycles loses at most its share, and the cycles of one frame.
         latest = first + int((float(work[-1]) + self.a_frame + 2) / free * 1.000001) + int(frame) + 2
         if latest * max(1.0, self._pixels / self._cycles) > LARGEST:
             raise RunError(
@@ -237,8 +249,8 @@ class Claims:
 class ScannedMemory(Component):
     """A memory with a clock that a display may read, beside its other users.
 
-    ``busy`` counts cycles in which anybody is served: the work of the others with what the display takes in
-    between, and what the display takes while nobody else works.
+    ``busy`` counts cycles in which a user is served: the work of the other users with the display's cycles in between,
+    and the display's cycles while no other user works.
     """
 
     def __init__(
@@ -254,14 +266,14 @@ class ScannedMemory(Component):
         self._idle_from: int | None = 0
 
     def scanned_by(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
-        """Let a display read from here, from time 0 on; returns what it takes.
+        """Attach a display that reads from time 0. Returns the cycles that it takes.
 
         Raises:
-            RunError: another display does, time has passed, or the display would take every cycle.
+            RunError: the memory has a display already, time has passed, or the display would take every cycle.
         """
         if self.claims is not None or self.now:
             raise RunError(
-                "the display comes too late" if self.now else "two displays read one memory",
+                "the display is attached too late" if self.now else "two displays read one memory",
                 self.name,
                 "attach one display to a memory before the run begins",
             )
@@ -270,14 +282,14 @@ class ScannedMemory(Component):
 
     @property
     def busy(self) -> int:
-        """Picoseconds in which somebody was served."""
+        """Picoseconds in which a user was served."""
         return super().busy + self._scanned_until(self.clock.cycles_by(self.now))
 
     def _claims_of(self, scan: Scan, pixel_clock: ClockDomain) -> Claims:
         return Claims(scan, pixel_clock, self.clock)
 
     def _work_begins(self, cycle: int) -> None:
-        """What the display took since the last work ended is booked; from here to ``_work_ends`` all time is."""
+        """Book the display's cycles since the last work. From here to ``_work_ends`` all time is booked."""
         self._busy += self._scanned_until(cycle)
         self._idle_from = None
 

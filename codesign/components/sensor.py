@@ -1,7 +1,7 @@
-"""Range sensors of a robot: what they see of the true map from where it stands.
+"""Range sensors of a robot: the cells of the true map that they see from a position.
 
-Cells and positions as in ``components.way``. A sensor sees cells, not inflated by the robot's radius. It is a full
-circle, so the robot's heading does not matter. A range of 0 sees nothing.
+Cells and positions are as in ``components.path``. A sensor sees cells that are not inflated by the robot's radius. It
+sees the full circle, so the robot's heading does not matter. With a range of 0 it sees nothing.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import NEAR, Point, cell_of
+from codesign.components.path import NEAR, Point, cell_of
 from codesign.errors import InputError
 from codesign.figures import Figure, Status
 
@@ -27,22 +27,18 @@ BITS_A_RAY = Figure(
 BITS_A_CELL = Figure(1, "bit", Status.ASSUMED, "a cell within range is sent as free or not free", 1, 8)
 
 MAX_RADIUS = 500_000
-"""Cells: assumed. The scan of a larger disc would be a message of more than 0.8 · 10¹² bits."""
-
-CORNER = 1e-9
-"""Cells: a ray that comes so near to where four cells meet goes through the corner itself."""
-
+"""Cells (assumed). The message of a larger disc would have more than 0.8 · 10¹² bits."""
 
 STRAIGHT = 1e-12
-"""A component of a unit vector below this is the rounding of a 0."""
+"""A component of a unit vector below this is the rounding error of a 0."""
 
 NOTHING_SEEN = (1 << int(BITS_A_RAY.value)) - 1
-"""The word of a ray that met no obstacle within range: assumed. Any other is a range in millimetres."""
+"""The word of a ray without an obstacle within range (assumed). Any other word is a range in millimetres."""
 
 
 @dataclass(frozen=True, eq=False)
-class Scan:
-    """What was seen at once: ``free`` cells and ``blocked`` cells, int64 n × 2 each, in raster order."""
+class RangeScan:
+    """The cells that one scan saw: ``free`` and ``blocked``, int64 n × 2 each, in raster order."""
 
     free: Cells
     blocked: Cells
@@ -52,23 +48,23 @@ class Scan:
         """How many cells were seen."""
         return len(self.free) + len(self.blocked)
 
-    def same_as(self, other: Scan) -> bool:
-        """Whether both saw the same."""
+    def same_as(self, other: RangeScan) -> bool:
+        """Whether both scans saw the same cells."""
         return np.array_equal(self.free, other.free) and np.array_equal(self.blocked, other.blocked)
 
 
-NOTHING = Scan(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
+NOTHING = RangeScan(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 """A scan that saw nothing."""
 
 
 @dataclass(frozen=True)
 class RaySensor:
-    """``rays`` rays in equal angles all around, each ``range_cells`` long (a lidar, a ring of sonars).
+    """``rays`` rays at equal angles over the full circle, each ``range_cells`` long (a lidar, a ring of sonars).
 
-    Each sees the cells that it passes, up to and including the first blocked one. It never sees through a wall, and not
-    between two blocked cells that touch at a corner only.
+    Each ray sees the cells that it passes, up to and including the first blocked one. It does not pass through a wall,
+    nor between two blocked cells that touch at a corner.
 
-    ``metres``: a cell; only what is read of damaged scans depends on it.
+    ``metres``: the side of a cell. It matters for damaged scans alone.
 
     Raises:
         InputError: a range below 0 or not finite, or no ray.
@@ -85,10 +81,10 @@ class RaySensor:
 
     @cached_property
     def directions(self) -> NDArray[np.float64]:
-        """Unit vectors (row, column) of the rays, float64 ``rays`` × 2; the first along growing columns."""
+        """Unit vectors (row, column) of the rays, float64 ``rays`` × 2. The first points along growing columns."""
         angles = [2.0 * math.pi * ray / self.rays for ray in range(self.rays)]
         vectors = np.array([(math.sin(angle), math.cos(angle)) for angle in angles])
-        # Straight is straight: a ray along a border must not drift over it by the rounding of π.
+        # A ray along a border must not cross it because of the rounding of π.
         vectors[np.abs(vectors) < STRAIGHT] = 0.0
         return vectors
 
@@ -97,8 +93,8 @@ class RaySensor:
         """Size of the message that carries a scan, bits: the range along each ray (assumed, see ``BITS_A_RAY``)."""
         return self.rays * int(BITS_A_RAY.value)
 
-    def scan(self, free: NDArray[np.bool_], position: Point) -> Scan:
-        """What the rays see of ``free`` (bool, rows × columns) from ``position``, which must lie inside the map.
+    def scan(self, free: NDArray[np.bool_], position: Point) -> RangeScan:
+        """The cells of ``free`` (bool, rows × columns) that the rays see from ``position``, inside the map.
 
         Raises:
             InputError: the position lies outside.
@@ -109,13 +105,13 @@ class RaySensor:
         from codesign.components import sensor_kernels
 
         y, x = position
-        return Scan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
+        return RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions))
 
-    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> Scan:
-        """What is read of that scan where these bits of its message are wrong.
+    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> RangeScan:
+        """The scan that is read where the bits ``wrong`` of its message are wrong.
 
         Each ray is a word, the lowest bit first: see ``NOTHING_SEEN``. The cells up to the range that is read count as
-        free, and the one there as blocked; what one ray shows blocked, no other shows free.
+        free, and the cell at that range as blocked. A cell that one ray shows blocked is shown free by no other.
         """
         if self.range_cells == 0.0:
             return NOTHING
@@ -125,35 +121,38 @@ class RaySensor:
         masks: dict[int, int] = {}
         for bit in wrong:
             masks[bit // width] = masks.get(bit // width, 0) ^ (1 << bit % width)
-        right = np.ones(self.rays, np.bool_)
-        right[list(masks)] = False
+        intact = np.ones(self.rays, np.bool_)
+        intact[list(masks)] = False
         y, x = position
-        sound = Scan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions[right]))
-        seen, blocked = [sound.free], [sound.blocked]
+        undamaged = RangeScan(*sensor_kernels.cast(free, y, x, self.range_cells, self.directions[intact]))
+        seen, blocked = [undamaged.free], [undamaged.blocked]
         for ray, mask in masks.items():
-            read = self._word(free, position, ray) ^ mask
-            some = self._read(free.shape, position, ray, read)
-            seen.append(some.free)
-            blocked.append(some.blocked)
-        closed = {(int(row), int(column)) for row, column in np.concatenate(blocked)}
-        opened = {(int(row), int(column)) for row, column in np.concatenate(seen)} - closed
-        return Scan(_raster(opened), _raster(closed))
+            word = self._word(free, position, ray) ^ mask
+            misread = self._read(free.shape, position, ray, word)
+            seen.append(misread.free)
+            blocked.append(misread.blocked)
+        closed = _as_set(np.concatenate(blocked))
+        opened = _as_set(np.concatenate(seen)) - closed
+        return RangeScan(_raster(opened), _raster(closed))
 
     def _word(self, free: NDArray[np.bool_], position: Point, ray: int) -> int:
-        """What the ray measures: millimetres to the border of the first blocked cell."""
+        """The word of a ray: millimetres to the border of the first blocked cell.
+
+        A ray from p along d enters the cell c at s = max over both axes of (c - sign(d) / 2 - p) / d.
+        """
         from codesign.components import sensor_kernels
 
         direction = self.directions[ray : ray + 1]
-        met = sensor_kernels.cast(free, *position, self.range_cells, direction)[1]
-        if not len(met):
+        obstacles = sensor_kernels.cast(free, *position, self.range_cells, direction)[1]
+        if not len(obstacles):
             return NOTHING_SEEN
         along = np.where(direction == 0.0, np.inf, direction)
-        entries = ((met - 0.5 * np.sign(direction) - position) / along).max(axis=1)
+        entries = ((obstacles - 0.5 * np.sign(direction) - position) / along).max(axis=1)
         measured = round(max(float(entries.min()), 0.0) * self.metres * 1000.0)
         return min(measured, NOTHING_SEEN - 1)
 
-    def _read(self, shape: tuple[int, ...], position: Point, ray: int, word: int) -> Scan:
-        """The cells along a ray of which ``word`` was read."""
+    def _read(self, shape: tuple[int, ...], position: Point, ray: int, word: int) -> RangeScan:
+        """The cells that ``word`` shows along a ray."""
         from codesign.components import sensor_kernels
 
         cells = word / (1000.0 * self.metres)
@@ -162,16 +161,18 @@ class RaySensor:
         direction = self.directions[ray]
         passed = sensor_kernels.cast(np.ones(shape, np.bool_), *position, reach, direction[None])[0]
         if not met:
-            return Scan(passed, NOTHING.blocked)
-        there = np.array(cell_of(np.array(position) + (reach + NEAR) * direction), np.int64)
-        inside = bool(((there >= 0) & (there < shape)).all())
-        return Scan(passed[(passed != there).any(axis=1)], there[None] if inside else NOTHING.blocked)
+            return RangeScan(passed, NOTHING.blocked)
+        obstacle = np.array(cell_of(np.array(position) + (reach + NEAR) * direction), np.int64)
+        inside = bool(((obstacle >= 0) & (obstacle < shape)).all())
+        return RangeScan(
+            passed[(passed != obstacle).any(axis=1)], obstacle[None] if inside else NOTHING.blocked
+        )
 
 
 @dataclass(frozen=True)
 class RadiusSensor:
-    """It knows every cell whose middle lies within ``range_cells``, walls or not (a known window, as planners' papers
-    have it).
+    """It sees every cell with its middle within ``range_cells``, through walls too (the known window of planners'
+    papers).
 
     Raises:
         InputError: a range below 0, or above ``MAX_RADIUS``.
@@ -190,14 +191,14 @@ class RadiusSensor:
     @cached_property
     def bits(self) -> int:
         """Size of the message that carries a scan, bits: one a cell of the disc (assumed, see ``BITS_A_CELL``)."""
-        # Row y of the disc holds the whole x with x² ≤ r² - y². All of these are exact in a double.
+        # Row y of the disc has the integers x with x² ≤ r² - y². All of these are exact in a double.
         most = math.floor(self.range_cells * self.range_cells)
         rows = np.arange(-math.floor(self.range_cells), math.floor(self.range_cells) + 1)
         widths = 2 * np.floor(np.sqrt(most - rows * rows)).astype(np.int64) + 1
         return int(widths.sum()) * int(BITS_A_CELL.value)
 
-    def scan(self, free: NDArray[np.bool_], position: Point) -> Scan:
-        """The cells of ``free`` (bool, rows × columns) within range of ``position``, which must lie inside the map.
+    def scan(self, free: NDArray[np.bool_], position: Point) -> RangeScan:
+        """The cells of ``free`` (bool, rows × columns) within range of ``position``, inside the map.
 
         Raises:
             InputError: the position lies outside.
@@ -207,23 +208,20 @@ class RadiusSensor:
             return NOTHING
         corner, within = _disc(position, self.range_cells, free.shape)
         window = free[corner[0] : corner[0] + within.shape[0], corner[1] : corner[1] + within.shape[1]]
-        return Scan(np.argwhere(within & window) + corner, np.argwhere(within & ~window) + corner)
+        return RangeScan(np.argwhere(within & window) + corner, np.argwhere(within & ~window) + corner)
 
-    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> Scan:
-        """What is read of that scan where these bits of its message are wrong: each says the contrary of its cell."""
+    def misread(self, free: NDArray[np.bool_], position: Point, wrong: Sequence[int]) -> RangeScan:
+        """The scan that is read where the bits ``wrong`` are wrong: each inverts its cell."""
         scan = self.scan(free, position)
         if self.range_cells == 0.0:
             return scan
         corner, within = _disc(position, self.range_cells, None)
         cells = np.argwhere(within) + corner
-        turned = {
-            (int(row), int(column)) for row, column in cells[[bit for bit in wrong if bit < len(cells)]]
-        }
-        opened, closed = (
-            {(int(row), int(column)) for row, column in some} for some in (scan.free, scan.blocked)
-        )
-        return Scan(
-            _raster((opened - turned) | (closed & turned)), _raster((closed - turned) | (opened & turned))
+        inverted = _as_set(cells[[bit for bit in wrong if bit < len(cells)]])
+        opened, closed = _as_set(scan.free), _as_set(scan.blocked)
+        return RangeScan(
+            _raster((opened - inverted) | (closed & inverted)),
+            _raster((closed - inverted) | (opened & inverted)),
         )
 
 
@@ -235,8 +233,8 @@ def _disc(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """The part of a disc that lies on a map of ``shape``: its first row and column, and the cells within, bool.
 
-    A cell is within where (row - y)² + (column - x)² ≤ reach². Time and memory grow with the map, not with the disc.
-    With None for ``shape`` it is the whole disc, and they grow with that.
+    A cell is within where (row - y)² + (column - x)² ≤ reach². Time and memory grow with the map and not with the disc.
+    ``shape`` None: the whole disc.
     """
     spans = []
     for axis, at in enumerate(middle):
@@ -247,6 +245,10 @@ def _disc(
     rows, columns = spans
     within = (rows[:, None] - middle[0]) ** 2 + (columns - middle[1]) ** 2 <= reach * reach
     return np.array([span[0] if span.size else 0 for span in spans]), within
+
+
+def _as_set(cells: Cells) -> set[tuple[int, int]]:
+    return {(int(row), int(column)) for row, column in cells}
 
 
 def _raster(cells: set[tuple[int, int]]) -> Cells:
@@ -264,39 +266,3 @@ def _check_inside(free: NDArray[np.bool_], position: Point) -> None:
         raise InputError(
             f"a scan from {position}, outside of the map", "position", "keep the robot in the map"
         )
-
-
-def cast_reference(
-    free: NDArray[np.bool_], position: Point, reach: float, directions: NDArray[np.float64]
-) -> Scan:
-    """What ``sensor_kernels.cast`` returns, in a few plain lines."""
-    seen_free: set[tuple[int, int]] = set()
-    seen_blocked: set[tuple[int, int]] = set()
-
-    def inside(cell: tuple[int, int]) -> bool:
-        return cell[0] in range(free.shape[0]) and cell[1] in range(free.shape[1])
-
-    for down, along in directions.tolist():
-        row, column = cell_of(position)
-        row_step, column_step = (1 if down > 0 else -1), (1 if along > 0 else -1)
-        while inside((row, column)):
-            if not free[row, column]:
-                seen_blocked.add((row, column))
-                break
-            seen_free.add((row, column))
-            to_row = (row + 0.5 * row_step - position[0]) / down if down else math.inf
-            to_column = (column + 0.5 * column_step - position[1]) / along if along else math.inf
-            if min(to_row, to_column) > reach:
-                break
-            corner = abs(to_row - to_column) <= CORNER
-            beside = [(row + row_step, column), (row, column + column_step)]
-            if corner and not any(inside(cell) and bool(free[cell]) for cell in beside):
-                seen_blocked.update(cell for cell in beside if inside(cell))
-                break
-            row += row_step if corner or to_row < to_column else 0
-            column += column_step if corner or to_row >= to_column else 0
-    shape = (-1, 2)
-    return Scan(
-        np.array(sorted(seen_free), np.int64).reshape(shape),
-        np.array(sorted(seen_blocked), np.int64).reshape(shape),
-    )

@@ -1,4 +1,4 @@
-"""Compiled casting of rays over a grid (imported on first use); ``sensor.cast_reference`` is its plain twin."""
+"""Compiled casting of rays over a grid (imported on first use). The tests hold it against a plain reference."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-CORNER = 1e-9
-"""Cells: a ray that comes so near to where four cells meet goes through the corner itself."""
+from codesign.components.path_kernels import CORNER
 
 UNSEEN, FREE, BLOCKED = 0, 1, 2
 
 
 @njit(cache=True, nogil=True)
 def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: NDArray[np.float64]) -> Any:
-    """What rays from (y, x) see: int64 n × 2 free cells and int64 m × 2 blocked cells, in raster order.
+    """The cells that rays from (y, x) see: int64 n × 2 free ones and int64 m × 2 blocked ones, in raster order.
 
     Args:
         free: bool, rows × columns.
@@ -24,15 +23,21 @@ def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: 
         reach: length of a ray, cells.
         directions: float64 k × 2, unit vectors (row, column).
     """
-    # Only the square that rays can reach is kept, so that the cost does not grow with the map.
+    # Only the square that rays can reach is stored, so that the cost does not grow with the map:
+    #
+    #   top, left +---------------+
+    #             |   margin      |
+    #             |     (y, x)    |   margin = ceil(reach) + 1
+    #             +---------------+ bottom, right (excluded)
     rows, columns = free.shape
-    here, there = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
+    row_of_robot, column_of_robot = int(np.floor(y + 0.5)), int(np.floor(x + 0.5))
     margin = int(np.ceil(reach)) + 1
-    top, bottom = max(here - margin, 0), min(here + margin + 1, rows)
-    left, right = max(there - margin, 0), min(there + margin + 1, columns)
+    top, bottom = max(row_of_robot - margin, 0), min(row_of_robot + margin + 1, rows)
+    left, right = max(column_of_robot - margin, 0), min(column_of_robot + margin + 1, columns)
     seen = np.zeros((bottom - top, right - left), np.int8)
     for ray in range(directions.shape[0]):
-        _cast_one(free, seen, top, left, y, x, reach, directions[ray, 0], directions[ray, 1])
+        _cast_ray(free, seen, top, left, y, x, reach, directions[ray, 0], directions[ray, 1])
+    # Two passes over the square: the first counts the cells, the second lists them in raster order.
     count_free = count_blocked = 0
     for value in seen.flat:
         count_free += value == FREE
@@ -51,7 +56,7 @@ def cast(free: NDArray[np.bool_], y: float, x: float, reach: float, directions: 
 
 
 @njit(cache=True, nogil=True)
-def _cast_one(
+def _cast_ray(
     free: NDArray[np.bool_],
     seen: NDArray[np.int8],
     top: int,
@@ -72,8 +77,8 @@ def _cast_one(
             seen[row - top, column - left] = BLOCKED
             return
         seen[row - top, column - left] = FREE
-        # The ray is (y, x) + s (down, along). Cells are centred on whole coordinates, so borders lie at halves, and s
-        # of the next border in each axis decides which cell comes next (Amanatides and Woo 1987):
+        # The ray is (y, x) + s (down, along). Cells are centred on whole coordinates, so borders lie at halves. The s
+        # of the next border in each axis decides which cell is next (Amanatides and Woo 1987):
         #
         #       column + 0.5
         #   +--------|--------+
@@ -85,10 +90,10 @@ def _cast_one(
         if min(to_row, to_column) > reach:
             return
         #    free    | blocked
-        #   ---------+---------        seen are both of the blocked cells; the ray ends between them
+        #   ---------+---------        The ray sees both blocked cells, and ends between them.
         #    blocked | behind
         if abs(to_row - to_column) <= CORNER:
-            # Through a corner: nothing leaks between two blocked cells that touch there.
+            # Through a corner: no ray passes between two blocked cells that touch there.
             if _blocked(free, row + row_step, column) and _blocked(free, row, column + column_step):
                 _mark(seen, rows, columns, top, left, row + row_step, column)
                 _mark(seen, rows, columns, top, left, row, column + column_step)

@@ -1,27 +1,31 @@
-"""A serial line, such as RS-232 or RS-485: frames of bits at a baud rate, with a FIFO at every sender."""
+"""A serial line, such as RS-232 or RS-485: frames of bits at a baud rate, with a FIFO at every sender.
+
+A frame, from left to right on the wire:
+
+    | start bits | data bits, LSB first | parity bit, if any | stop bits |
+"""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Generator
 from enum import StrEnum
 from fractions import Fraction
-from typing import Any
+from typing import Any, Unpack
 
 import simpy
 
 from codesign.components.line import Line, Message
-from codesign.components.link import Link
-from codesign.components.link_faults import LinkErrors, damage_probability, parity_miss, wrong_behind_parity
+from codesign.components.link import Link, LinkOptions
+from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity
 from codesign.errors import InputError
-from codesign.records import Listener
 from codesign.units import PICOSECONDS_PER_SECOND
 
 STOP_BITS = (Fraction(1), Fraction(3, 2), Fraction(2))
-"""How many stop bits a frame may have."""
+"""The accepted numbers of stop bits of a frame."""
 
 
 class Parity(StrEnum):
-    """The parity bit of every frame; even and odd differ in no figure."""
+    """The parity bit of every frame. Even and odd parity give the same figures."""
 
     NONE = "none"
     EVEN = "even"
@@ -29,10 +33,13 @@ class Parity(StrEnum):
 
 
 class _SerialLine(Line):
-    """A line that knows when the bits of its current run of frames began.
+    """A line that knows where the bits of its current run of frames lie.
 
-    ``epoch``: when the run began, ps. ``offset``: half bits of the run before the current message. ``after``: half
-    bits of the run, the current message included. ``end``: when the last one ended, ps.
+    ``epoch``: begin of the run, ps. ``offset``: half bits of the run before the current message. ``after``: half bits
+    of the run, the current message included. ``end``: the end of the last message, ps.
+
+        epoch                 offset             after
+          | earlier messages    | current message  |
     """
 
     def __init__(self, environment: simpy.Environment) -> None:
@@ -46,22 +53,21 @@ class Serial(Link):
 
     - ``baud``: bits a second on the wire. A frame has ``start_bits``, ``data_bits``, one bit where there is a
       ``parity``, and ``stop_bits`` (1, 1.5 or 2).
-    - ``fifo_depth``: words of ``data_bits`` bits that wait at every sender, besides the one on the wire (as in
-      a 16550, whose shift register is not part of its FIFO).
-    - ``between``: of two ends each has a line of its own (full duplex); more of them share one (half duplex).
+    - ``fifo_depth``: words of ``data_bits`` bits that wait at every sender, without the one on the wire. (The shift
+      register of a 16550 is not part of its FIFO either.)
+    - ``between``: each of two ends has its own line (full duplex); more than two share one (half duplex).
 
-    Frames that follow each other without a gap end at exact multiples of half a bit since the first began,
-    rounded up to picoseconds one by one, so that nothing drifts; after a gap they begin at any picosecond.
+    Frames that follow each other without a gap end at exact multiples of half a bit after the begin of the first. Each
+    end is rounded up to picoseconds by itself, so nothing drifts. After a gap frames begin at any picosecond.
 
-    The sender of ``post`` is held until what is left of its message, and of its earlier ones, fits the FIFO.
-    What is sent again comes from a copy that the sender's side keeps elsewhere (assumed). The receiver is taken
-    to read its own FIFO in time.
+    The sender of ``post`` is held until the rest of its message, and of its earlier ones, fits the FIFO. A message that
+    is sent again comes from a copy outside the FIFO (assumed). The receiver reads its own FIFO in time (assumed).
 
-    Parity notices an odd number of wrong bits in a frame; the checksum looks at what parity missed. Start and
-    stop bits are taken to arrive right.
+    Parity detects an odd number of wrong bits in a frame. The checksum then checks what parity missed. Start and stop
+    bits arrive right (assumed).
 
     Raises:
-        InputError: a number below what has a meaning, or a frame that no line has.
+        InputError: a parameter is below its least value, or no serial line has such a frame.
     """
 
     def __init__(
@@ -75,28 +81,15 @@ class Serial(Link):
         stop_bits: int | float | Fraction = 1,
         parity: Parity = Parity.NONE,
         fifo_depth: int = 16,
-        between: Sequence[str] = (),
-        errors: LinkErrors | None = None,
-        outages: Sequence[tuple[int, int | None]] = (),
-        listeners: Sequence[Listener] = (),
+        **options: Unpack[LinkOptions],
     ) -> None:
-        super().__init__(
-            environment,
-            name,
-            shared=len(between) > 2,
-            between=between,
-            errors=errors,
-            outages=outages,
-            listeners=listeners,
-        )
-        for key, value, least in (
+        super().__init__(environment, name, shared=len(options.get("between", ())) > 2, **options)
+        self._check_least(
             ("baud", baud, 1),
             ("data_bits", data_bits, 1),
             ("start_bits", start_bits, 0),
             ("fifo_depth", fifo_depth, 1),
-        ):
-            if value < least:
-                raise InputError(f"{key} of {value}", f"{name}.{key}", f"give at least {least}")
+        )
         if stop_bits not in STOP_BITS:
             raise InputError(f"stop_bits of {stop_bits}", f"{name}.stop_bits", "give 1, 1.5 or 2")
         self.baud = baud
@@ -151,11 +144,11 @@ class Serial(Link):
     def _wrong_bits(self, message: Message) -> tuple[int, ...]:
         if self.parity is Parity.NONE:
             return super()._wrong_bits(message)
-        assert self._luck is not None, "damage is a matter of luck"
+        assert self._luck is not None, "only a link with errors damages messages"
         random = self._luck.of(message.number, message.attempts)
         frames = self.frames(message.bits)
         wrong = wrong_behind_parity(random, frames, self._word_bits, self.errors.bit_error_rate)
-        # The last bit of a frame is its parity; behind the message stand its checksum, and what fills the last frame.
+        # The last bit of a frame is its parity. After the message come its checksum and the padding of the last frame.
         own = (frame * self.data_bits + place for frame, place in wrong if place < self.data_bits)
         return tuple(bit for bit in own if bit < message.bits)
 
@@ -170,7 +163,7 @@ class Serial(Link):
             yield changed if fits is None else self.environment.timeout(fits - self.now) | changed
 
     def _fits_at(self, message: Message, line: _SerialLine) -> int | None:
-        """When what is left of ``message`` fits the FIFO, ps, if nothing else happens; None if not foreseen."""
+        """When the rest of ``message`` will fit the FIFO, ps, if nothing else happens. None where that is not known."""
         if message.first_over:
             return self.now
         room = self.fifo_depth
@@ -187,7 +180,7 @@ class Serial(Link):
             return None
         if sending is None:
             return self.now
+        # The rest fits once so many frames of the message on the wire have begun, the last with index begun - 1.
         begun = self.frames(sending.bits) - room
-        # The last of the frames that must be on the wire by then is frame number begun - 1.
         half_bits = line.offset + max(begun - 1, 0) * self._half_bits
         return line.epoch + self._span(half_bits) if begun > 0 else self.now

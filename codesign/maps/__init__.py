@@ -1,6 +1,5 @@
-"""Occupancy grids: read from files, made from seeds, and measured (reach, distance, clearance)."""
+"""Occupancy grids: read from files, generated from seeds, and measured (reach, distance, clearance)."""
 
-from codesign.maps.any_angle import least_distance
 from codesign.maps.generate import (
     GENERATORS,
     corridor,
@@ -19,6 +18,7 @@ from codesign.maps.reach import (
     clearance,
     distance_octile,
     distance_steps,
+    least_distance,
     nearest_free,
     reachable,
 )

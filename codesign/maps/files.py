@@ -1,4 +1,4 @@
-"""Files of foreign origin: read whole within a bound, written whole or not at all."""
+"""Map files: read as a whole within a bound, written as a whole or not at all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from codesign.errors import MapError
 from codesign.files import passing
 
 MAX_FILE_BYTES = 64 * 2**20
-"""Largest map file read: a 16-bit image of ``MAX_CELLS`` pixels takes half of it."""
+"""The largest map file that is read. A 16-bit image of ``MAX_CELLS`` pixels takes half of it."""
 
 _COUNT = re.compile(rb"[0-9]{1,9}")
 
@@ -20,19 +20,19 @@ def read_bytes(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> byt
     """The content of a regular file of at most ``limit`` bytes.
 
     Raises:
-        MapError: no such file, a directory or device, not readable, empty, or too large; names the file.
+        MapError: the file does not exist, is a directory or device, cannot be read, is empty or too large.
     """
     where = str(path)
     try:
-        # A pipe or a device is refused before it is opened: opening one may wait for ever.
+        # A pipe or a device is refused before it is opened, because opening it may block for ever.
         status = os.stat(path)
         if not stat.S_ISREG(status.st_mode):
             raise MapError("this is a directory or a device, not a file", where, "name the map file itself")
         with open(path, "rb") as file:
-            # Asked for more than there is, Python would set the memory aside all the same.
+            # Python allocates as many bytes as it is asked to read, so no more than the file has.
             content = file.read(min(status.st_size, limit) + 1)
     except FileNotFoundError:
-        raise MapError("there is no such file", where, "check the path") from None
+        raise MapError("the file does not exist", where, "check the path") from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise MapError(f"the file cannot be read: {reason}", where) from None
@@ -44,10 +44,10 @@ def read_bytes(path: str | os.PathLike[str], limit: int = MAX_FILE_BYTES) -> byt
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
-    """Write the file in full, or leave what was there.
+    """Write the file as a whole, or leave the old file.
 
     Raises:
-        MapError: the file cannot be written; names the file.
+        MapError: the file cannot be written.
     """
     try:
         target = Path(path)
@@ -61,10 +61,10 @@ def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
 
 
 def parse_count(text: bytes) -> int | None:
-    """A whole number of at most nine decimal digits, or None: no sign, no underscore, no other script."""
+    """A whole number of at most nine ASCII digits, without sign or underscore; None otherwise."""
     return int(text) if _COUNT.fullmatch(text) else None
 
 
 def show(content: bytes) -> str:
-    """Foreign bytes as printable ASCII, cut to a length that fits a message."""
+    """Bytes of a file as printable ASCII, cut to a length that fits a message."""
     return ascii(content[:40].decode("latin-1")) + ("..." if len(content) > 40 else "")

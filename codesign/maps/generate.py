@@ -1,8 +1,8 @@
-"""Maps made from a seed, the same cells on every machine.
+"""Maps generated from a seed, with the same cells on every machine.
 
-Mazes, rooms and the spiral are one thing: a lattice of rooms parted by walls, and a choice of the walls that
-have a door. Random choices come from the raw 64-bit stream of PCG64 alone, which numpy keeps from version to
-version (the streams of ``Generator``'s methods it does not).
+Mazes, rooms and the spiral share one construction: a lattice of rooms with walls between, and a choice of the walls
+that have a door. Random choices use the raw 64-bit stream of PCG64 alone. numpy keeps this stream from version to
+version; it does not keep those of ``Generator``'s methods.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MAX_OBSTACLE = 256
 """Largest side of a random obstacle, in cells."""
 
 Doors = tuple[NDArray[np.int64], NDArray[np.int64]]
-"""Lattice indices (first, second) of the rooms beside each door; second lies right of or below first."""
+"""Lattice indices (first, second) of the rooms beside each door. The second is right of the first, or below it."""
 
 
 def empty(rows: int, columns: int) -> OccupancyGrid:
@@ -43,12 +43,12 @@ def maze(
 ) -> OccupancyGrid:
     """A maze of corridors ``corridor`` cells wide between walls ``wall`` cells thick.
 
-    With ``loops`` 0 it is perfect: exactly one way between any two junctions (a random spanning tree, by
-    Kruskal). ``loops`` is the share, 0 to 1, of the remaining walls that are opened too. Rows and columns
-    that hold no whole corridor are wall, at the bottom and at the right.
+    With ``loops`` 0 the maze is perfect: exactly one path between any two junctions (a random spanning tree, by
+    Kruskal). ``loops`` is the share, 0 to 1, of the remaining walls that are opened too. Rows and columns at the bottom
+    and at the right that hold no whole corridor are wall.
 
     Raises:
-        MapError: a size, width or share out of bounds, or a map too small for one corridor.
+        MapError: a size, width or share is out of bounds, or the map is too small for one corridor.
     """
     rows, columns = _size(rows, columns)
     corridor, wall, lattice = _winding(rows, columns, corridor, wall)
@@ -61,10 +61,10 @@ def maze(
 
 
 def spiral(rows: int, columns: int, *, corridor: int = 1, wall: int = 1) -> OccupancyGrid:
-    """One corridor, from the top left corner clockwise to the middle: the longest way that a map can hold.
+    """One corridor, from the top left corner clockwise to the middle: the longest path that a map can hold.
 
     Raises:
-        MapError: a size or width out of bounds, or a map too small for one corridor.
+        MapError: a size or width is out of bounds, or the map is too small for one corridor.
     """
     rows, columns = _size(rows, columns)
     corridor, wall, lattice = _winding(rows, columns, corridor, wall)
@@ -92,12 +92,12 @@ def rooms(
 ) -> OccupancyGrid:
     """Rooms of ``room`` (rows, columns) cells between walls ``wall`` thick, with doors ``door`` cells wide.
 
-    Every room can be reached: the doors form a random spanning tree, and ``extra_doors`` is the share, 0 to
-    1, of the remaining walls that get one too. Each door has a random place in its wall. Rooms of the last
-    row and column are smaller where the size asks for it, and so are their doors.
+    Every room can be reached: the doors form a random spanning tree. ``extra_doors`` is the share, 0 to 1, of the
+    remaining walls that get a door too. Each door has a random place in its wall. Rooms of the last row and column are
+    cut to the size of the map, with their doors.
 
     Raises:
-        MapError: a size, width or share out of bounds, or a door wider than a room.
+        MapError: a size, width or share is out of bounds, or a door is wider than a room.
     """
     rows, columns = _size(rows, columns)
     height, width = _sides(room)
@@ -117,14 +117,14 @@ def rooms(
 def random_obstacles(
     rows: int, columns: int, *, density: float, seed: int = 0, size: int = 1
 ) -> OccupancyGrid:
-    """Square obstacles of ``size`` cells thrown one after the other until ``density`` of the map is covered.
+    """Square obstacles with a side of ``size`` cells, placed at random until ``density`` of the map is covered.
 
-    They may overlap, and reach over the border. The share covered is ``density`` (0 to 1) rounded to whole
-    cells where ``size`` is 1, and the last obstacle may go past it by less than its own area otherwise. The
-    same seed with a higher density adds obstacles and takes none away. Free cells need not be connected.
+    They may overlap, and extend over the border. With ``size`` 1 the covered share is ``density`` (0 to 1) rounded to
+    whole cells. Otherwise the last obstacle may exceed it by less than its own area. A higher density with the same
+    seed adds obstacles and removes none. Free cells need not be connected.
 
     Raises:
-        MapError: a size or share out of bounds.
+        MapError: a size or share is out of bounds.
     """
     rows, columns = _size(rows, columns)
     density, seed = _share("density", density), _integer("seed", seed, 0, 2**64 - 1)
@@ -150,7 +150,7 @@ GENERATORS: Mapping[str, Callable[..., OccupancyGrid]] = MappingProxyType(
         "empty": empty,
     }
 )
-"""The generators by the names they have in YAML."""
+"""The generators by their names in YAML."""
 
 
 def generate(kind: str, **parameters: object) -> OccupancyGrid:
@@ -160,7 +160,7 @@ def generate(kind: str, **parameters: object) -> OccupancyGrid:
     (2, 3)
 
     Raises:
-        MapError: no such generator, a parameter that it does not have, lacks, or cannot use; ``where`` is the
+        MapError: the generator does not exist, or a parameter is unknown, missing or out of bounds. ``where`` is the
             name of the parameter.
     """
     if kind not in GENERATORS:
@@ -187,7 +187,7 @@ def _stream(seed: int) -> Callable[[int], NDArray[np.uint64]]:
 def _spanning_doors(
     lattice: tuple[int, int], draw: Callable[[int], NDArray[np.uint64]], extra: float
 ) -> tuple[Doors, NDArray[np.uint64]]:
-    """Doors of a random spanning tree and of a share of the other walls, each with a random place."""
+    """Doors of a random spanning tree and of a share of the other walls, with a random place of each."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import minimum_spanning_tree
 
@@ -196,13 +196,13 @@ def _spanning_doors(
     second = np.concatenate([index[:, 1:].ravel(), index[1:].ravel()])
     order = np.argsort(draw(first.size), kind="stable")
     first, second = first[order], second[order]
-    # All weights differ, so there is one least tree, and no version of scipy can find another.
+    # All weights differ, so the minimum spanning tree is unique, and every version of scipy finds it.
     weights = np.arange(1, first.size + 1, dtype=np.float64)
     tree = minimum_spanning_tree(csr_array((weights, (first, second)), shape=(index.size, index.size)))
     opened = np.zeros(first.size, dtype=np.bool_)
     opened[tree.data.astype(np.int64) - 1] = True
     closed = np.flatnonzero(~opened)
-    # The walls stand in random order already: the first of those left over are a random choice.
+    # The walls are in random order already, so the first of the rest are a random choice.
     opened[closed[: round(extra * closed.size)]] = True
     return (first[opened], second[opened]), draw(int(opened.sum()))
 
@@ -216,9 +216,9 @@ def _carve(
     places: NDArray[np.uint64] | None,
     size: tuple[int, int] | None = None,
 ) -> NDArray[np.bool_]:
-    """Bool array: rooms on a lattice, parted by walls, with doors ``door`` wide at ``places`` (0 where None).
+    """Bool array: rooms on a lattice with walls between, and doors ``door`` wide at ``places`` (0 where None).
 
-    ``size`` cuts the last row and column of rooms; without it they are whole.
+    ``size``: rows and columns of the map, which cut the last rooms; None: all rooms are whole.
     """
     pitch = room[0] + wall, room[1] + wall
     rows, columns = size or (lattice[0] * pitch[0] - wall, lattice[1] * pitch[1] - wall)
@@ -238,7 +238,7 @@ def _carve(
         begin = begin + (places[chosen] % (side - width + 1).astype(np.uint64)).astype(np.int64)
         across = position[axis] * pitch[axis] + room[axis]
         step = np.arange(door)
-        # A door in a cut room is narrower: its last cells are laid over each other.
+        # A door in a cut room is narrower: the cells beyond its width repeat the last one.
         open_along = begin[:, None, None] + np.minimum(step, width[:, None] - 1)[:, :, None]
         open_across = across[:, None, None] + np.arange(wall)[None, None, :]
         free[(open_along, open_across) if axis == 1 else (open_across, open_along)] = True
@@ -246,7 +246,7 @@ def _carve(
 
 
 def _sliding_minimum(values: NDArray[np.uint64], size: int) -> NDArray[np.uint64]:
-    """Minimum over each window of ``size`` rows, by windows that double: size 256 takes 8 passes."""
+    """Minimum over each window of ``size`` rows. The windows double, so size 256 takes 8 passes."""
     reached = 1
     while reached < size:
         step = min(reached, size - reached)
@@ -260,7 +260,7 @@ def _fill_up(free: NDArray[np.bool_], rows: int, columns: int) -> NDArray[np.boo
 
 
 def _winding(rows: int, columns: int, corridor: int, wall: int) -> tuple[int, int, tuple[int, int]]:
-    """The checked widths, and how many corridors fit into the rows and columns."""
+    """The checked widths, and the numbers of corridors that fit into the rows and columns."""
     corridor = _integer("corridor", corridor, 1, min(rows, columns))
     wall = _integer("wall", wall, 1, MAX_CELLS)
     pitch = corridor + wall

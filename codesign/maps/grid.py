@@ -1,4 +1,4 @@
-"""The occupancy grid that every reader and generator returns, and the bound on its size."""
+"""The occupancy grid that every reader and generator returns, and the limit of its size."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from codesign.errors import MapError
 
 MAX_CELLS = 2**24
-"""Largest map taken, 4096 × 4096 cells: fields of 64-bit values over it still fit in a laptop's memory."""
+"""The largest map, 4096 × 4096 cells. Fields of 64-bit values over it fit in a laptop's memory."""
 
 Cell = tuple[int, int]
 """(row, column), both counted from 0 at the top left."""
 
 
 def check_size(rows: int, columns: int, where: str | None = None) -> None:
-    """Refuse a map without cells or with more than ``MAX_CELLS``, before anything is allocated for it."""
+    """Refuse a map without cells or with more than ``MAX_CELLS``, before memory is allocated for it."""
     if rows < 1 or columns < 1:
         raise MapError(f"the map is empty: {rows} × {columns} cells", where, "a map needs at least one cell")
     if rows * columns > MAX_CELLS:
@@ -32,16 +32,16 @@ def check_size(rows: int, columns: int, where: str | None = None) -> None:
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid:
-    """Which cells a robot may enter. Row 0 is the top row of the file; outside of the grid is obstacle.
+    """The cells that a robot may enter. Row 0 is the top row of the file. All cells outside are obstacles.
 
-    Two grids are equal where they have the same free cells (compare ``digest``), whatever their source.
+    Two grids are equal where they have the same free cells (compare ``digest``), for any source.
 
     Attributes:
         free: bool H×W, read-only; true where the robot may be.
         resolution: metres per cell, or None where the source gives none.
         origin: (x, y, yaw) in metres and radians of the lower left corner (ROS), or None.
         source: the file, or the generator with its parameters.
-        unknown: bool H×W, read-only, true where the source does not tell; None where it always tells.
+        unknown: bool H×W, read-only, true where the source says unknown; None for a source without unknown cells.
 
     Raises:
         MapError: not a bool H×W array, no cell, or more than ``MAX_CELLS``.
@@ -64,7 +64,7 @@ class OccupancyGrid:
             object.__setattr__(self, "unknown", unknown)
 
     def __reduce__(self) -> tuple[type[OccupancyGrid], tuple[object, ...]]:
-        # numpy forgets the read-only flag when pickled; building anew sets it again in a worker process.
+        # Pickling loses numpy's read-only flag. The constructor sets it again in a worker process.
         return type(self), (self.free, self.resolution, self.origin, self.source, self.unknown)
 
     def __eq__(self, other: object) -> bool:
@@ -96,7 +96,7 @@ class OccupancyGrid:
 
 
 def as_free(free: NDArray[np.bool_], where: str | None = None) -> NDArray[np.bool_]:
-    """The argument as it is, once found to be a bool H×W array of a size that is taken.
+    """The argument as it is, once checked to be a bool H×W array of an accepted size.
 
     Raises:
         MapError: otherwise.

@@ -1,6 +1,6 @@
-"""Grey images, PGM and PNG, as integers; and maps from them.
+"""Grey images (PGM and PNG) as integers, and maps from them.
 
-PGM is read here, PNG by Pillow once its header has promised a size that is taken.
+PGM is read here. PNG is read by Pillow, after its header is checked for an accepted size.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from codesign.errors import MapError
 from codesign.maps.files import parse_count, read_bytes, show, write_bytes
 from codesign.maps.grid import OccupancyGrid, check_size
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -34,7 +35,7 @@ class GreyImage:
     """An image as exact integers.
 
     Attributes:
-        level: int64 H×W, sum over the ``channels`` colour channels: 0 is black, ``channels * full`` is white.
+        level: int64 H×W, sum over the ``channels`` colour channels; 0 is black, ``channels * full`` white.
         full: the value of a channel at full light (255, 65535, ...).
         channels: 1 (grey) or 3 (colour).
         opacity: int64 H×W, 0 transparent to ``full`` opaque; None where the image has no alpha channel.
@@ -47,18 +48,18 @@ class GreyImage:
 
 
 def read_image(path: str | os.PathLike[str]) -> OccupancyGrid:
-    """A PNG or PGM as a map: light pixels are free, from half light (128 of 255) on; colours are averaged.
+    """A PNG or PGM as a map. Pixels of at least half light (128 of 255) are free; colours are averaged.
 
     Pixels that are less than half opaque are unknown, and not free.
 
     Raises:
-        MapError: unreadable, neither PNG nor PGM, damaged, cut, no pixel or too many.
+        MapError: the file cannot be read, is neither PNG nor PGM, is damaged or cut, has no pixel or too many.
     """
     return parse_image(read_bytes(path), str(path))
 
 
 def parse_image(content: bytes, where: str) -> OccupancyGrid:
-    """The grid of ``read_image`` from the file's content; ``where`` is the file named in errors."""
+    """The grid of ``read_image`` from the content of a file. ``where``: the file, for errors."""
     image = decode_image(content, where)
     light = image.level * 255 >= 128 * image.full * image.channels
     if image.opacity is None:
@@ -90,10 +91,10 @@ def decode_image(content: bytes, where: str) -> GreyImage:
 
 
 def write_image(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
-    """Write a grey image that ``read_image`` reads back: free 255, all else 0; PNG or PGM by the suffix.
+    """Write a grey image that ``read_image`` reads back: free cells 255, others 0; PNG or PGM by the suffix.
 
     Raises:
-        MapError: another suffix, or the file cannot be written.
+        MapError: the suffix is another one, or the file cannot be written.
     """
     pixels = np.where(grid.free, 255, 0).astype(np.uint8)
     suffix = Path(path).suffix.lower()
@@ -122,15 +123,15 @@ def _decode_pgm(content: bytes, where: str) -> GreyImage:
     width, height, full = sizes
     check_size(height, width, where)
     if content[:2] == b"P5":
-        # One blank ends the header; the byte after it is a pixel already.
+        # One blank ends the header. The next byte is a pixel.
         level = _binary_levels(content[position + 1 :], width * height, full, where)
     else:
         level = _text_levels(content[position:], where)
     if level.size != width * height:
         raise MapError(
-            f"the image holds {level.size} pixels, its header says {height} × {width} = {width * height}",
+            f"the image has {counted(level.size, 'pixel')}, its header says {height} × {width} = {width * height}",
             where,
-            "the file may be cut, or hold more than one image",
+            "the file may be cut, or contain more than one image",
         )
     if int(level.max()) > full:
         raise MapError(f"a pixel of {int(level.max())} is above the image's own maximum {full}", where)
@@ -151,9 +152,9 @@ def _text_levels(data: bytes, where: str) -> NDArray[np.int64]:
     if len(data.translate(None, _NOT_DECIMAL)) != len(data):
         raise MapError("a pixel of the plain PGM is not a whole number from 0", where)
     if not data.strip():
-        raise MapError("the plain PGM holds no pixel", where, "the file may be cut")
-    # As doubles, a number of a thousand digits becomes a large one, not a wrapped one; a pixel above the
-    # maximum is refused later.
+        raise MapError("the plain PGM has no pixel", where, "the file may be cut")
+    # As a double, a number of a thousand digits is large and does not wrap. A pixel above the maximum is refused
+    # later.
     levels = np.fromstring(data.decode("ascii"), dtype=np.float64, sep=" ")
     return np.minimum(levels, 2.0**31).astype(np.int64)
 
@@ -180,7 +181,7 @@ def _decode_png(content: bytes, where: str) -> GreyImage:
 
 
 def _png_array(image: Image.Image) -> tuple[NDArray[np.generic], int]:
-    """Pixels H×W or H×W×channels with the value of full light; palettes and 1-bit images are expanded."""
+    """Pixels H×W or H×W×channels, and the value of full light. Palettes and 1-bit images are expanded."""
     if image.mode.startswith("I"):
         return np.asarray(image), 65535
     if "transparency" in image.info:

@@ -11,6 +11,7 @@ from codesign.errors import MapError
 from codesign.maps.files import parse_count, read_bytes, show
 from codesign.maps.grid import Cell, OccupancyGrid, check_size
 from codesign.maps.text import parse_cells, split_lines
+from codesign.units import counted
 
 FREE = b".GS"
 OBSTACLE = b"@OTW"
@@ -23,8 +24,8 @@ _VERSIONS = (b"version 1", b"version 1.0")
 class Scenario:
     """One problem of a scenario file.
 
-    ``optimal_length`` is that of the shortest 8-connected way without corner cutting, in cells: within 0.005
-    of ``distance_octile``.
+    ``optimal_length``: of the shortest 8-connected path without corner cutting, in cells; within 0.005 of
+    ``distance_octile``.
     """
 
     bucket: int
@@ -38,18 +39,18 @@ class Scenario:
 def read_movingai(path: str | os.PathLike[str]) -> OccupancyGrid:
     """A MovingAI ``.map`` of type octile.
 
-    Free: ``.``, ``G`` and swamp ``S``. Obstacle: ``@``, ``O``, trees ``T``, and water ``W``, which a ground
-    robot can't enter from the ground. Swamp costs no more than ground here.
+    Free: ``.``, ``G`` and swamp ``S``. Obstacles: ``@``, ``O``, trees ``T``, and water ``W``, which a ground robot
+    cannot enter. Swamp has the cost of ground here.
 
     Raises:
-        MapError: unreadable, a wrong header, another count of rows or columns than the header's, another
-            character, no cell or too many (by the header, before anything is allocated).
+        MapError: the file cannot be read, or has a wrong header, another count of rows or columns than its header,
+            another character, no cell or too many (by the header, before memory is allocated).
     """
     return parse_movingai(read_bytes(path), str(path))
 
 
 def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
-    """The grid of ``read_movingai`` from the file's content; ``where`` is the file named in errors."""
+    """The grid of ``read_movingai`` from the content of a file. ``where``: the file, for errors."""
     lines = split_lines(content, where)
     if lines[0].split() != [b"type", b"octile"]:
         raise MapError(
@@ -76,13 +77,14 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
     rows = lines[4:]
     if len(rows) != sizes[b"height"]:
         raise MapError(
-            f"there are {len(rows)} rows, the header says height {sizes[b'height']}",
+            f"the map has {counted(len(rows), 'row')}, its header says height {sizes[b'height']}",
             f"{where}:{4 + min(len(rows), sizes[b'height'] + 1)}",
             "the file may be cut",
         )
     if len(rows[0]) != sizes[b"width"]:
         raise MapError(
-            f"this row has {len(rows[0])} cells, the header says width {sizes[b'width']}", f"{where}:5:1"
+            f"this row has {counted(len(rows[0]), 'cell')}, the header says width {sizes[b'width']}",
+            f"{where}:5:1",
         )
     return OccupancyGrid(parse_cells(rows, FREE, OBSTACLE, where, first_line=5), source=where)
 
@@ -91,8 +93,8 @@ def read_scenarios(path: str | os.PathLike[str]) -> tuple[Scenario, ...]:
     """The problems of a MovingAI ``.scen`` file, in file order; x is the column, y the row.
 
     Raises:
-        MapError: unreadable, not version 1, a line without nine fields, a field that is no number, a cell
-            outside of the map's size, or more than ``MAX_SCENARIOS`` problems; names FILE:LINE.
+        MapError: the file cannot be read, is not version 1, has a line without nine fields, a field that is no number,
+            a cell outside of the map, or more than ``MAX_SCENARIOS`` problems (with FILE:LINE).
     """
     where = str(path)
     lines = split_lines(read_bytes(path), where)
@@ -108,7 +110,7 @@ def read_scenarios(path: str | os.PathLike[str]) -> tuple[Scenario, ...]:
 
 
 def _scenario(line: bytes, where: str) -> Scenario:
-    # Names may hold blanks where the fields are parted by tabs, as they are in all but the oldest files.
+    # Names may contain blanks where tabs separate the fields, as in all but the oldest files.
     fields = [field.strip() for field in (line.split(b"\t") if b"\t" in line else line.split())]
     numbers = [parse_count(field) for field in (fields[:1] + fields[2:8])]
     if len(fields) != 9 or None in numbers:
@@ -122,6 +124,6 @@ def _scenario(line: bytes, where: str) -> Scenario:
     if not math.isfinite(length):
         raise MapError(f"the length {show(fields[8])} is not a number from 0", where)
     if not (start_x < width and goal_x < width and start_y < height and goal_y < height):
-        raise MapError(f"start or goal lies outside of the map of {height} × {width} cells", where)
+        raise MapError(f"start or goal is outside of the map of {height} × {width} cells", where)
     name = fields[1].decode("utf-8", "backslashreplace")
     return Scenario(bucket, name, (height, width), (start_y, start_x), (goal_y, goal_x), length)

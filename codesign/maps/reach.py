@@ -1,14 +1,14 @@
-"""What can be reached from the goals, how far it is, and how close the walls are.
+"""Reachable cells, distances to the goals at 4, 8 or any directions, and clearance of the walls.
 
-``free`` is a bool H×W array, goals are (row, column) pairs, and outside of the grid is obstacle. All
-functions raise MapError for a grid or a goal that cannot be used. The time is linear in cells, and well under
-a second for 1024 × 1024.
+``free`` is a bool H×W array, goals are (row, column) pairs, and all cells outside of the grid are obstacles. All
+functions raise MapError for a grid or a goal that cannot be used. Except for ``least_distance``, the time is linear in
+cells, and well under a second for 1024 × 1024.
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,12 @@ from numpy.typing import NDArray
 from codesign.errors import MapError, outside_map
 from codesign.maps.grid import Cell, as_free
 
+MOST_TESTS = 3_000_000
+"""Tests of visibility: a second or two of work. With more, the result is a bound below the shortest path."""
+
 
 def nearest_free(free: NDArray[np.bool_], cell: Cell) -> Cell | None:
-    """The free cell with the least straight-line distance (the first in raster order among equals).
+    """The free cell with the least straight-line distance; the first in raster order among equals.
 
     A cell outside of the map is first moved to the border. None where the map has no free cell.
 
@@ -37,13 +40,13 @@ def nearest_free(free: NDArray[np.bool_], cell: Cell) -> Cell | None:
 def check_cells(
     free: NDArray[np.bool_], cells: Iterable[Cell], *, name: str = "goal", where: str | None = None
 ) -> NDArray[np.int64]:
-    """The cells as an int64 N×2 array of (row, column), N ≥ 1, every one inside the map and free.
+    """The cells as an int64 N×2 array of (row, column), N ≥ 1, each inside the map and free.
 
     Args:
         free: bool H×W.
         cells: (row, column) pairs.
-        name: what the cells are, for the message: goal, start, ...
-        where: place to name in the message (a file, an argument).
+        name: the role of the cells, for the message: goal, start, ...
+        where: the place for the message: a file or an argument.
 
     Raises:
         MapError: no cell, not a pair of integers, outside of the map, or on an obstacle (with the nearest
@@ -79,10 +82,10 @@ def _pair(cell: Cell, name: str, where: str | None) -> Cell:
 def reachable(
     free: NDArray[np.bool_], goals: Iterable[Cell], *, corner_cutting: bool = False
 ) -> NDArray[np.bool_]:
-    """Bool H×W: free cells with a path to a goal; goals included.
+    """Bool H×W: the free cells with a path to a goal, goals included.
 
-    A path takes steps across the sides of cells. Diagonal steps that cut no corner lead to no further cell. With
-    ``corner_cutting`` a path may pass between two obstacles that touch at a corner as well.
+    A path takes steps across the sides of cells. Diagonal steps that cut no corner reach no more cells. With
+    ``corner_cutting`` a path may also pass between two obstacles that touch at a corner.
 
     >>> cut = np.array([[True, False], [False, True]])
     >>> int(reachable(cut, [(0, 0)]).sum()), int(reachable(cut, [(0, 0)], corner_cutting=True).sum())
@@ -99,8 +102,8 @@ def reachable(
 
 
 def distance_steps(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.int32]:
-    """Int32 H×W: steps of the shortest 4-connected way to the nearest goal; -1 where there is none."""
-    from codesign.maps._kernels import steps_from
+    """Int32 H×W: steps of the shortest 4-connected path to the nearest goal; -1 without one."""
+    from codesign.maps.reach_kernels import steps_from
 
     padded, indices = _flatten(free, goals)
     distance = steps_from(padded.ravel(), indices, padded.shape[1])
@@ -109,12 +112,12 @@ def distance_steps(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np
 
 
 def distance_octile(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[np.float64]:
-    """Float64 H×W, in cells: length of the shortest 8-connected way to the nearest goal; inf where none.
+    """Float64 H×W, in cells: length of the shortest 8-connected path to the nearest goal; inf without one.
 
-    A diagonal step costs √2 and is allowed only where both cells beside it are free (no corner cutting): the
+    A diagonal step costs √2, and is allowed where both cells beside it are free (no corner cutting). These are the
     lengths of MovingAI's scenario files.
     """
-    from codesign.maps._kernels import octile_from
+    from codesign.maps.reach_kernels import octile_from
 
     padded, indices = _flatten(free, goals)
     distance = octile_from(padded.ravel(), indices, padded.shape[1])
@@ -122,10 +125,56 @@ def distance_octile(free: NDArray[np.bool_], goals: Iterable[Cell]) -> NDArray[n
     return result
 
 
-def clearance(free: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Float64 H×W, in cells: from the centre of a cell to that of the nearest obstacle; 0 on an obstacle.
+def least_distance(
+    free: NDArray[np.bool_],
+    sources: Sequence[Cell],
+    targets: Sequence[Cell],
+    *,
+    point: bool = False,
+    most: int = MOST_TESTS,
+) -> float:
+    """The length, in cells, of the shortest path at any angle from the sources to the targets; inf without a path.
 
-    Outside of the map counts as obstacle, so a cell of the border has a clearance of at most 1.
+    A path is a curve in the free cells. It passes from cell to cell over a side, or through a corner with both cells
+    beside it free. It begins anywhere in a source cell (``point``: at the middle of the only one) and ends anywhere in
+    a target cell. The search is an A* over the visibility graph of the corners of obstacles, with tests in whole
+    numbers. On maps that take more than ``most`` tests, the result is the least estimate of the A* at that time, which
+    is a lower bound.
+
+    Args:
+        free: bool H×W.
+        sources: free cells; with ``point``, one.
+        targets: free cells.
+        point: whether a path begins at the middle of the source cell.
+        most: tests of visibility at most.
+
+    Raises:
+        MapError: a cell is not on the map, or on an obstacle.
+
+    >>> least_distance(np.ones((3, 4), np.bool_), [(0, 0)], [(0, 3)], point=True)
+    2.5
+    """
+    from codesign.maps import any_angle_kernels
+
+    begins, ends = (check_cells(free, cells) for cells in (sources, targets))
+    if not reachable(free, targets)[begins[:, 0], begins[:, 1]].any():
+        return float("inf")
+    blocked = np.pad(~as_free(free), 1, constant_values=True)
+    boxes = _boxes(begins, 0 if point else 1), _boxes(ends, 1)
+    length = any_angle_kernels.search(blocked, any_angle_kernels.corners(blocked), *boxes, most)
+    return float(length) / 2.0
+
+
+def _boxes(cells: NDArray[np.int64], half: int) -> NDArray[np.int64]:
+    """The cells as boxes of the padded map, in doubled coordinates, ``half`` to each side of their middles."""
+    middles = 2 * (cells + 1)
+    return np.ascontiguousarray(np.hstack((middles - half, middles + half)))
+
+
+def clearance(free: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Float64 H×W, in cells: distance from the centre of a cell to that of the nearest obstacle; 0 on an obstacle.
+
+    Cells outside of the map are obstacles, so a cell of the border has a clearance of at most 1.
     """
     from scipy import ndimage
 

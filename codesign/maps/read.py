@@ -1,4 +1,4 @@
-"""One entry for every map format."""
+"""Read a map of any format."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _ROS = (".yaml", ".yml")
 def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> OccupancyGrid:
     """A map of any format: ROS YAML by its suffix, the others by their content.
 
-    PNG and PGM are told by their first bytes, MovingAI by ``type`` (or the suffix ``.map``), and the rest is
-    plain text. ``unknown_is_free`` acts on ROS maps alone.
+    PNG and PGM are recognised by their first bytes, MovingAI by ``type`` (or the suffix ``.map``). All other files are
+    plain text. ``unknown_is_free`` affects ROS maps alone.
 
     Raises:
-        MapError: whatever the reader of the format finds wrong.
+        MapError: see the reader of the format.
     """
     suffix = Path(path).suffix.lower()
     if suffix in _ROS:
@@ -42,9 +42,9 @@ def read_map(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
 
 
 def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
-    """The files that ``read_map`` would read: the file itself and, for a ROS map, its image.
+    """The files that ``read_map`` reads: the file itself and, for a ROS map, its image.
 
-    A YAML file that cannot be read stands alone: reading the map tells what is wrong with it.
+    A YAML file that cannot be read is listed alone. ``read_map`` reports its fault.
     """
     file = Path(path)
     if file.suffix.lower() not in _ROS:
@@ -56,9 +56,9 @@ def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
 
 
 def map_stamp(path: str | os.PathLike[str]) -> tuple[tuple[str, int, int], ...]:
-    """Name, modification time (ns) and size (bytes) of each of ``map_files``: another stamp, another map.
+    """Name, modification time (ns) and size (bytes) of each of ``map_files``. The stamp changes with the map.
 
-    A file that is not there has time and size -1.
+    A file that does not exist has time and size -1.
     """
     stamps = []
     for file in map_files(path):

@@ -1,7 +1,7 @@
-"""Maps of ROS map_server: a YAML file that says how to read an image.
+"""Maps of ROS map_server: a YAML file that describes how to read an image.
 
-The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs where ``raw`` meets ``negate`` or a pixel
-is transparent in ``scale``.
+The rules are those of nav2_map_server (map_io.cpp). ROS 1 differs for ``raw`` with ``negate``, and for transparent
+pixels in ``scale``.
 """
 
 from __future__ import annotations
@@ -46,21 +46,20 @@ class _Description:
 
 
 def read_ros(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> OccupancyGrid:
-    """The map of a map_server YAML file; row 0 is the top of the image, ``origin`` its lower left corner.
+    """The map of a map_server YAML file. Row 0 is the top of the image, ``origin`` its lower left corner.
 
-    With x the pixel (0 to 255), p = (255 − x)/255, or x/255 with ``negate``. p above ``occupied_thresh`` is
-    occupied, p below ``free_thresh`` is free; what lies between is unknown (``trinary``) or neither free nor
-    unknown (``scale``). ``raw`` takes x as per cent of occupancy, and values above 100 as unknown. The pixel
-    205 of gmapping has p = 0.19608: unknown with a ``free_thresh`` of 0.196, free with one of 0.25. Colours
-    are averaged; alpha is averaged in with them in ``trinary``, as map_server does, and pixels that are not
-    opaque are unknown in ``scale``.
+    With x the pixel (0 to 255), p = (255 − x)/255, or x/255 with ``negate``. Above ``occupied_thresh`` p is occupied,
+    below ``free_thresh`` free. Between them it is unknown (``trinary``), or neither free nor unknown (``scale``).
+    ``raw`` takes x as per cent of occupancy, and values above 100 as unknown. The pixel 205 of gmapping has p =
+    0.19608: unknown with a ``free_thresh`` of 0.196, free with one of 0.25. Colours are averaged. In ``trinary`` alpha
+    is averaged with them, as in map_server. In ``scale`` pixels that are not opaque are unknown.
 
     Args:
-        path: the YAML file; its image is looked for relative to it.
+        path: the YAML file; the path of its image is relative to it.
         unknown_is_free: let the robot enter unknown cells.
 
     Raises:
-        MapError: a file that cannot be read, a key that lacks or has a wrong value (with FILE:LINE:COLUMN).
+        MapError: a file cannot be read, or a key is missing or has a wrong value (with FILE:LINE:COLUMN).
     """
     description = _parse_yaml(read_bytes(path, MAX_YAML_BYTES), Path(path))
     image = decode_image(read_bytes(description.image), str(description.image))
@@ -75,7 +74,7 @@ def read_ros(path: str | os.PathLike[str], *, unknown_is_free: bool = False) -> 
 
 
 def image_of(path: str | os.PathLike[str]) -> Path:
-    """The image that a map_server YAML file names.
+    """The path of the image in a map_server YAML file.
 
     Raises:
         MapError: see ``read_ros``.
@@ -107,13 +106,11 @@ def _parse_yaml(content: bytes, path: Path) -> _Description:
     fields = _fields(content, str(path))
     for name in _REQUIRED:
         if name not in fields:
-            raise MapError(
-                f"the key {name} is missing", str(path), f"map_server needs: {', '.join(_REQUIRED)}"
-            )
+            raise MapError(f"the key {name} is missing", str(path), f"required: {', '.join(_REQUIRED)}")
     image = _text(fields["image"], "image", path)
     if not image.isprintable():
-        what = f"image is {image!a:.60}, which holds characters that no file name should"
-        raise _fault(fields["image"], path, what, "give the path of the image file, in plain characters")
+        what = f"image is {image!a:.60}, with characters that do not print"
+        raise _fault(fields["image"], path, what, "give the path of the image file in printable characters")
     resolution = _number(fields["resolution"], "resolution", path)
     if resolution <= 0.0:
         raise _fault(fields["resolution"], path, f"resolution is {resolution}", "metres per cell, above 0")
@@ -138,8 +135,9 @@ def _parse_yaml(content: bytes, path: Path) -> _Description:
 
 
 def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
-    """Keys and value nodes of the top mapping, composed but not constructed: the scalars are parsed here, so
-    that no rule of YAML 1.1 (sexagesimal, octal, dates) touches a number.
+    """Keys and value nodes of the top mapping, composed but not constructed.
+
+    The scalars are parsed here, so that no rule of YAML 1.1 (sexagesimal, octal, dates) changes a number.
     """
     import yaml
 
@@ -149,9 +147,9 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
         def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
             mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
             if self.check_event(yaml.AliasEvent):
-                raise yaml.MarkedYAMLError(problem="aliases are not taken", problem_mark=mark)
+                raise yaml.MarkedYAMLError(problem="aliases are not accepted", problem_mark=mark)
             if self.depth == MAX_DEPTH:
-                raise yaml.MarkedYAMLError(problem="it is nested too deep", problem_mark=mark)
+                raise yaml.MarkedYAMLError(problem="it is nested too deeply", problem_mark=mark)
             self.depth += 1
             node = super().compose_node(parent, index)
             self.depth -= 1
@@ -167,15 +165,15 @@ def _fields(content: bytes, where: str) -> dict[str, yaml.Node]:
         reason = " ".join(str(error).split())
         raise MapError(f"the YAML cannot be read: {reason:.200}", where) from None
     if not isinstance(top, yaml.MappingNode):
-        raise MapError("this is not a map_server file", where, f"it needs the keys {', '.join(_REQUIRED)}")
+        raise MapError("this is not a map_server file", where, f"required keys: {', '.join(_REQUIRED)}")
     fields: dict[str, yaml.Node] = {}
     for key, value in top.value:
         if not isinstance(key, yaml.ScalarNode):
             raise _fault(key, Path(where), "this key is not a single word")
         name = str(key.value)
         if name in fields:
-            raise _fault(key, Path(where), f"the key {name:.40} stands twice", "keep one of them")
-        # Mapping tools add keys of their own; only what looks like a slip of the pen is refused.
+            raise _fault(key, Path(where), f"the key {name:.40} is given twice", "keep one of them")
+        # Mapping tools add their own keys, so only a key that looks like a misspelling is refused.
         if name not in _ACCEPTED and nearest(name, _ACCEPTED):
             raise _fault(key, Path(where), f"unknown key {name:.40}", choose_hint(name, _ACCEPTED))
         fields[name] = value

@@ -1,4 +1,4 @@
-"""Maps drawn with characters: plain text, and the cell table that MovingAI maps share."""
+"""Maps of characters: plain text, and the table of cells that MovingAI maps share."""
 
 from __future__ import annotations
 
@@ -11,37 +11,38 @@ from numpy.typing import NDArray
 from codesign.errors import MapError
 from codesign.maps.files import read_bytes, show, write_bytes
 from codesign.maps.grid import OccupancyGrid, check_size
+from codesign.units import counted
 
 FREE = b". 0GS"
 OBSTACLE = b"#@X1"
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 MAX_LINES = 2**20
-"""Most lines of a text file: each costs tens of bytes once split, however short it is."""
+"""Most lines of a text file. Each split line takes tens of bytes, even a short one."""
 
 
 def read_text(path: str | os.PathLike[str]) -> OccupancyGrid:
     """A plain text map: one line per row, one character per cell, the first line on top.
 
-    ``.``, space and ``0`` are free, ``#``, ``@``, ``X`` and ``1`` are obstacle; ``G`` and ``S`` (marks of
-    goals and starts) are free. Empty lines at the end are ignored.
+    ``.``, space and ``0`` are free; ``G`` and ``S`` (marks of goals and starts) too. ``#``, ``@``, ``X`` and ``1`` are
+    obstacles. Empty lines at the end are ignored.
 
     Raises:
-        MapError: unreadable, lines of different lengths, another character, no cell or too many.
+        MapError: the file cannot be read, has lines of different lengths, another character, no cell or too many.
     """
     return parse_text(read_bytes(path), str(path))
 
 
 def parse_text(content: bytes, where: str) -> OccupancyGrid:
-    """The grid of ``read_text`` from the file's content; ``where`` is the file named in errors."""
+    """The grid of ``read_text`` from the content of a file. ``where``: the file, for errors."""
     if content.startswith(_UTF16) or b"\0" in content[:64]:
-        what = "this is not plain text of one byte a cell: it looks like UTF-16, or a binary file"
+        what = "this is not plain text of one byte a cell, but UTF-16 or a binary file"
         raise MapError(what, where, "save it as UTF-8 (or ASCII) text")
     lines = split_lines(content.removeprefix(b"\xef\xbb\xbf"), where)
     return OccupancyGrid(parse_cells(lines, FREE, OBSTACLE, where), source=where)
 
 
 def to_text(grid: OccupancyGrid) -> str:
-    """The map in the characters of ``read_text``, ``.`` and ``#``, a newline after each row.
+    """The map in the characters ``.`` and ``#`` of ``read_text``, with a newline after each row.
 
     >>> to_text(OccupancyGrid(np.array([[True, False], [True, True]])))
     '.#\\n..\\n'
@@ -52,7 +53,7 @@ def to_text(grid: OccupancyGrid) -> str:
 
 
 def write_text(grid: OccupancyGrid, path: str | os.PathLike[str]) -> None:
-    """Write ``to_text(grid)``; unknown cells that are not free are written as obstacles.
+    """Write ``to_text(grid)``. Unknown cells that are not free become obstacles.
 
     Raises:
         MapError: the file cannot be written.
@@ -64,7 +65,7 @@ def split_lines(content: bytes, where: str) -> list[bytes]:
     """Lines without their ends (LF or CR LF), and without empty lines at the end of the file.
 
     Raises:
-        MapError: more than ``MAX_LINES``; ``where`` is the file named.
+        MapError: more than ``MAX_LINES`` lines. ``where``: the file, for the error.
     """
     if content.count(b"\n") > MAX_LINES:
         raise MapError(f"the file is above the limit of {MAX_LINES} lines", where, "crop the map")
@@ -74,17 +75,17 @@ def split_lines(content: bytes, where: str) -> list[bytes]:
 def parse_cells(
     lines: Sequence[bytes], free: bytes, obstacle: bytes, where: str, *, first_line: int = 1
 ) -> NDArray[np.bool_]:
-    """Bool H×W from one line per row, all as long as the first.
+    """Bool H×W from one line per row, all of one length.
 
     Args:
         lines: the rows.
         free: the characters of free cells.
-        obstacle: those of obstacles.
+        obstacle: the characters of obstacles.
         where: the file, for messages.
         first_line: number of the first of these lines in the file, for messages.
 
     Raises:
-        MapError: at FILE:LINE:COLUMN: ragged lines, another character; no cell or too many.
+        MapError: lines of different lengths or another character (with FILE:LINE:COLUMN); no cell or too many.
     """
     columns = len(lines[0])
     check_size(len(lines), columns, where)
@@ -92,7 +93,7 @@ def parse_cells(
         if len(line) != columns:
             column = min(len(line), columns) + 1
             raise MapError(
-                f"this row has {len(line)} cells, the first has {columns}",
+                f"this row has {counted(len(line), 'cell')}, the first has {columns}",
                 f"{where}:{number}:{column}",
                 "give all rows the same length (blanks at the end of a line count)",
             )
@@ -100,9 +101,9 @@ def parse_cells(
     kinds[np.frombuffer(obstacle, dtype=np.uint8)] = 0
     kinds[np.frombuffer(free, dtype=np.uint8)] = 1
     cells = kinds[np.frombuffer(b"".join(lines), dtype=np.uint8).reshape(len(lines), columns)]
-    strange = np.argwhere(cells == 2)
-    if strange.size:
-        row, column = (int(index) for index in strange[0])
+    unknown = np.argwhere(cells == 2)
+    if unknown.size:
+        row, column = (int(index) for index in unknown[0])
         raise MapError(
             f"{show(lines[row][column : column + 1])} is not a cell",
             f"{where}:{first_line + row}:{column + 1}",

@@ -94,13 +94,13 @@ def display_of(
     memory: Any,
     window: tuple[int, int] | None,
     listeners: Sequence[Listener],
-) -> components.Display:
+) -> components.VgaDisplay:
     """The display that ``spec`` declares.
 
     ``memory`` is what it reads from, None a copy of its own; ``window``: rows and columns of the picture there, of
     which it shows what the screen has room for, None all that is seen.
     """
-    from codesign.components import ClockDomain, Display
+    from codesign.components import ClockDomain, VgaDisplay
     from codesign.components.scan import Scan
 
     columns, rows = int(spec.columns.value), int(spec.rows.value)
@@ -113,7 +113,7 @@ def display_of(
         pixels_a_word=int(spec.pixels_a_word.value),
     )
     clock = ClockDomain(int(spec.pixel_clock.value))
-    return Display(environment, name, clock, scan, memory=memory, listeners=listeners)
+    return VgaDisplay(environment, name, clock, scan, memory=memory, listeners=listeners)
 
 
 def link_of(

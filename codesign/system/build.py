@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 CONTROL, PLANNING, SIDE = 0, 10, 20
 """Priorities on a shared component, the most urgent lowest: the control loop goes before planning, and both before
-the tasks that nothing waits for, also where all ask in the same picosecond (``components.moment``)."""
+the tasks that nothing waits for, also where all ask in the same picosecond (``components.arbiter``)."""
 
 
 @contextmanager
@@ -75,7 +75,7 @@ class Machine:
         """
         import simpy
 
-        from codesign.components.moment import Turns
+        from codesign.components.arbiter import Turns
 
         self.system = system
         self.granularity = granularity

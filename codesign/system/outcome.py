@@ -19,7 +19,7 @@ from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import fit, source
 
 if TYPE_CHECKING:
-    from codesign.components import Component, Display
+    from codesign.components import Component, VgaDisplay
 
 
 def head_fields(system: System) -> dict[str, Any]:
@@ -144,7 +144,7 @@ def use_fields(
     }
 
 
-def display_use(display: Display) -> DisplayUse:
+def display_use(display: VgaDisplay) -> DisplayUse:
     """What a display read up to now."""
     return DisplayUse(frames=display.frames, starved_words=display.starved, port_share=display.port_share)
 

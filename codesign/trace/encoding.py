@@ -1,12 +1,12 @@
-"""Records as JSON messages with JSON schemas, and back: both generated from the fields of the record classes.
+"""Encode records as JSON messages with JSON schemas, and decode them. Both follow from the fields of the classes.
 
-An array is ``{"dtype", "shape", "data"}``, its bytes little-endian and base64; compression is left to the
-file's chunks. A record that holds a grid becomes a ``foxglove.Grid``, and a pose or an event of a mission the
-message of ``foxglove.STANDARDS``, with the record's other fields beside the standard ones. A field that is None
-is left out; one that is missing and has a default takes it. The schemas keep to what Foxglove's reader of JSON
-schemas takes: every property has one type, every object its properties.
+An array is ``{"dtype", "shape", "data"}`` with little-endian bytes in base64. The chunks of the file compress it. A
+record with a grid becomes a ``foxglove.Grid``. A pose or an event of a mission becomes the message of
+``foxglove.STANDARDS``. The record's other fields are beside the standard ones. A field that is None is left out. A
+missing field gets its default where it has one. The schemas use only what Foxglove's reader of JSON schemas accepts:
+every property has one type, and every object has its properties.
 
-Decoding trusts nothing: sizes are bounded and checked against shapes, types are those of the fields.
+Decoding trusts no content: sizes are bounded and checked against shapes, and types against the fields.
 """
 
 from __future__ import annotations
@@ -39,37 +39,37 @@ from codesign.trace.foxglove import STANDARDS, Floor
 from codesign.trace.grid import GRID_PROPERTIES, GRID_REQUIRED, decode_base64, decode_grid, encode_grid
 
 MAX_ELEMENTS = 2**24
-"""Elements of one array: the largest map that the planners take."""
+"""Most elements of an array: the cells of the largest map."""
 
 MAX_MESSAGE_BYTES = 2**28 - 2**22
-"""Bytes of one message: the base64 of ``MAX_ELEMENTS`` float64 values takes 171 MiB of it.
+"""Most bytes of a message. The base64 of ``MAX_ELEMENTS`` float64 values takes 171 MiB of them.
 
-With what else stands in its chunk it stays below what a reader takes (``scan.MAX_RECORD_BYTES``).
+The chunk around it stays below the limit of readers (``scan.MAX_RECORD_BYTES``).
 """
 
 MAX_INTEGER = 2**63 - 1
-"""Largest whole number of a record: as picoseconds, 106 days of simulated time."""
+"""The largest whole number of a record. As picoseconds it is 106 days of simulated time."""
 
 MAX_SEPARATORS = 1_000_000
-"""Commas, brackets and braces of one message: bounds the objects that parsing it can make."""
+"""Most commas, brackets and braces of a message. They bound the objects that parsing makes."""
 
 RECORD_TYPES: dict[str, type[Record]] = {
     name: item
     for name, item in vars(records).items()
     if isinstance(item, type) and issubclass(item, Record) and item is not Record
 }
-"""Every class of record by its name: what a reader can give back."""
+"""Every class of record by its name: the classes that a reader can decode."""
 
 RUN_LEVEL = (MapRecord, TrajectoryRecord, MissionRecord, SummaryRecord)
 """Records of the run as a whole: their topics do not begin with the source."""
 
 GRIDS: dict[type[Record], str] = {MapRecord: "free", StageRecord: "potential", FieldRecord: "values"}
-"""The field of a record that is shown as a grid."""
+"""The field of a record that viewers show as a grid."""
 
 BARE = frozenset(GRIDS) - {MapRecord}
-"""The records whose grid may be left out: fields of plans, of which a mission has hundreds."""
+"""Record classes with a grid that may be left out: fields of plans. A mission has hundreds of them."""
 
-# Shapes that the records promise, by field; None stands for any length.
+# The shapes of the records' arrays, by field. None: any length.
 _SHAPES: dict[str, tuple[int | None, ...]] = {
     "goals": (None, 2),
     "points": (None, 2),
@@ -91,9 +91,9 @@ _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
 
 @dataclass(frozen=True)
 class FieldPlan:
-    """How one field crosses over: its JSON type, or ``array`` with a ``dtype``, ``mapping`` or ``grid``.
+    """How a field is encoded: its JSON type, or ``array`` with a ``dtype``, ``mapping`` or ``grid``.
 
-    ``default``: what it is where a message lacks it, as those of older files may.
+    ``default``: its value where a message lacks it, as messages of older files may.
     """
 
     name: str
@@ -123,12 +123,12 @@ def topic_of(record_type: type[Record], source: str) -> str:
 
 
 def is_bare(record: Record) -> bool:
-    """Whether the grid of this record is left out of its message: it is then read as an array of 0 × 0."""
+    """Whether the grid of this record is left out of its message. It is then decoded as an array of 0 × 0."""
     return type(record) in BARE and not getattr(record, GRIDS[type(record)]).size
 
 
 def bared(record: Record) -> Record:
-    """The record with its grid left out, where that may be."""
+    """The record without its grid, where the grid may be left out."""
     if type(record) not in BARE:
         return record
     empty: dict[str, Any] = {GRIDS[type(record)]: np.zeros((0, 0))}
@@ -136,7 +136,7 @@ def bared(record: Record) -> Record:
 
 
 def schema_name(record_type: type[Record], bare: bool = False) -> str:
-    """The name of a record's schema; ``bare``: of one whose grid is left out."""
+    """The name of a record's schema. ``bare``: the grid is left out."""
     if record_type in GRIDS and not bare:
         return "foxglove.Grid"
     standard = STANDARDS.get(record_type)
@@ -144,7 +144,7 @@ def schema_name(record_type: type[Record], bare: bool = False) -> str:
 
 
 def schema_of(record_type: type[Record], bare: bool = False) -> bytes:
-    """The JSON schema of a record's messages, UTF-8. All that are shown as grids share one."""
+    """The JSON schema of a record's messages, UTF-8. All records with grids share one."""
     if record_type in GRIDS and not bare:
         properties = dict(GRID_PROPERTIES)
         for each in GRIDS:
@@ -172,10 +172,10 @@ _NO_FLOOR = Floor()
 
 
 def encode(record: Record, floor: Floor = _NO_FLOOR) -> bytes:
-    """The message of a record, UTF-8 JSON. ``floor``: the map that the record's grids and places are of.
+    """The message of a record, UTF-8 JSON. ``floor``: the map of the record's grids and positions.
 
     Raises:
-        TraceError: a field holds what its type does not promise, or an array is too large.
+        TraceError: a value does not agree with the type of its field, or an array is too large.
     """
     message: dict[str, Any] = {}
     if record.time < 0:
@@ -206,17 +206,17 @@ _JSON = json.JSONEncoder(allow_nan=False, ensure_ascii=False, separators=(",", "
 
 
 def packed(name: str, message: dict[str, Any]) -> bytes:
-    """A message as JSON, UTF-8; ``name``: of what it is, to be told where it is refused.
+    """A message as JSON, UTF-8. ``name``: of its class, for errors.
 
     Raises:
-        TraceError: it holds what JSON cannot, or takes more than ``MAX_MESSAGE_BYTES``.
+        TraceError: JSON cannot hold it, or it takes more than ``MAX_MESSAGE_BYTES``.
     """
     try:
         text = _JSON.encode(message).encode()
     except (TypeError, ValueError, RecursionError) as fault:
         raise TraceError(f"a {name} cannot be written as JSON: {fault}") from fault
     if len(text) > MAX_MESSAGE_BYTES:
-        raise TraceError(f"no {name}: {len(text)} bytes of JSON, more than a reader takes")
+        raise TraceError(f"no {name}: {len(text)} bytes of JSON, more than a reader accepts")
     return text
 
 
@@ -224,7 +224,7 @@ def decode(record_type: type[Record], message: bytes) -> Record:
     """The record of a message.
 
     Raises:
-        TraceError: the message is not one of ``record_type``.
+        TraceError: the message is no ``record_type``.
     """
     data = parse_json(message)
     if not isinstance(data, dict):
@@ -234,17 +234,17 @@ def decode(record_type: type[Record], message: bytes) -> Record:
     if record.time < 0:
         _refuse(record_type, f"time {record.time}")
     if isinstance(record, VisitsRecord) and record.block.shape != record.iterations.shape:
-        _refuse(record_type, "one block a visit is not one number of iterations a visit")
+        _refuse(record_type, "the numbers of blocks and of iterations differ")
     if isinstance(record, BeliefRecord) and len(record.cells) != len(record.blocked):
-        _refuse(record_type, "one cell is not one truth whether it is blocked")
+        _refuse(record_type, "the numbers of cells and of blocked flags differ")
     return record
 
 
 def parse_json(text: bytes) -> Any:
-    """JSON of bounded size and depth, without NaN and infinities.
+    """The value of a JSON text of bounded size and depth, without NaN and infinities.
 
     Raises:
-        TraceError: it is not that.
+        TraceError: the text is not such JSON.
     """
     separators = sum(text.count(mark) for mark in (b",", b"[", b"{"))
     if separators > MAX_SEPARATORS:
@@ -252,7 +252,7 @@ def parse_json(text: bytes) -> Any:
     try:
         return json.loads(text, parse_constant=_refuse_constant)
     except (ValueError, RecursionError) as fault:
-        raise TraceError(f"not JSON that a trace holds: {str(fault)[:120]}") from fault
+        raise TraceError(f"not JSON of a trace: {str(fault)[:120]}") from fault
 
 
 def _refuse_constant(name: str) -> NoReturn:
@@ -260,10 +260,10 @@ def _refuse_constant(name: str) -> NoReturn:
 
 
 def plan_of(record_type: type[Record]) -> tuple[FieldPlan, ...]:
-    """How each field of a record class crosses over.
+    """How each field of a record class is encoded.
 
     Raises:
-        TraceError: a field's type is none that a trace holds.
+        TraceError: a trace cannot hold the type of a field.
     """
     if record_type not in _PLANS:
         hints = typing.get_type_hints(record_type)
@@ -321,7 +321,7 @@ def _encode_array(record: Record, plan: FieldPlan, value: Any) -> dict[str, Any]
     _bound(array.size, record, plan)
     if not np.can_cast(array.dtype, plan.dtype, casting="safe"):
         _refuse(type(record), f"{plan.name} is {array.dtype} in place of {plan.dtype}")
-    if not _as_promised(plan.name, list(array.shape)):
+    if not _has_shape(plan.name, list(array.shape)):
         _refuse(type(record), f"{plan.name} has shape {list(array.shape)}")
     data = array.astype(plan.dtype.newbyteorder("<")).tobytes()
     return {
@@ -349,7 +349,7 @@ def _decode_field(record_type: type[Record], plan: FieldPlan, data: dict[str, An
     value = data[plan.name]
     if plan.kind == "array":
         return _decode_array(record_type, plan, value)
-    # bool is a kind of int in Python, but not in JSON.
+    # bool is a subclass of int in Python, but not a number in JSON.
     if type(value) not in _PYTHON_TYPES[plan.kind] or (
         type(value) in (int, float) and abs(value) > MAX_INTEGER
     ):
@@ -368,7 +368,7 @@ def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDA
         or not all(type(side) is int and side >= 0 for side in shape)
     ):
         _refuse(record_type, f"{plan.name} has no shape")
-    if not _as_promised(plan.name, shape):
+    if not _has_shape(plan.name, shape):
         _refuse(record_type, f"{plan.name} has shape {shape[:4]}")
     size = math.prod(shape)
     if size > MAX_ELEMENTS:
@@ -379,11 +379,11 @@ def _decode_array(record_type: type[Record], plan: FieldPlan, value: Any) -> NDA
     return np.frombuffer(data, plan.dtype.newbyteorder("<")).astype(plan.dtype).reshape(shape)
 
 
-def _as_promised(name: str, shape: list[int]) -> bool:
-    """Whether the field of that name may have that shape."""
-    promised = _SHAPES.get(name, (None,) * len(shape))
-    return len(shape) == len(promised) and all(
-        side in (None, given) for side, given in zip(promised, shape, strict=True)
+def _has_shape(name: str, shape: list[int]) -> bool:
+    """Whether the field ``name`` may have this shape."""
+    accepted = _SHAPES.get(name, (None,) * len(shape))
+    return len(shape) == len(accepted) and all(
+        side in (None, length) for side, length in zip(accepted, shape, strict=True)
     )
 
 

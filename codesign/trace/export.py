@@ -1,6 +1,6 @@
-"""A trace for other tools: Chrome's trace events, which Perfetto opens, and tables of where the robots were.
+"""Export a trace for other tools: Chrome's trace events for Perfetto, and a table of the robots' positions.
 
-``hwsw trace export FILE --perfetto OUT`` and ``--poses OUT``. Both are made record by record.
+``hwsw trace export FILE --perfetto OUT`` and ``--poses OUT``. Both are written record by record.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ _MICROSECOND = 10**6
 def perfetto(records: Iterable[Record]) -> Iterator[str]:
     """The text of a JSON file of trace events, in pieces: open it at ui.perfetto.dev or chrome://tracing.
 
-    - A track for each component, and one for each direction of each link: what it worked on, or carried. What runs
-      at one time as something else there gets a track beside it.
-    - Waiting for a link, from when it was asked for to its begin, as a track of its own.
-    - Events of missions as marks over all tracks, each replan as a span; the robot's speed as a counter.
+    - A track for each component with its work, and one for each direction of each link with its messages. Work that
+      overlaps other work of its track has a second track beside it.
+    - A track for waiting, for each link: from the request of a message to its begin.
+    - Events of missions as marks over all tracks, each replan as a span, and the robot's speed as a counter.
 
     Times are microseconds with decimals, exact to the picosecond for 2.5 hours.
     """
@@ -60,7 +60,7 @@ def perfetto(records: Iterable[Record]) -> Iterator[str]:
 
 
 class _Tracks:
-    """Tracks by name: their numbers, and until when each is taken (ps)."""
+    """Tracks by name: their numbers, and the end of the last span on each (ps)."""
 
     def __init__(self) -> None:
         self.numbers: dict[str, int] = {}
@@ -72,7 +72,7 @@ class _Tracks:
         return self.numbers.setdefault(name, len(self.numbers) + 1)
 
     def lane(self, name: str, begin: int, end: int) -> int:
-        """The first track of that name that is free by ``begin``; it is taken up to ``end``."""
+        """The first track of this name that is free at ``begin``. It is then taken until ``end``."""
         lanes = self._taken.setdefault(name, [])
         place = next((place for place, taken in enumerate(lanes) if taken <= begin), len(lanes))
         if place == len(lanes):
@@ -82,7 +82,7 @@ class _Tracks:
 
 
 class _End:
-    """The names and the order of the tracks, once all are known."""
+    """The names and the order of the tracks, when all are known."""
 
     def __init__(self, tracks: _Tracks) -> None:
         self._tracks = tracks
@@ -118,7 +118,7 @@ def _events(record: Record, tracks: _Tracks) -> Iterator[dict[str, Any]]:
 
 
 def _message(record: MessageRecord, tracks: _Tracks) -> Iterator[dict[str, Any]]:
-    told = {
+    arguments = {
         "from": record.sender,
         "to": record.receiver,
         "bits": record.bits,
@@ -126,7 +126,7 @@ def _message(record: MessageRecord, tracks: _Tracks) -> Iterator[dict[str, Any]]
         "attempts": record.attempts,
     }
     if record.reason is not None:
-        told["reason"] = record.reason
+        arguments["reason"] = record.reason
     name = record.name if record.outcome == "delivered" else f"{record.name} ({record.outcome})"
     yield _span(
         tracks,
@@ -134,10 +134,10 @@ def _message(record: MessageRecord, tracks: _Tracks) -> Iterator[dict[str, Any]]
         name,
         record.begin,
         record.end,
-        **told,
+        **arguments,
     )
     if record.begin > record.time:
-        # Messages wait side by side, so each wait is a span with a name of its own.
+        # Messages wait side by side, so each wait is a span with its own id.
         tracks.waits += 1
         where = {
             "id": tracks.waits,
@@ -164,12 +164,12 @@ def _span(tracks: _Tracks, track: str, name: str, begin: int, end: int, **args: 
     return _event("X", begin, name, tid=number, dur=(end - begin) / _MICROSECOND, args=args)
 
 
-def _event(kind: str, time: int, name: str, **more: Any) -> dict[str, Any]:
-    return {"ph": kind, "pid": _PROCESS, "ts": time / _MICROSECOND, "name": name, **more}
+def _event(kind: str, time: int, name: str, **fields: Any) -> dict[str, Any]:
+    return {"ph": kind, "pid": _PROCESS, "ts": time / _MICROSECOND, "name": name, **fields}
 
 
 def poses_csv(records: Iterable[Record]) -> Iterator[str]:
-    """A table in CSV, a line at a time: where each robot was, when.
+    """A table of positions and times of each robot in CSV, a line at a time.
 
     Columns: ``time_ps`` (exact), ``source``, ``robot`` (its number in a fleet, 0 alone), ``row`` and ``column`` in
     cells, ``heading`` in radians and ``speed`` in m/s (empty for a fleet).
@@ -190,7 +190,7 @@ _FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 def _line(*values: Any) -> str:
     out = io.StringIO()
-    # A spreadsheet would take some names for formulas.
+    # A spreadsheet would read some names as formulas.
     safe = (
         f"'{value}" if isinstance(value, str) and value.startswith(_FORMULA) else value for value in values
     )

@@ -1,8 +1,8 @@
-"""Standard fields by which Foxglove and its kin draw a record, to stand beside the record's own.
+"""Standard fields for Foxglove and similar viewers, beside a record's own fields.
 
-A pose becomes a ``foxglove.PoseInFrame``, the positions of many robots a ``foxglove.PosesInFrame``, an event of a
-mission a ``foxglove.Log``; maps and fields are grids (``grid.py``). Metres and quaternions here are for the eye: what
-is exact stands in the record's own fields.
+A pose becomes a ``foxglove.PoseInFrame``, the positions of many robots become a ``foxglove.PosesInFrame``, and an event
+of a mission becomes a ``foxglove.Log``. Maps and fields are grids (``grid.py``). Metres and quaternions are rounded for
+display. The record's own fields are exact.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from codesign.units import PICOSECONDS_PER_SECOND
 _INFORMATION, _WARNING = 2, 3
 _ALARMS = {"no_way", "deadline_missed", "safety_stop", "contact", "livelock"}
 
-# Decimals of metres and quaternions: more than a screen shows, and few enough to pack well.
+# Decimals of metres and quaternions: more than a screen shows, and few enough to compress well.
 _DECIMALS = 6
 
 VECTOR = {axis: {"type": "number"} for axis in ("x", "y", "z")}
@@ -48,7 +48,7 @@ POSE: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Floor:
-    """The map as the floor of a scene: ``rows`` of cells, ``cell_size`` metres each (1 where nobody knows).
+    """The map as the floor of a scene: ``rows`` of cells, ``cell_size`` metres each (1 where it is not known).
 
     The lower left corner of the map is the origin of frame ``map``; x grows with the columns, and y against the rows.
     """
@@ -57,7 +57,7 @@ class Floor:
     cell_size: float = 1.0
 
     def place(self, row: float, column: float, height: float = 0.0) -> dict[str, float]:
-        """The point in metres of one in cells, whose whole numbers are the middles of cells.
+        """The point in metres of a point in cells. Whole numbers of cells are middles.
 
         >>> Floor(rows=10, cell_size=0.5).place(9, 0)
         {'x': 0.25, 'y': 0.25, 'z': 0.0}
@@ -68,7 +68,7 @@ class Floor:
 
 
 def floor_of(record: MapRecord) -> Floor:
-    """The floor that a map makes."""
+    """The floor of a map."""
     return Floor(record.free.shape[0], record.resolution or 1.0)
 
 
@@ -79,12 +79,12 @@ def timestamp(time: int) -> dict[str, int]:
 
 
 def pose(position: dict[str, float], heading: float = 0.0) -> dict[str, Any]:
-    """A pose at a place of the floor; ``heading`` as in ``PoseRecord``, in radians.
+    """A pose at a position on the floor. ``heading``: as in ``PoseRecord``, radians.
 
-    A heading goes from the columns towards the rows, so clockwise in a scene whose y axis points up.
+    A heading turns from the columns towards the rows. The y axis of the scene points up, so it turns clockwise there.
     """
     half = -heading / 2
-    # Adding 0 makes a zero of the zero with a sign.
+    # Adding 0 turns -0 into 0.
     turned = round(math.sin(half), _DECIMALS) + 0.0, round(math.cos(half), _DECIMALS) + 0.0
     return {"position": position, "orientation": {"x": 0.0, "y": 0.0, "z": turned[0], "w": turned[1]}}
 
@@ -145,4 +145,4 @@ STANDARDS: dict[type[Record], Standard] = {
         _fill_log,
     ),
 }
-"""The records that become such a message, by their class."""
+"""The standard message of a record class."""

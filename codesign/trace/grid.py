@@ -1,11 +1,13 @@
-"""``foxglove.Grid`` messages: what a viewer shows as a picture on the floor, by the fields that Foxglove
-documents.
+"""``foxglove.Grid`` messages, which viewers show as pictures on the floor, with the fields that Foxglove documents.
 
-Row 0 of our maps is at the top, and a viewer's y axis points up, so rows are written from the last to the
-first: the map's lower left corner is the origin of frame ``map``. The obstacles of a map are one byte a cell,
-1 for an obstacle (field ``occupied``, or ``occupied_now`` after changes); what a robot knows of it is one byte
-a cell too (field ``belief``: ``FREE``, ``UNKNOWN`` or ``BLOCKED``); a potential, or any other field, is one float64 a
-cell, under its name. Maps lie lower than fields, so that the two don't flicker in one plane.
+Row 0 of our maps is at the top, and a viewer's y axis points up. So rows are written from the last to the first, and
+the lower left corner of the map is the origin of frame ``map``:
+
+    - obstacles of a map: one byte a cell, 1 for an obstacle (field ``occupied``, ``occupied_now`` after changes);
+    - the belief of a robot: one byte a cell (field ``belief``: ``FREE``, ``UNKNOWN`` or ``BLOCKED``);
+    - a potential or any other field: one float64 a cell, under its name.
+
+Maps lie lower than fields, so that the two do not flicker in one plane.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from codesign.errors import TraceError
 from codesign.trace.foxglove import POSE, TIMESTAMP, pose, timestamp
 
 FREE, UNKNOWN, BLOCKED = 0, 1, 2
-"""What a robot knows of a cell, in the order in which a viewer shades them."""
+"""The belief of a robot about a cell, in the order of a viewer's shades."""
 
 # foxglove.NumericType
 _UINT8 = 1
@@ -59,16 +61,16 @@ GRID_REQUIRED = tuple(GRID_PROPERTIES)
 
 
 _HEIGHTS = {"occupied": -0.02, "occupied_now": -0.015, "belief": -0.01}
-"""Metres at which grids lie; all others at 0."""
+"""The heights of grids in metres; 0 for all others."""
 
 
 def encode_grid(values: NDArray[Any], time: int, cell_size: float, name: str) -> dict[str, Any]:
     """The standard fields of a grid, rows × columns: a bool array of free cells, a uint8 or a float64 array.
 
-    ``name``: of the field; that of a bool array is ``occupied``.
+    ``name``: of the field; a bool array is named ``occupied``.
 
     Raises:
-        TraceError: it is none of these.
+        TraceError: the array is none of these.
     """
     if values.ndim != 2 or values.dtype not in _GRID_TYPES:
         raise TraceError(f"no grid: an array of {values.ndim} dimensions and {values.dtype}")
@@ -89,10 +91,10 @@ def encode_grid(values: NDArray[Any], time: int, cell_size: float, name: str) ->
 
 
 def decode_grid(message: dict[str, Any], dtype: np.dtype[Any], most_cells: int) -> NDArray[Any]:
-    """The array that ``encode_grid`` was given, of ``dtype`` bool or float64.
+    """The array of a message of ``encode_grid``, with ``dtype`` bool or float64.
 
     Raises:
-        TraceError: the message holds no such grid, or one of more than ``most_cells`` cells.
+        TraceError: the message has no such grid, or one of more than ``most_cells`` cells.
     """
     is_map = dtype == np.dtype(bool)
     itemsize = 1 if is_map else 8
@@ -117,7 +119,7 @@ def decode_base64(text: Any) -> bytes:
     """The bytes of a base64 text.
 
     Raises:
-        TraceError: it is no such text.
+        TraceError: it is no base64 text.
     """
     if not isinstance(text, str):
         raise TraceError("an array without its base64 text")

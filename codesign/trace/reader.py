@@ -1,36 +1,36 @@
-"""Reading traces, ours and others': nothing in a file is trusted, and a cut file gives all that is complete.
+"""Read traces of any origin. No content of a file is trusted, and a cut file gives its complete part.
 
-The file is read from its start, not by the index at its end: what stands in the data is what counts, a cut
-file has no index, and records come in the order in which they were emitted.
+The file is read from its start and not by the index at its end, for three reasons: the data count and not the index, a
+cut file has no index, and records are in the order of emission.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from codesign.errors import TraceError, choose_hint
+from codesign.errors import TraceError, choose_hint, printable
 from codesign.records import Record
 from codesign.trace.encoding import RECORD_TYPES, decode, parse_json
-from codesign.trace.mcap import RESULT_ATTACHMENT
+from codesign.trace.listeners import RESULT_ATTACHMENT
 from codesign.trace.scan import DamagedError, scan
+from codesign.units import format_count, format_time
 
 MAX_ATTACHED_BYTES = 2**26
-"""Bytes of all attachments and metadata together."""
+"""Most bytes of all attachments and metadata together."""
 
 MAX_NAMED = 10_000
-"""Channels, attachments and metadata records of a file, each."""
+"""Most channels of a file, and most attachments and metadata records."""
 
 
 @dataclass
 class Channel:
-    """A channel: its topic, its schema's name, how many messages it has, and whose they are.
+    """A channel: its topic, the name of its schema, its origin, and its number of messages.
 
-    ``record`` is the name of the record class and ``source`` the component; both are empty in a file that is
-    not ours.
+    ``record`` is the name of the record class and ``source`` the component. Both are empty in files of other programs.
     """
 
     topic: str
@@ -42,7 +42,7 @@ class Channel:
 
 @dataclass(frozen=True)
 class Attachment:
-    """A named piece of data in the file."""
+    """Named data in the file."""
 
     media_type: str
     data: bytes
@@ -52,12 +52,12 @@ class Attachment:
 class Trace:
     """An opened trace.
 
-    - ``size``: bytes. ``library``: who wrote the file, as it says itself.
+    - ``size``: bytes. ``library``: the program that wrote the file, according to the file.
     - ``channels``: in the order of their first appearance.
-    - ``begin``, ``end``: the first and the last time of a message, ps, known to the nanosecond; None without
+    - ``begin``, ``end``: the first and the last time of a message, ps, to the nanosecond; None without
       messages.
-    - ``metadata``: texts by name of the metadata record. ``attachments``: by name.
-    - ``fault``: None for a whole file, or else why reading stopped before its end.
+    - ``metadata``: texts, by name of the metadata record. ``attachments``: by name.
+    - ``fault``: why reading stopped before the end of the file; None for a complete file.
     """
 
     path: Path
@@ -72,7 +72,7 @@ class Trace:
 
     @property
     def complete(self) -> bool:
-        """Whether the file is whole, its checksums included."""
+        """Whether the file is complete and its checksums are right."""
         return self.fault is None
 
     @property
@@ -82,15 +82,15 @@ class Trace:
 
     @property
     def record_messages(self) -> int:
-        """Messages that are records known to this version: as many as ``records`` gives."""
+        """The number of records that ``records`` returns: messages of record classes that this version knows."""
         return sum(channel.messages for channel in self.channels if channel.record in RECORD_TYPES)
 
     @property
     def result(self) -> Any:
-        """The result of the run, as JSON gives it; None where the file has none.
+        """The result of the run as parsed JSON; None where the file has none.
 
         Raises:
-            TraceError: what the file holds in its place is no JSON.
+            TraceError: the attachment is no JSON.
         """
         attachment = self.attachments.get(RESULT_ATTACHMENT)
         if attachment is None:
@@ -101,28 +101,74 @@ class Trace:
             raise TraceError(fault.what, f"{self.path}: {RESULT_ATTACHMENT}", fault.hint) from fault
 
     def records(self, topics: Sequence[str] = (), kinds: Sequence[type[Record]] = ()) -> Iterator[Record]:
-        """The records of the run in the order of emission; of those topics, and of those classes, where any are named.
+        """The records of the run in the order of emission, of the given topics and classes; by default of all.
 
-        A topic may be a pattern (``/fpga/*``). Messages whose record class this version does not know, and those
-        made for viewers, are left out. In a cut file the records end where the file does.
+        A topic may be a pattern (``/fpga/*``). Messages of record classes that this version does not know, and messages
+        for viewers, are left out. In a cut file the records end at the cut.
 
         Raises:
-            TraceError: no topic matches, a message is not what its channel says, or the file has changed.
+            TraceError: no topic matches, a message does not agree with its channel, or the file has changed.
         """
-        known = sorted({channel.topic for channel in self.channels})
+        present = sorted({channel.topic for channel in self.channels})
         for topic in topics:
-            if not any(fnmatchcase(name, topic) for name in known):
-                raise TraceError(f"no topic {topic!r}", str(self.path), choose_hint(topic, known))
+            if not any(fnmatchcase(name, topic) for name in present):
+                raise TraceError(f"no topic {topic!r}", str(self.path), choose_hint(topic, present))
         channels = _Channels()
         names = {kind.__name__ for kind in kinds or RECORD_TYPES.values()}
         try:
             for item in scan(self.path):
-                found = channels.message(item)
-                if found is not None and found[0].record in names:
-                    yield from self._decoded(*found, topics)
+                message = channels.message(item)
+                if message is not None and message[0].record in names:
+                    yield from self._decoded(*message, topics)
         except DamagedError as fault:
             if self.complete:
                 raise TraceError(f"has changed since it was opened: {fault}", str(self.path)) from fault
+
+    def summary(self) -> dict[str, Any]:
+        """The facts about the file, ready for JSON: times in ps, sizes in bytes."""
+        return {
+            "path": str(self.path),
+            "size": self.size,
+            "complete": self.complete,
+            "fault": self.fault,
+            "library": self.library,
+            "messages": self.messages,
+            "begin": self.begin,
+            "end": self.end,
+            "channels": [asdict(channel) for channel in self.channels],
+            "metadata": self.metadata,
+            "attachments": self._attachment_sizes(),
+        }
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Name and value of each fact, for print. Texts of the file are made printable."""
+        span = "no messages"
+        if self.begin is not None and self.end is not None:
+            span = f"{format_time(self.begin)} to {format_time(self.end)}"
+        rows = [
+            ("file", printable(str(self.path), None)),
+            ("size", f"{format_count(self.size)} bytes"),
+            (
+                "complete",
+                "yes" if self.fault is None else f"no, only the part before: {printable(self.fault)}",
+            ),
+            ("written by", printable(self.library)),
+            ("messages", format_count(self.messages)),
+            ("simulated time", span),
+        ]
+        for name, texts in self.metadata.items():
+            rows += [(f"{printable(name)}.{printable(key)}", printable(text)) for key, text in texts.items()]
+        sizes = self._attachment_sizes().items()
+        return rows + [
+            (f"attachment {printable(name)}", f"{format_count(size)} bytes") for name, size in sizes
+        ]
+
+    def channel_rows(self) -> list[tuple[str, str, int]]:
+        """Topic, schema and number of messages of each channel, for print."""
+        return [(printable(each.topic), printable(each.schema), each.messages) for each in self.channels]
+
+    def _attachment_sizes(self) -> dict[str, int]:
+        return {name: len(attachment.data) for name, attachment in self.attachments.items()}
 
     def _decoded(self, channel: Channel, message: Any, topics: Sequence[str]) -> Iterator[Record]:
         record_type = RECORD_TYPES.get(channel.record)
@@ -136,19 +182,19 @@ class Trace:
 
 
 def open_trace(path: str | Path) -> Trace:
-    """Open an MCAP file and read it through once: what is in it, and whether it is whole.
+    """Open an MCAP file and read it once, for its contents and to check that it is complete.
 
     Raises:
-        TraceError: the file cannot be read, is no MCAP file, is too large, or holds nothing that can be read.
+        TraceError: the file cannot be read, is no MCAP file, is too large, or has no readable content.
     """
     trace = Trace(Path(path))
     channels = _Channels()
     attached = 0
     try:
         for item in scan(trace.path):
-            found = channels.message(item)
-            if found is not None:
-                _count(trace, *found)
+            message = channels.message(item)
+            if message is not None:
+                _count(trace, *message)
             else:
                 attached += _attach(trace, item)
             if attached > MAX_ATTACHED_BYTES or len(trace.attachments) + len(trace.metadata) > MAX_NAMED:
@@ -162,7 +208,7 @@ def open_trace(path: str | Path) -> Trace:
     trace.channels = list(channels.by_id.values())
     if trace.fault and not (trace.channels or trace.metadata or trace.attachments):
         raise TraceError(
-            f"holds nothing that can be read: {trace.fault}",
+            f"has no readable content: {trace.fault}",
             str(path),
             "record the run again: hwsw run --trace",
         )
@@ -177,7 +223,7 @@ def _count(trace: Trace, channel: Channel, message: Any) -> None:
 
 
 def _attach(trace: Trace, item: Any) -> int:
-    """Keep a header, attachment or metadata record; returns how many bytes that takes."""
+    """Keep a header, attachment or metadata record. Returns its bytes."""
     from mcap.records import Attachment as McapAttachment
     from mcap.records import Header, Metadata
 
@@ -193,14 +239,14 @@ def _attach(trace: Trace, item: Any) -> int:
 
 
 class _Channels:
-    """The channels of a file as they appear, by their number."""
+    """The channels of a file in order of appearance, by number."""
 
     def __init__(self) -> None:
         self.by_id: dict[int, Channel] = {}
         self._schemas: dict[int, str] = {0: ""}
 
     def message(self, item: Any) -> tuple[Channel, Any] | None:
-        """A message with its channel; schemas and channels are taken note of, and all else is None."""
+        """A message with its channel, None for all other records. Schemas and channels are registered."""
         from mcap.records import Channel as McapChannel
         from mcap.records import Message, Schema
 

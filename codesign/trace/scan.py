@@ -1,8 +1,7 @@
-"""The records of an MCAP file one after the other, each bounded before it is read and checked before it is
-believed.
+"""Scan the records of an MCAP file in order. Each is bounded before it is read, and checked before it is used.
 
-The ``mcap`` library's own readers trust lengths (a record may claim 2^64 bytes, a chunk may unpack to any
-size), so only its record parsers are used here.
+The ``mcap`` library's own readers trust lengths: a record may claim 2^64 bytes, and a chunk may decompress to any size.
+So only its record parsers are used here.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from typing import Any, BinaryIO
 from codesign.errors import TraceError
 
 MAX_FILE_BYTES = 2**32
-"""Bytes of a file: 4 GiB."""
+"""Most bytes of a file: 4 GiB."""
 
 MAX_RECORD_BYTES = 2**28
-"""Bytes of one record, and of a chunk when decompressed: a grid of 2^24 float64 cells fits."""
+"""Most bytes of a record, and of a decompressed chunk. A grid of 2^24 float64 cells fits."""
 
 _MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
@@ -29,17 +28,17 @@ _FOOTER, _MESSAGE, _CHUNK, _ATTACHMENT, _DATA_END = 0x02, 0x05, 0x06, 0x09, 0x0F
 
 
 class DamagedError(Exception):
-    """The file ends, or stops making sense, here; all that was given before is good."""
+    """The file is cut or damaged here. All records before are good."""
 
 
 def scan(path: Path) -> Iterator[Any]:
     """``Header, Schema, Channel, Message, Attachment, Metadata`` objects of ``mcap.records``, in file order.
 
-    Chunks are unpacked; indexes are left out. A file that is read to the end without an error is whole.
+    Chunks are decompressed, and indexes are left out. A file that is read to its end without an error is complete.
 
     Raises:
         TraceError: the file cannot be opened, is too large, or is no MCAP file.
-        DamagedError: it is cut short or damaged.
+        DamagedError: the file is cut short or damaged.
     """
     try:
         if not path.is_file():
@@ -108,7 +107,7 @@ def _parsers() -> dict[int, Callable[[Any], Any]]:
 
 
 def _parsed(parsers: dict[int, Callable[[Any], Any]], opcode: int, body: bytes) -> Iterator[Any]:
-    """The record of a body, if it is of a kind that is given on."""
+    """The record of a body, if ``scan`` returns records of its kind."""
     from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError
     from mcap.records import Message
@@ -122,9 +121,9 @@ def _parsed(parsers: dict[int, Callable[[Any], Any]], opcode: int, body: bytes) 
         else:
             return
     except (McapError, struct.error, ValueError, OverflowError) as fault:
-        raise DamagedError(f"a record that makes no sense: {fault}") from fault
+        raise DamagedError(f"a record that cannot be parsed: {fault}") from fault
     if stream.count != len(body):
-        raise DamagedError("a record whose lengths do not add up")
+        raise DamagedError("a record with inconsistent lengths")
     if opcode == _ATTACHMENT:
         _check(body[-4:], zlib.crc32(body[:-4]), "an attachment")
     yield item
@@ -139,18 +138,18 @@ def _unpacked(body: bytes) -> bytes:
     try:
         chunk = Chunk.read(ReadDataStream(BytesIO(body)))
     except (McapError, struct.error, ValueError, OverflowError) as fault:
-        raise DamagedError(f"a chunk that makes no sense: {fault}") from fault
+        raise DamagedError(f"a chunk that cannot be parsed: {fault}") from fault
     if chunk.uncompressed_size > MAX_RECORD_BYTES:
         raise DamagedError(f"a chunk of {chunk.uncompressed_size} bytes")
     data = _decompressed(chunk.compression, chunk.data, chunk.uncompressed_size)
     if len(data) != chunk.uncompressed_size:
-        raise DamagedError("a chunk whose size is not what it says")
+        raise DamagedError("a chunk with a wrong size")
     _check(chunk.uncompressed_crc.to_bytes(4, "little"), zlib.crc32(data), "a chunk")
     return data
 
 
 def _decompressed(compression: str, data: bytes, size: int) -> bytes:
-    """At most ``size`` + 1 bytes of what was compressed, whatever it claims about itself."""
+    """At most ``size`` + 1 decompressed bytes, whatever size the data claim."""
     if compression == "":
         return data
     if compression == "zstd":
@@ -161,24 +160,24 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
             with window.stream_reader(data) as reader:
                 return bytes(reader.read(size + 1))
         except zstandard.ZstdError as fault:
-            raise DamagedError(f"a chunk that cannot be unpacked: {fault}") from fault
+            raise DamagedError(f"a chunk that cannot be decompressed: {fault}") from fault
     if compression == "lz4":
         import lz4.frame  # type: ignore[import-untyped]
 
         try:
             return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
         except RuntimeError as fault:
-            raise DamagedError(f"a chunk that cannot be unpacked: {fault}") from fault
-    raise DamagedError(f"a chunk packed as {compression[:20]!r}, which is not known")
+            raise DamagedError(f"a chunk that cannot be decompressed: {fault}") from fault
+    raise DamagedError(f"a chunk with the unknown compression {compression[:20]!r}")
 
 
 def _check(written: bytes, computed: int, what: str) -> None:
-    """Hold a little-endian checksum against the bytes; 0 means that none was written."""
+    """Check a little-endian checksum. 0: none was written."""
     if len(written) != 4 or int.from_bytes(written, "little") not in (0, computed):
         raise DamagedError(f"{what} with a wrong checksum")
 
 
 def _check_end(stream: BinaryIO, head: bytes, body: bytes, summary_crc: int | None) -> None:
     if summary_crc is None or len(body) != 20 or stream.read(len(_MAGIC) + 1) != _MAGIC:
-        raise DamagedError("a file whose end makes no sense")
+        raise DamagedError("a damaged end of the file")
     _check(body[16:], zlib.crc32(body[:16], zlib.crc32(head, summary_crc)), "the index")

@@ -1,5 +1,4 @@
-"""A run as a readable timeline, and its last potential as a picture of characters: ``hwsw trace show
-FILE``."""
+"""A run as a timeline, and its last field as a picture of characters: ``hwsw trace show FILE``."""
 
 from __future__ import annotations
 
@@ -34,13 +33,13 @@ from codesign.records import (
 )
 from codesign.trace.encoding import is_bare
 from codesign.trace.reader import Trace
-from codesign.units import format_count, format_data, format_time
+from codesign.units import counted, format_count, format_data, format_time
 
 HEADER = ("begin", "duration", "source", "what", "details")
 
 WALL = "█"
 SHADES = "·:-=+*%@"
-"""Glyphs of a potential, lowest to highest; a free cell whose value is 0 is a space."""
+"""Glyphs of a potential, from lowest to highest. A free cell with the value 0 is a space."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +65,9 @@ def timeline(
     begin: int = 0,
     end: int | None = None,
 ) -> list[TimelineRow]:
-    """The records of a trace as rows in the order of their begin, the first ``limit`` of them.
+    """The first ``limit`` records of a trace as rows, in order of their begin, then of emission.
 
-    Those that begin together stay in their order.
-
-    ``begin`` and ``end``, ps: only what had not ended before the one, nor began after the other.
+    ``begin`` and ``end``, ps: only records that end at ``begin`` or later, and begin at ``end`` or earlier.
 
     Raises:
         TraceError: see ``Trace.records``.
@@ -84,15 +81,15 @@ def timeline(
 
 def row_of(record: Record) -> TimelineRow:
     """The line of one record."""
-    tell = _TELLERS.get(type(record), _tell_any)
-    begin, end, what, details = tell(record)
+    describe = _DESCRIPTIONS.get(type(record), _describe_any)
+    begin, end, what, details = describe(record)
     return TimelineRow(begin, end, printable(record.source, 40), printable(what, 60), details)
 
 
-_Told = tuple[int, int, str, str]
+_Description = tuple[int, int, str, str]
 
 
-def _tell_map(record: MapRecord) -> _Told:
+def _describe_map(record: MapRecord) -> _Description:
     rows, columns = record.free.shape
     scale = "" if record.resolution is None else f", {record.resolution:g} m a cell"
     free = format_count(int(record.free.sum()))
@@ -100,13 +97,13 @@ def _tell_map(record: MapRecord) -> _Told:
         record.time,
         record.time,
         "map",
-        (f"{rows} × {columns} cells, {free} free, {_some(len(record.goals), 'goal')}{scale}"),
+        f"{rows} × {columns} cells, {free} free, {counted(len(record.goals), 'goal')}{scale}",
     )
 
 
-def _tell_stage(record: StageRecord) -> _Told:
+def _describe_stage(record: StageRecord) -> _Description:
     costs = ", ".join(
-        _some(count, name)
+        counted(count, name)
         for count, name in (
             (record.sweeps, "sweep"),
             (record.visits, "visit"),
@@ -116,44 +113,42 @@ def _tell_stage(record: StageRecord) -> _Told:
         if count
     )
     details = (
-        f"p = {record.precision}: {costs}; {_some(record.local_maxima, 'local maximum', 'local maxima')}"
+        f"p = {record.precision}: {costs}; {counted(record.local_maxima, 'local maximum', 'local maxima')}"
     )
     return record.begin, record.time, f"stage {record.stage}", details
 
 
-def _tell_visits(record: VisitsRecord) -> _Told:
-    details = f"p = {record.precision}: {_some(record.block.size, 'visit')}"
+def _describe_visits(record: VisitsRecord) -> _Description:
+    details = f"p = {record.precision}: {counted(record.block.size, 'visit')}"
     if record.block.size:
         each = record.iterations
         blocks, total = len(np.unique(record.block)), int(each.sum(dtype=np.int64))
-        details += (
-            f" of {_some(blocks, 'block')}, {_some(total, 'iteration')} ({each.min()} to {each.max()} each)"
-        )
+        details += f" of {counted(blocks, 'block')}, {counted(total, 'iteration')} ({each.min()} to {each.max()} each)"
     return record.time, record.end, f"visits of stage {record.stage}", details
 
 
-def _tell_message(record: MessageRecord) -> _Told:
+def _describe_message(record: MessageRecord) -> _Description:
     waited = record.begin - record.time
     queue = f", waited {format_time(waited)}" if waited else ""
-    way = f"{printable(record.sender, 40)} to {printable(record.receiver, 40)}"
-    details = f"{way}, {format_data(record.bits)}{queue}"
+    ends = f"{printable(record.sender, 40)} to {printable(record.receiver, 40)}"
+    details = f"{ends}, {format_data(record.bits)}{queue}"
     if record.attempts > 1:
         details += f", {record.attempts} attempts"
     if record.damaged:
-        details += ", damaged unnoticed"
+        details += ", damage not detected"
     if record.outcome != "delivered":
         details += f", {printable(record.outcome, 40)}: {printable(record.reason or 'no reason', 120)}"
     return record.begin, record.end, f"message {record.name}", details
 
 
-def _tell_task(record: TaskRecord) -> _Told:
-    details = _some(record.cycles, "cycle")
+def _describe_task(record: TaskRecord) -> _Description:
+    details = counted(record.cycles, "cycle")
     if record.outcome != ENDED:
         details += f", {printable(record.outcome, 40)}"
     return record.time, record.end, f"task {record.task}", details
 
 
-def _tell_trajectory(record: TrajectoryRecord) -> _Told:
+def _describe_trajectory(record: TrajectoryRecord) -> _Description:
     if not len(record.points):
         return record.time, record.time, "trajectory", "empty"
     with np.errstate(all="ignore"):
@@ -164,7 +159,7 @@ def _tell_trajectory(record: TrajectoryRecord) -> _Told:
     return record.time, record.time, "trajectory", f"{ends}, {length:.4g} cells long, {how}"
 
 
-def _tell_field(record: FieldRecord) -> _Told:
+def _describe_field(record: FieldRecord) -> _Description:
     if is_bare(record):
         return record.time, record.time, f"field {record.name}", "its values are left out in a mission"
     values = record.values[np.isfinite(record.values)]
@@ -174,85 +169,79 @@ def _tell_field(record: FieldRecord) -> _Told:
     return record.time, record.time, what, f"{format_count(values.size)} cells with a value{span}"
 
 
-def _tell_pose(record: PoseRecord) -> _Told:
+def _describe_pose(record: PoseRecord) -> _Description:
     place = f"row {record.row:.2f}, column {record.column:.2f}"
     return record.time, record.time, "pose", f"{place}, {record.speed:.3g} m/s"
 
 
-def _tell_positions(record: PositionsRecord) -> _Told:
-    return record.time, record.time, f"update {record.update}", _some(len(record.positions), "robot")
+def _describe_positions(record: PositionsRecord) -> _Description:
+    return record.time, record.time, f"update {record.update}", counted(len(record.positions), "robot")
 
 
-def _tell_obstacle(record: ObstacleRecord) -> _Told:
+def _describe_obstacle(record: ObstacleRecord) -> _Description:
     how = "blocked" if record.appeared else "free again"
-    return record.time, record.time, "obstacle", f"{_some(len(record.cells), 'cell')} {how}"
+    return record.time, record.time, "obstacle", f"{counted(len(record.cells), 'cell')} {how}"
 
 
-def _tell_belief(record: BeliefRecord) -> _Told:
+def _describe_belief(record: BeliefRecord) -> _Description:
     blocked = int(record.blocked.sum())
-    details = f"{_some(len(record.cells), 'cell')} learnt, {format_count(blocked)} blocked"
+    details = f"{counted(len(record.cells), 'cell')} learnt, {format_count(blocked)} blocked"
     return record.time, record.time, "belief", details
 
 
-def _tell_plan(record: PlanRecord) -> _Told:
-    seen = f"of what was seen by {format_time(record.seen)}"
-    return record.asked, record.time, f"plan {record.number}", seen
+def _describe_plan(record: PlanRecord) -> _Description:
+    return record.asked, record.time, f"plan {record.number}", f"last scan at {format_time(record.seen)}"
 
 
-def _tell_command(record: CommandRecord) -> _Told:
+def _describe_command(record: CommandRecord) -> _Description:
     details = f"plan {record.plan}, seen at {format_time(record.seen)}, to drive {record.end:.4g} cells"
     return record.composed, record.time, "command", details
 
 
-def _tell_mission(record: MissionRecord) -> _Told:
+def _describe_mission(record: MissionRecord) -> _Description:
     return record.time, record.time, record.event.replace("_", " "), printable(record.text, 200)
 
 
-def _tell_utilisation(record: UtilisationRecord) -> _Told:
+def _describe_utilisation(record: UtilisationRecord) -> _Description:
     share = f"{record.busy / record.span:.1%} of {format_time(record.span)}" if record.span > 0 else "no time"
     return record.time, record.time, "utilisation", f"busy {format_time(record.busy)}, {share}"
 
 
-def _tell_summary(record: SummaryRecord) -> _Told:
-    return record.time, record.time, "result", _some(len(record.result), "figure")
+def _describe_summary(record: SummaryRecord) -> _Description:
+    return record.time, record.time, "result", counted(len(record.result), "figure")
 
 
-def _tell_any(record: Any) -> _Told:
-    told = [
+def _describe_any(record: Any) -> _Description:
+    values = [
         f"{item.name} {printable(str(getattr(record, item.name)), 40)}"
         for item in fields(record)
         if item.name not in ("time", "source") and not isinstance(getattr(record, item.name), np.ndarray)
     ]
-    return record.time, record.time, type(record).__name__.removesuffix("Record").lower(), ", ".join(told)
+    return record.time, record.time, type(record).__name__.removesuffix("Record").lower(), ", ".join(values)
 
 
-_TELLERS: dict[type[Record], Callable[[Any], _Told]] = {
-    MapRecord: _tell_map,
-    StageRecord: _tell_stage,
-    VisitsRecord: _tell_visits,
-    MessageRecord: _tell_message,
-    TaskRecord: _tell_task,
-    TrajectoryRecord: _tell_trajectory,
-    FieldRecord: _tell_field,
-    PoseRecord: _tell_pose,
-    PositionsRecord: _tell_positions,
-    ObstacleRecord: _tell_obstacle,
-    BeliefRecord: _tell_belief,
-    PlanRecord: _tell_plan,
-    CommandRecord: _tell_command,
-    MissionRecord: _tell_mission,
-    UtilisationRecord: _tell_utilisation,
-    SummaryRecord: _tell_summary,
+_DESCRIPTIONS: dict[type[Record], Callable[[Any], _Description]] = {
+    MapRecord: _describe_map,
+    StageRecord: _describe_stage,
+    VisitsRecord: _describe_visits,
+    MessageRecord: _describe_message,
+    TaskRecord: _describe_task,
+    TrajectoryRecord: _describe_trajectory,
+    FieldRecord: _describe_field,
+    PoseRecord: _describe_pose,
+    PositionsRecord: _describe_positions,
+    ObstacleRecord: _describe_obstacle,
+    BeliefRecord: _describe_belief,
+    PlanRecord: _describe_plan,
+    CommandRecord: _describe_command,
+    MissionRecord: _describe_mission,
+    UtilisationRecord: _describe_utilisation,
+    SummaryRecord: _describe_summary,
 }
 
 
-def _some(count: int, name: str, names: str | None = None) -> str:
-    return f"{format_count(count)} {name if count == 1 else names or name + 's'}"
-
-
 def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
-    """The last field that a planner left over the map, as lines of at most ``width`` characters, and a line that
-    says what a character stands for; [] without one.
+    """The last field of a plan over the map, as lines of at most ``width`` characters, then a legend; [] without one.
 
     Raises:
         TraceError: see ``Trace.records``.
@@ -282,13 +271,18 @@ def trace_thumbnail(trace: Trace, width: int = 72) -> list[str]:
 
 
 def _nearness(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A distance, or what else grows away from the goal, as a potential whose steps of the logarithm are its steps."""
-    known = np.isfinite(values)
-    if not known.any():
+    """A field v that grows away from the goal, such as a distance, as the potential exp((min v - v) / (max v - min v)).
+
+    Equal steps of v are then equal steps of the logarithm, which ``thumbnail`` shows.
+    """
+    finite = np.isfinite(values)
+    if not finite.any():
         return np.zeros(values.shape)
-    least, most = float(values[known].min()), float(values[known].max())
+    least, most = float(values[finite].min()), float(values[finite].max())
     span = (most - least) or 1.0
-    near: NDArray[np.float64] = np.where(known, np.exp((least - np.where(known, values, least)) / span), 0.0)
+    near: NDArray[np.float64] = np.where(
+        finite, np.exp((least - np.where(finite, values, least)) / span), 0.0
+    )
     return near
 
 
@@ -297,12 +291,12 @@ def thumbnail(
 ) -> list[str]:
     """A potential as lines of at most ``width`` characters.
 
-    A map that fits is shown cell by cell. In a wider one, twice as many rows as columns are joined, for a
-    character is about twice as high as wide.
+    A map that fits is shown cell by cell. In a wider map each character is a tile with twice as many rows as columns,
+    because a character is about twice as high as wide.
 
-    The glyphs are steps of the logarithm, from the least positive value to the greatest: a harmonic potential
-    falls off exponentially along corridors. Each shows the greatest value of its cells, or a wall where
-    obstacles cross it from side to side or most of its cells are obstacles.
+    The glyphs are steps of the logarithm, from the least positive value to the greatest, because a harmonic potential
+    falls exponentially along corridors. A glyph shows the greatest value of its cells. It is a wall where obstacles
+    cross the tile from side to side, or where most of its cells are obstacles.
 
     >>> thumbnail(np.array([[0.001, 0.03, 1.0]], dtype=np.float64), np.array([[True, True, True]]), width=3)
     ['·=@']
@@ -327,13 +321,13 @@ def thumbnail(
 
 
 def tile_of(shape: tuple[int, ...], width: int) -> tuple[int, int]:
-    """Rows and columns of cells that one character stands for."""
+    """Rows and columns of cells in the tile of one character."""
     step = max(1, -(-shape[1] // max(width, 1)))
     return (2 * step if step > 1 else 1), step
 
 
 def walls(free: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
-    """Which tiles are walls: crossed by obstacles from side to side, straight or aslant, or most of it obstacles.
+    """The tiles that are walls: obstacles cross them from side to side, or fill more than half of them.
 
     The last row and column are repeated to fill the last tiles.
     """
@@ -345,7 +339,7 @@ def walls(free: NDArray[np.bool_], tile: tuple[int, int]) -> NDArray[np.bool_]:
 
 
 def _crossed(tiles: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which tiles (the last two axes) have a line of obstacles from their first column to their last."""
+    """The tiles (the last two axes) with a line of obstacles from their first column to their last."""
     reached = tiles[..., 0]
     for column in range(1, tiles.shape[-1]):
         beside = reached.copy()

@@ -1,10 +1,10 @@
-"""Messages for viewers, made of the records as they pass: maps as they are by now, and a scene.
+"""Messages for viewers, derived from the stream of records: the current maps, and a scene.
 
-Changes of the true map (``ObstacleRecord``) and of what a robot knows of it (``BeliefRecord``) are small, exact, and
-nothing that a viewer draws. So a whole grid of each is written beside them now and then: seldom on a large map, so that
-the bytes for each second of a mission stay within bounds whatever its size. The fields that plans leave, which are left
-out of the records of a mission, are shown likewise, each when its plan is ready. The scene holds the way last planned,
-and what stands in the way as cubes, at once. Our reader leaves these messages out.
+Changes of the true map (``ObstacleRecord``) and of a robot's belief (``BeliefRecord``) are small and exact, but viewers
+do not draw them. So a whole grid of each is written beside them at intervals. The interval grows with the map, so the
+bytes for each second of a mission are bounded. The fields of plans, which the records of a mission leave out, are shown
+in the same manner, each when its plan is ready. The scene has the last planned path, and obstacles as cubes, without an
+interval. Our reader ignores these messages.
 """
 
 from __future__ import annotations
@@ -35,22 +35,22 @@ from codesign.units import PICOSECONDS_PER_SECOND
 
 SHORTEST_INTERVAL = PICOSECONDS_PER_SECOND
 INTERVAL_A_BYTE = 64 * 10**6
-"""Picoseconds between two whole grids: at least 1 s, and 64 us for each byte: 1 a cell of a map, 8 of a field.
+"""Picoseconds between two whole grids: at least 1 s, and 64 us a byte. A map has 1 byte a cell, a field 8.
 
-In base64 at most 21 kB of JSON for each second of a mission and each grid, before packing.
+In base64 that is at most 21 kB of JSON a second and grid, before compression.
 """
 
 MOST_CUBES = 256
-"""Cells of one record that are shown as cubes; where more change at once, the grids alone show them."""
+"""Most cells of a record that are shown as cubes. Larger changes are shown by the grids alone."""
 
 _FLAT = {"x": 0.0, "y": 0.0, "z": 0.0}
-_WAY = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
+_PATH = {"r": 0.82, "g": 0.29, "b": 0.36, "a": 1.0}
 _OBSTACLE = {"r": 0.85, "g": 0.55, "b": 0.13, "a": 0.9}
 
 
 @dataclass(frozen=True)
 class View:
-    """One such message: where it goes and whom it is of, its schema's name and JSON, and the message itself."""
+    """A message for viewers: its topic, its source, the name and the JSON of its schema, and its bytes."""
 
     topic: str
     source: str
@@ -60,9 +60,9 @@ class View:
 
 
 class Views:
-    """Takes the records of a run in the order of emission, and gives what is to be shown after each.
+    """Takes the records of a run in the order of emission, and returns the views after each.
 
-    A record that does not fit the map of its run, or comes before it, shows nothing.
+    A record that does not fit the map of its run, or comes before the map, has no view.
     """
 
     def __init__(self) -> None:
@@ -71,13 +71,13 @@ class Views:
         self._grids: dict[str, _Snapshots] = {}
         self._fields: dict[str, _Snapshots] = {}
         self.mission = False
-        """Whether the run is a mission: anything happened in one."""
+        """Whether the run is a mission, known from its first event."""
         self._walls: NDArray[np.uint8] = np.zeros(self._shape, np.uint8)
-        self._way_time = -1
-        self._ways = 0
+        self._path_time = -1
+        self._paths = 0
 
     def of(self, record: Record) -> Iterator[View]:
-        """What is to be shown after ``record``."""
+        """The views after ``record``."""
         if isinstance(record, MapRecord):
             self._begin(record)
         elif isinstance(record, ObstacleRecord) and self._inside(record.cells):
@@ -119,7 +119,7 @@ class Views:
         return bool(self._shape[0] and ((cells >= 0) & (cells < self._shape)).all())
 
     def _field(self, source: str, name: str, values: NDArray[np.float64]) -> None:
-        """Keep the field, to be shown once its plan is ready: a harmonic plan has one at each stage."""
+        """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
         if values.ndim != 2 or not values.size:
             return
         topic = f"/{source}/plan_grid"
@@ -143,7 +143,7 @@ class Views:
         return _view("/scene", "foxglove.SceneUpdate", record.time, "scene", message)
 
     def _cubes(self, record: ObstacleRecord) -> tuple[list[Any], list[Any]]:
-        """The entities that came, and the deletions of those that went: one each cell, so that each can go."""
+        """The new entities and the deletions, one a cell, so that each cell can be deleted."""
         entities, deletions = [], []
         side = self._floor.cell_size
         for row, column in record.cells.tolist():
@@ -157,24 +157,24 @@ class Views:
         return entities, deletions
 
     def _line(self, record: TrajectoryRecord) -> dict[str, Any]:
-        """The way as an entity that takes the place of an older one; ways planned at one time stand side by side."""
-        self._ways = self._ways + 1 if record.time == self._way_time else 0
-        self._way_time = record.time
+        """The path as an entity that replaces the last one. Paths of one time are shown side by side."""
+        self._paths = self._paths + 1 if record.time == self._path_time else 0
+        self._path_time = record.time
         line = {
             "type": 0,
             "pose": pose(_FLAT),
             "thickness": 2.0,
             "scale_invariant": True,
             "points": [self._floor.place(row, column) for row, column in record.points.tolist()],
-            "color": _WAY,
+            "color": _PATH,
             "colors": [],
             "indices": [],
         }
-        return _entity(record.time, f"way {self._ways}", lines=[line])
+        return _entity(record.time, f"way {self._paths}", lines=[line])
 
 
 class _Snapshots:
-    """A grid that changes: uint8 or float64, rows × columns, and when it was last written."""
+    """A grid that changes (uint8 or float64, rows × columns), and the time of its last writing."""
 
     def __init__(self, topic: str, source: str, name: str, cells: NDArray[Any]) -> None:
         self.topic, self.source, self.name = topic, source, name
@@ -191,7 +191,7 @@ class _Snapshots:
         self.name, self.cells, self._changed = name, cells, True
 
     def due(self, time: int, last: bool) -> bool:
-        """Whether it is to be written now; True is taken for done."""
+        """Whether it is due now. True counts as written."""
         soon = self._written is not None and time - self._written < self._interval
         if not self._changed or (soon and not last):
             return False
@@ -231,7 +231,7 @@ def _list(items: dict[str, Any]) -> dict[str, Any]:
 
 
 def _scene_schema() -> bytes:
-    """The JSON schema of the scene, UTF-8: of the primitives, those that are used are told in full."""
+    """The JSON schema of the scene, UTF-8. The primitives in use are described in full."""
     text, number, truth = ({"type": kind} for kind in ("string", "number", "boolean"))
     whole = {"type": "integer"}
     place = _object("foxglove.Vector3", **VECTOR)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from codesign.calibrate.host_costs import FOLLOWING, OCCUPANCY, all_probes
 from codesign.calibrate.kernels import authority_ahead, enter_scan, follow, measure_ranges
+from codesign.components.path import Polyline, authority
 from codesign.components.sensor import RaySensor
-from codesign.components.way import Way, authority
 from codesign.scenarios.drive import pilot
 from codesign.scenarios.drive.world.belief import Belief
 from codesign.scenarios.drive.world.inflation import footprint
@@ -69,7 +69,7 @@ def test_commands_give_the_same_authority(seed: int, part: float) -> None:
     steps[steps.sum(axis=1) == 0] = 1.0
     if seed % 3 == 0:
         steps += random.uniform(0.01, 0.4, steps.shape)
-    way = Way(np.concatenate((np.array([[2.0, 2.0]]), 2.0 + np.cumsum(steps, axis=0))))
+    way = Polyline(np.concatenate((np.array([[2.0, 2.0]]), 2.0 + np.cumsum(steps, axis=0))))
     free = a_map(seed, 0.08)
     start = part * way.length
     y, x = way.point_at(start)

@@ -28,7 +28,7 @@ def test_a_deleted_current_folder_is_told(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr(os, "getcwd", gone)
     result = hwsw("list")
     assert result.exit_code == 2
-    assert "the current folder is no longer there" in result.stderr
+    assert "the current folder does not exist any more" in result.stderr
 
 
 @pytest.mark.parametrize("kind", ["EOFError()", "__import__('pickle').UnpicklingError('truncated')"])

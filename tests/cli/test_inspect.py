@@ -90,4 +90,4 @@ def test_init_writes_files_that_run_and_overwrites_nothing(hwsw: Run, tmp_path: 
     assert hwsw("check", *files).exit_code == 0
     again = hwsw("init", tmp_path / "mine")
     assert again.exit_code == 2
-    assert "is there already" in again.output
+    assert "exists already" in again.output

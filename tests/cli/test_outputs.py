@@ -22,7 +22,7 @@ Run = Callable[..., Result]
         (["--html", "linked.yaml"], "which is read"),
         (["--html", "new", "--trace", "new"], "is the file of --"),
         (["--html", "new", "--trace", "./sub/../new"], "is the file of --"),
-        (["--html", "missing/page.html"], "there is no folder"),
+        (["--html", "missing/page.html"], "does not exist"),
         (["--html", "n" * 300], "--html nnn"),
         (["--html", ""], "--html"),
         (["--trace", "pipe"], "is no regular file"),

@@ -20,9 +20,9 @@ from codesign.components import (
     ClockDomain,
     Component,
     Delivery,
+    DeliveryOutcome,
     Fpga,
     Granularity,
-    Outcome,
 )
 from codesign.errors import RunError
 from codesign.planners.styles import Step
@@ -75,7 +75,7 @@ def test_every_message_is_delivered_dropped_or_in_flight(
         asked = asks[index].at
         assert delivery.time - asked == delivery.queued + delivery.transferred
         assert min(delivery.queued, delivery.transferred) >= 0
-        assert (delivery.outcome is Outcome.DROPPED) == (delivery.reason is not None)
+        assert (delivery.outcome is DeliveryOutcome.DROPPED) == (delivery.reason is not None)
     for index, free in seen.free.items():
         assert asks[index].at <= free
 
@@ -179,7 +179,7 @@ def test_sending_over_an_ideal_link_makes_no_event() -> None:
     link = an_ideal_link(environment)
     with pytest.raises(StopIteration) as done:
         next(link.send("a", "b", "map", 8))
-    assert done.value.value.outcome is Outcome.DELIVERED
+    assert done.value.value.outcome is DeliveryOutcome.DELIVERED
     assert environment.peek() == float("inf")
 
 
@@ -223,7 +223,7 @@ def test_the_process_of_a_post_tells_that_it_was_abandoned() -> None:
     process = environment.process(sender())
     environment.run()
     delivery = process.value
-    assert (delivery.time, delivery.outcome, delivery.reason) == (5, Outcome.DROPPED, ABANDONED)
+    assert (delivery.time, delivery.outcome, delivery.reason) == (5, DeliveryOutcome.DROPPED, ABANDONED)
     assert (delivery.transferred, link.dropped) == (5, {ABANDONED: 1})
 
 

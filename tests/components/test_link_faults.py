@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from link_runs import ALL, TIMED, Ask, Make, Work, a_bus, a_serial_line, all_errors, an_ideal_link, run
 
-from codesign.components import Delivery, Link, LinkErrors, Outcome, Parity
+from codesign.components import Delivery, DeliveryOutcome, Link, LinkErrors, Parity
 from codesign.components.link_faults import MAX_RETRIES, Luck, Outage, Outages, damage_probability
 from codesign.errors import InputError
 
@@ -56,7 +56,7 @@ def test_a_short_checksum_misses_its_share() -> None:
     assert near(link.undetected, damaged / 4)
     assert near(sum(link.dropped.values()), damaged * 3 / 4)
     assert sum(delivery.damaged for delivery in deliveries) == link.undetected
-    assert all(delivery.outcome is Outcome.DELIVERED for delivery in deliveries if delivery.damaged)
+    assert all(delivery.outcome is DeliveryOutcome.DELIVERED for delivery in deliveries if delivery.damaged)
 
 
 def test_without_a_checksum_damaged_messages_arrive_damaged() -> None:
@@ -105,7 +105,7 @@ def test_each_failed_attempt_is_followed_by_the_timeout(make: Make) -> None:
     timeout = 3 * 10**6
     seen = run(make, [Ask(0, "a", 320)], errors=LinkErrors(drop=1.0, retries=3, timeout=timeout))
     delivery = seen.deliveries[0]
-    assert (delivery.outcome, delivery.reason) == (Outcome.DROPPED, "lost after 4 attempts")
+    assert (delivery.outcome, delivery.reason) == (DeliveryOutcome.DROPPED, "lost after 4 attempts")
     assert (delivery.attempts, seen.link.retransmissions, seen.link.undetected) == (4, 3, 0)
     duration = seen.link.duration(320)
     # Retransmissions on a bus begin at an edge again, which moves its duration by up to 1 ps.

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from link_runs import TIMED, Ask, Make, Work, run
 from mission_specs import Ground
 
-from codesign.components.moment import Turns
+from codesign.components.arbiter import Turns
 from codesign.errors import RunError
 from codesign.records import MessageRecord, Record
 from codesign.scenarios.drive.mission import drive

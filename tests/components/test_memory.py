@@ -15,7 +15,7 @@ import simpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.components import ClockDomain, Display, ExternalMemory, Scan
+from codesign.components import ClockDomain, ExternalMemory, Scan, VgaDisplay
 from codesign.errors import InputError, RunError
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Record, TaskRecord
@@ -174,7 +174,7 @@ def test_a_display_is_served_first_cycle_by_cycle(
     environment = simpy.Environment()
     memory = ExternalMemory(environment, "sram", SRAM)
     scan = Scan(columns, rows, total, rows + 2)
-    display = Display(environment, "screen", ClockDomain(100_000_000), scan, memory=memory)
+    display = VgaDisplay(environment, "screen", ClockDomain(100_000_000), scan, memory=memory)
     ends: list[int] = []
 
     def use(at: int, words: int, sequential: bool) -> Generator[simpy.Event, Any, None]:
@@ -208,7 +208,7 @@ def test_a_display_on_a_slow_memory_starves() -> None:
     """A line of 8 words lasts 10 pixels; with 4 cycles of latency only 7 words come in 10 cycles."""
     environment = simpy.Environment()
     memory = ExternalMemory(environment, "sram", replace(SRAM, latency_cycles=4))
-    display = Display(environment, "screen", ClockDomain(100_000_000), Scan(8, 4, 10, 8), memory=memory)
+    display = VgaDisplay(environment, "screen", ClockDomain(100_000_000), Scan(8, 4, 10, 8), memory=memory)
     environment.run(until=10_000 * 80)
     assert display.frames == 1
     assert display.starved == 4 * (8 - 7)
@@ -217,6 +217,6 @@ def test_a_display_on_a_slow_memory_starves() -> None:
     assert memory.busy == 40 * 10_000
     again = simpy.Environment()
     quick = ExternalMemory(again, "quick", replace(SRAM, latency_cycles=3))
-    served = Display(again, "other", ClockDomain(100_000_000), Scan(8, 4, 10, 8), memory=quick)
+    served = VgaDisplay(again, "other", ClockDomain(100_000_000), Scan(8, 4, 10, 8), memory=quick)
     again.run(until=10_000 * 80)
     assert (served.starved, served.port_cycles) == (0, 40)

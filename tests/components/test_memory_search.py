@@ -17,12 +17,12 @@ from codesign import maps
 from codesign.components import (
     BlockRam,
     ClockDomain,
-    Display,
     ExternalMemory,
     Fpga,
     Granularity,
     PreemptedError,
     Scan,
+    VgaDisplay,
 )
 from codesign.components.display import SVGA_65
 from codesign.errors import RunError
@@ -192,7 +192,7 @@ def beside_a_display(micro_architecture: str, shown: bool) -> tuple[dict[str, in
     ram = BlockRam(environment, "fpga.block_ram", clock, depth=16_384, width=memory.width)
     if shown:
         scan = replace(SVGA_65, window=(60, 60))
-        Display(environment, "screen", ClockDomain(65_000_000), scan, memory=ram)
+        VgaDisplay(environment, "screen", ClockDomain(65_000_000), scan, memory=ram)
     fpga = Fpga(environment, "fpga", clock, (), ram)
     environment.process(fpga.execute(MACHINE.work(Job(problem, parameters)), Granularity.RUN_AHEAD))
     environment.run()
@@ -230,7 +230,7 @@ def beside_a_memory(
     fpga = Fpga(environment, "fpga", ClockDomain(75_000_000), (hear,))
     fpga.use(memory)
     if scan is not None:
-        Display(environment, "screen", ClockDomain(25_000_000), scan, memory=memory)
+        VgaDisplay(environment, "screen", ClockDomain(25_000_000), scan, memory=memory)
 
     def search() -> Generator[simpy.Event, Any, None]:
         try:
@@ -320,13 +320,13 @@ def test_designs_and_displays_are_attached_in_order() -> None:
         Fpga(environment, "fast", ClockDomain(150_000_000)).use(memory)
     fpga = Fpga(environment, "fpga", ClockDomain(100_000_000))
     fpga.use(memory)
-    with pytest.raises(RunError, match="too late or second"):
+    with pytest.raises(RunError, match="too late, or is the second"):
         fpga.use(memory)
     with pytest.raises(RunError, match="a read beside a design"):
         next(memory.read(1, sequential=True))
     shown = ExternalMemory(environment, "shown", SRAM)
-    Display(environment, "screen", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=shown)
-    with pytest.raises(RunError, match="too late or second"):
+    VgaDisplay(environment, "screen", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=shown)
+    with pytest.raises(RunError, match="too late, or is the second"):
         fpga.use(shown)
 
 
@@ -338,7 +338,7 @@ def test_two_displays_that_stall_one_step_are_refused() -> None:
     memory = ExternalMemory(environment, "sram", SRAM)
     fpga.use(memory)
     for index, one in enumerate((ram, memory)):
-        Display(environment, f"screen {index}", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=one)
+        VgaDisplay(environment, f"screen {index}", ClockDomain(25_000_000), Scan(8, 2, 20, 4), memory=one)
     parameters = SearchParameters(micro_architecture="pipelined", display="none")  # type: ignore[arg-type]
     environment.process(fpga.execute(MACHINE.work(Job(a_problem(3), parameters, external=SRAM))))
     with pytest.raises(RunError, match="two displays stall phase 'bf'"):

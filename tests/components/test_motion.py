@@ -18,7 +18,7 @@ from codesign.components.motion import (
     OmnidirectionalDrive,
     PointDrive,
 )
-from codesign.components.way import NEAR, Way
+from codesign.components.path import NEAR, Polyline
 from codesign.errors import InputError
 
 
@@ -32,7 +32,7 @@ def sampled(motion: Motion, count: int = 400) -> tuple[np.ndarray, np.ndarray, n
 @given(ways, kinematics, st.floats(0.0, 60.0))
 @settings(max_examples=150, deadline=None)
 def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
-    way: Way, limits: Kinematics, allowed: float
+    way: Polyline, limits: Kinematics, allowed: float
 ) -> None:
     motion = Motion.drive(way, limits, allowed)
     assert motion is not None
@@ -55,7 +55,7 @@ def test_a_motion_keeps_its_limits_and_stands_at_its_authority(
 @given(ways, st.sampled_from([OmnidirectionalDrive(1.5, 4.0), DifferentialDrive(0.5, 0.4, 1.5)]))
 @settings(max_examples=100, deadline=None)
 def test_corners_are_taken_as_slowly_as_they_need(
-    way: Way, limits: OmnidirectionalDrive | DifferentialDrive
+    way: Polyline, limits: OmnidirectionalDrive | DifferentialDrive
 ) -> None:
     period = SECOND // 5
     motion = Motion.drive(way, limits, way.length, control_period=period)
@@ -93,7 +93,7 @@ def test_a_bend_in_many_small_corners_is_taken_as_slowly_as_its_radius_needs(
 @given(ways, kinematics, st.floats(0.0, 1.0))
 @settings(max_examples=100, deadline=None)
 def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
-    way: Way, limits: Kinematics, share: float
+    way: Polyline, limits: Kinematics, share: float
 ) -> None:
     motion = Motion.drive(way, limits, way.length)
     assert motion is not None
@@ -104,7 +104,7 @@ def test_the_time_of_an_arc_is_the_first_at_which_it_is_reached(
 
 
 def duration(limits: Kinematics, *points: tuple[float, float], heading: float = 0.0) -> float:
-    motion = Motion.drive(Way(points), limits, math.inf, heading=heading)
+    motion = Motion.drive(Polyline(points), limits, math.inf, heading=heading)
     assert motion is not None
     return motion.duration / SECOND
 
@@ -123,7 +123,7 @@ def test_durations_in_closed_form() -> None:
 
 def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
     motion = Motion.drive(
-        Way([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
+        Polyline([(0, 0), (0, 10), (-10, 10)]), DifferentialDrive(2.0, 1.0, math.pi / 4), math.inf
     )
     assert motion is not None
     assert [motion.heading_at(time * SECOND) for time in (0, 8, 10, 20)] == pytest.approx(
@@ -134,7 +134,7 @@ def test_a_turn_on_the_spot_turns_evenly_the_short_way_round() -> None:
 
 def test_a_speed_that_a_way_cannot_take_over_is_refused() -> None:
     limits = OmnidirectionalDrive(2.0, 1.0)
-    straight, back = Way([(0, 0), (0, 10)]), Way([(0, 0), (0, -10)])
+    straight, back = Polyline([(0, 0), (0, 10)]), Polyline([(0, 0), (0, -10)])
     assert Motion.drive(straight, limits, 10.0, speed=2.0) is not None
     assert Motion.drive(straight, limits, 2.0, speed=2.0) is not None, "exactly the braking distance"
     assert Motion.drive(straight, limits, 1.99, speed=2.0) is None

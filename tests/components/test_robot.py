@@ -11,6 +11,7 @@ from drives_and_ways import OPEN, SIDE, a_robot, circle, kinematics, maps, ways
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from codesign.components import MobileRobot
 from codesign.components.motion import (
     SECOND,
     DifferentialDrive,
@@ -19,8 +20,7 @@ from codesign.components.motion import (
     OmnidirectionalDrive,
     PointDrive,
 )
-from codesign.components.robot import Robot
-from codesign.components.way import NEAR, Way, authority, cell_of, join
+from codesign.components.path import NEAR, Polyline, authority, cell_of, join
 from codesign.errors import InputError, RunError
 from codesign.scenarios.drive.world import Appearing, Moving, World
 from codesign.scenarios.drive.world.obstacles import rectangle
@@ -28,7 +28,7 @@ from codesign.scenarios.drive.world.obstacles import rectangle
 
 def test_metres_become_cells() -> None:
     robot = a_robot(PointDrive(0.5), (2.0, 2.0), resolution=0.1)
-    assert robot.command(0, Way([(2, 2), (2, 9)]), 7.0) is None
+    assert robot.command(0, Polyline([(2, 2), (2, 9)]), 7.0) is None
     robot.advance(SECOND, OPEN)
     assert robot.position == pytest.approx((2.0, 7.0))
     assert (robot.speed, robot.distance) == pytest.approx((5.0, 5.0))
@@ -42,7 +42,7 @@ def test_a_contact_is_told_with_its_time_place_and_speed() -> None:
     blocked = OPEN.copy()
     blocked[2, 6] = True
     robot = a_robot(PointDrive(2.0), (2.0, 2.0))
-    robot.command(0, Way([(2, 2), (2, 9)]), 7.0)
+    robot.command(0, Polyline([(2, 2), (2, 9)]), 7.0)
     assert robot.advance(SECOND, blocked) is None
     contact = robot.advance(5 * SECOND, blocked)
     assert contact is not None
@@ -52,12 +52,12 @@ def test_a_contact_is_told_with_its_time_place_and_speed() -> None:
     assert (contact.cell, contact.speed, robot.cell, robot.speed) == ((2, 6), 2.0, (2, 5), 0.0)
     assert robot.moving == contact.time
     # Told to drive on, it stays where it is, and that is no new contact.
-    robot.command(5 * SECOND, join(Way([(2, 2), (2, 9)]), robot.position), 7.0)
+    robot.command(5 * SECOND, join(Polyline([(2, 2), (2, 9)]), robot.position), 7.0)
     robot.advance(6 * SECOND, blocked)
     assert robot.cell == (2, 5)
     assert len(robot.contacts) == 1
     # The obstacle goes, and so does the robot.
-    robot.command(6 * SECOND, join(Way([(2, 2), (2, 9)]), robot.position), 7.0)
+    robot.command(6 * SECOND, join(Polyline([(2, 2), (2, 9)]), robot.position), 7.0)
     robot.advance(9 * SECOND, OPEN)
     assert robot.position == (2.0, 9.0)
 
@@ -67,7 +67,7 @@ def test_a_robot_cuts_no_corner(closed: tuple[int, int]) -> None:
     blocked = OPEN.copy()
     blocked[closed] = True
     robot = a_robot(PointDrive(1.0), (1.0, 1.0))
-    robot.command(0, Way([(1, 1), (4, 4)]), math.inf)
+    robot.command(0, Polyline([(1, 1), (4, 4)]), math.inf)
     contact = robot.advance(9 * SECOND, blocked)
     assert contact is not None
     assert (contact.cell, robot.cell) == (closed, (2, 2))
@@ -78,7 +78,7 @@ def test_turning_on_a_border_it_has_not_entered_the_cell_ahead() -> None:
     blocked = OPEN.copy()
     blocked[4, 2] = True
     robot = a_robot(DifferentialDrive(1.0, 1.0, 1.0), (4.5, 2.0))
-    robot.command(0, Way([(4.5, 2), (0, 2)]), 4.0)
+    robot.command(0, Polyline([(4.5, 2), (0, 2)]), 4.0)
     for time in (1, SECOND, 9 * SECOND):
         robot.advance(time, blocked)
     assert (robot.position, robot.cell) == ((4.5, 2.0), (5, 2))
@@ -88,7 +88,7 @@ def test_turning_on_a_border_it_has_not_entered_the_cell_ahead() -> None:
 
 def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
     robot = a_robot(OmnidirectionalDrive(2.0, 1.0), (5.0, 0.0))
-    robot.command(0, Way([(5, 0), (5, 11)]), 11.0)
+    robot.command(0, Polyline([(5, 0), (5, 11)]), 11.0)
     robot.advance(3 * SECOND, OPEN)
     assert (robot.arc, robot.speed) == pytest.approx((4.0, 2.0))
     assert robot.stop(3 * SECOND) == 5 * SECOND
@@ -100,7 +100,7 @@ def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
     robot.stop(10 * SECOND)
     assert robot.safety_stops == 1
     assert robot.moving == 5 * SECOND
-    robot.command(10 * SECOND, Way([robot.position, (5, 11)]), 5.0)
+    robot.command(10 * SECOND, Polyline([robot.position, (5, 11)]), 5.0)
     robot.advance(11 * SECOND, OPEN)
     robot.stop(11 * SECOND)
     assert robot.safety_stops == 2, "a command came in between"
@@ -108,16 +108,16 @@ def test_a_stop_takes_the_braking_distance_and_counts_once() -> None:
 
 def test_a_way_that_cannot_be_taken_over_makes_the_robot_brake_within_its_old_authority() -> None:
     robot = a_robot(OmnidirectionalDrive(2.0, 1.0), (5.0, 0.0))
-    robot.command(0, Way([(5, 0), (5, 9)]), 9.0)
+    robot.command(0, Polyline([(5, 0), (5, 9)]), 9.0)
     robot.advance(3 * SECOND, OPEN)
-    turned = Way([robot.position, (0.0, robot.position[1])])
+    turned = Polyline([robot.position, (0.0, robot.position[1])])
     assert robot.command(3 * SECOND, turned, turned.length) == 5 * SECOND
     robot.advance(4 * SECOND, OPEN)
     assert robot.position == pytest.approx((5.0, 5.5)), "still on the old way"
     robot.advance(5 * SECOND, OPEN)
     assert robot.position == pytest.approx((5.0, 6.0))
     assert robot.position[1] <= 9.0
-    turned = Way([robot.position, (0.0, 6.0)])
+    turned = Polyline([robot.position, (0.0, 6.0)])
     assert robot.command(5 * SECOND, turned, turned.length) is None
     robot.advance(20 * SECOND, OPEN)
     assert robot.position == pytest.approx((0.0, 6.0))
@@ -129,7 +129,7 @@ def test_a_command_again_and_again_along_one_way_loses_no_time() -> None:
         OmnidirectionalDrive(2.0, 1.0),
         DifferentialDrive(2.0, 1.0, math.pi / 4),
     ):
-        way = Way([(1, 1), (1, 4), (1.1, 6), (4, 8), (9, 8), (9, 2)])
+        way = Polyline([(1, 1), (1, 4), (1.1, 6), (4, 8), (9, 8), (9, 2)])
         once, often = a_robot(limits, (1.0, 1.0)), a_robot(limits, (1.0, 1.0))
         once.command(0, way, way.length)
         for time in range(0, 60 * SECOND, SECOND // 10):
@@ -149,17 +149,17 @@ def test_misuse_is_refused() -> None:
     with pytest.raises(RunError, match="advance it first"):
         robot.stop(20)
     with pytest.raises(RunError, match="advance it first"):
-        robot.command(20, Way([(2, 2)]), 0.0)
-    with pytest.raises(InputError, match="begin it where the robot is"):
-        robot.command(10, Way([(2, 3), (2, 4)]), 1.0)
+        robot.command(20, Polyline([(2, 2)]), 0.0)
+    with pytest.raises(InputError, match="begin it at the position of the robot"):
+        robot.command(10, Polyline([(2, 3), (2, 4)]), 1.0)
     with pytest.raises(InputError, match=r"robot\.resolution"):
         a_robot(PointDrive(2.0), (2.0, 2.0), resolution=0.0)
 
 
 def test_it_is_busy_while_it_moves() -> None:
     environment = simpy.Environment()
-    robot = Robot(environment, "robot", kinematics=PointDrive(1.0), resolution=1.0, position=(1.0, 1.0))
-    robot.command(0, Way([(1, 1), (1, 4)]), 3.0)
+    robot = MobileRobot(environment, "robot", kinematics=PointDrive(1.0), resolution=1.0, position=(1.0, 1.0))
+    robot.command(0, Polyline([(1, 1), (1, 4)]), 3.0)
     environment.run(until=2 * SECOND)
     assert robot.busy == 2 * SECOND
     robot.advance(2 * SECOND, OPEN)
@@ -172,7 +172,7 @@ def test_it_is_busy_while_it_moves() -> None:
 @given(ways, kinematics, maps, st.lists(st.integers(1, 40 * SECOND), max_size=12), st.floats(0.0, 30.0))
 @settings(max_examples=150, deadline=None)
 def test_many_steps_and_one_step_end_alike(
-    way: Way, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
+    way: Polyline, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
 ) -> None:
     blocked = ~free
     robots = []
@@ -231,7 +231,7 @@ def test_the_robot_is_never_in_a_blocked_cell(
         chance = random.random()
         if chance < 0.3:
             bends = random.uniform(-0.5, SIDE - 0.5, (3, 2)).round(int(random.integers(0, 4)))
-            way = Way(np.concatenate(([robot.position], bends)))
+            way = Polyline(np.concatenate(([robot.position], bends)))
             robot.command(now, way, way.length)
         elif chance < 0.35:
             robot.stop(now)
@@ -261,7 +261,7 @@ def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
         assert robot.arc <= robot.authority
         if random.random() < 0.5:
             bends = random.uniform(-0.5, SIDE - 0.5, (2, 2))
-            way = Way(np.concatenate(([robot.position], bends)))
+            way = Polyline(np.concatenate(([robot.position], bends)))
             end = robot.authority
             refused = robot.command(now, way, authority(way, free))
             assert refused is None or robot.authority <= end + 1e-9
@@ -272,7 +272,7 @@ def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
 
 def test_a_bend_is_driven_as_fast_when_its_way_is_given_anew_at_every_turn() -> None:
     limits, period, radius = OmnidirectionalDrive(2.5, 4.0), SECOND // 10, 0.75
-    way = Way(circle(100, radius).points[:76] + 5.0)
+    way = Polyline(circle(100, radius).points[:76] + 5.0)
     once = Motion.drive(way, limits, way.length)
     assert once is not None
     robot = a_robot(limits, way.point_at(0.0))

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from codesign.components import ClockDomain, Fpga, Granularity, PreemptedError
 from codesign.components.block_ram import BlockRam
-from codesign.components.display import SVGA_65, VGA, Display
+from codesign.components.display import SVGA_65, VGA, VgaDisplay
 from codesign.components.scan import Claims, Scan, scaled
 from codesign.errors import InputError, RunError
 from codesign.planners.styles import Step
@@ -216,7 +216,7 @@ def beside(
 
     ram = BlockRam(environment, "ram", clock, depth=1024, width=1)
     if scan is not None:
-        Display(environment, "screen", ClockDomain(pixel_hz), scan, memory=ram)
+        VgaDisplay(environment, "screen", ClockDomain(pixel_hz), scan, memory=ram)
     fpga = Fpga(environment, "fpga", clock, (hear,), ram)
 
     def neighbour() -> Generator[simpy.Event, Any, None]:
@@ -298,7 +298,7 @@ def test_interrupted_beside_a_display_the_units_done_are_told(
     environment = simpy.Environment()
     clock = ClockDomain(150_000_000)
     ram = BlockRam(environment, "ram", clock, depth=1024, width=1)
-    Display(environment, "screen", ClockDomain(65_000_000), scan, memory=ram)
+    VgaDisplay(environment, "screen", ClockDomain(65_000_000), scan, memory=ram)
     fpga = Fpga(environment, "fpga", clock, (), ram)
     caught: list[PreemptedError] = []
 
@@ -337,7 +337,7 @@ def test_interrupted_beside_a_display_the_units_done_are_told(
 def test_a_display_counts_frames_words_and_what_it_sees() -> None:
     environment = simpy.Environment()
     scan = Scan(8, 4, 10, 5, window=(2, 6), pixels_a_word=4)
-    display = Display(environment, "screen", ClockDomain(10**6), scan)
+    display = VgaDisplay(environment, "screen", ClockDomain(10**6), scan)
     environment.run(until=50 * 10**6 * 3 + 10**6)
     assert display.frames == 3
     # Three frames of 2 lines of 2 words; the fourth has begun with one.
@@ -352,7 +352,7 @@ def test_a_display_counts_frames_words_and_what_it_sees() -> None:
 @settings(max_examples=80, deadline=None)
 def test_accesses_of_spans_add_up(moments: list[int], scan: Scan, pixel_hz: int) -> None:
     clock = ClockDomain(pixel_hz)
-    display = Display(simpy.Environment(), "screen", clock, scan)
+    display = VgaDisplay(simpy.Environment(), "screen", clock, scan)
     moments = sorted(moments)
     times = [clock.edge(pixel) for _, pixel in requests_of(scan, clock.cycles_by(400_000) + 2)]
     for begin, end in pairwise(moments):
@@ -363,7 +363,7 @@ def test_a_memory_too_slow_starves_the_display() -> None:
     """Pixels at 65 MHz, words at 20 MHz: of the 8 words of a line of 20 pixels six come in its time."""
     environment = simpy.Environment()
     ram = BlockRam(environment, "ram", ClockDomain(20_000_000), depth=1024, width=8)
-    display = Display(environment, "screen", ClockDomain(65_000_000), Scan(8, 2, 20, 4), memory=ram)
+    display = VgaDisplay(environment, "screen", ClockDomain(65_000_000), Scan(8, 2, 20, 4), memory=ram)
     environment.run(until=ClockDomain(65_000_000).edge(2 * 80 + 23))
     assert display.starved == 5 * 2
     assert display.port_cycles == 5 * 6
@@ -371,17 +371,17 @@ def test_a_memory_too_slow_starves_the_display() -> None:
     assert ram.accesses == [0, 30]
     assert ram.busy == 30 * 50_000
     wider = Scan(8, 2, 20, 4, pixels_a_word=4)
-    quick = Display(environment, "other", ClockDomain(65_000_000), wider)
+    quick = VgaDisplay(environment, "other", ClockDomain(65_000_000), wider)
     assert quick.starved == 0
 
 
 def test_one_display_a_memory_from_the_beginning() -> None:
     environment = simpy.Environment()
     ram = BlockRam(environment, "ram", ClockDomain(10**8), depth=16, width=1)
-    Display(environment, "screen", ClockDomain(10**6), VGA, memory=ram)
+    VgaDisplay(environment, "screen", ClockDomain(10**6), VGA, memory=ram)
     with pytest.raises(RunError, match="two displays"):
-        Display(environment, "second", ClockDomain(10**6), VGA, memory=ram)
+        VgaDisplay(environment, "second", ClockDomain(10**6), VGA, memory=ram)
     other = BlockRam(environment, "other", ClockDomain(10**8), depth=16, width=1)
     environment.run(until=5)
     with pytest.raises(RunError, match="too late"):
-        Display(environment, "late", ClockDomain(10**6), VGA, memory=other)
+        VgaDisplay(environment, "late", ClockDomain(10**6), VGA, memory=other)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from reference_sensor import cast_reference
 from scipy import ndimage
 
-from codesign.components.sensor import RadiusSensor, RaySensor, Scan, Sensor, cast_reference
+from codesign.components.sensor import RadiusSensor, RangeScan, RaySensor, Sensor
 from codesign.errors import InputError
 
 SIDE = 14
@@ -164,7 +165,7 @@ def test_a_ray_sees_as_far_as_it_reaches() -> None:
 
 @pytest.mark.parametrize("sensor", [RaySensor(0.0, 8), RadiusSensor(0.0)])
 def test_a_range_of_0_sees_nothing(sensor: Sensor) -> None:
-    scan: Scan = sensor.scan(np.ones((3, 3), np.bool_), (1.0, 1.0))
+    scan: RangeScan = sensor.scan(np.ones((3, 3), np.bool_), (1.0, 1.0))
     assert scan.cells == 0
 
 

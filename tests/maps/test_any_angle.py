@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
 from codesign.maps import distance_octile
-from codesign.maps.any_angle import least_distance
+from codesign.maps.reach import least_distance
 
 Free = NDArray[np.bool_]
 

@@ -46,11 +46,11 @@ def test_movingai_characters(tmp_path: Path) -> None:
         (b"type octile", ":1", "without the line 'map'"),
         (b"type octile\nheight 0\nwidth 1\nmap\n.\n", "", "the map is empty"),
         (b"type octile\nheight 100000\nwidth 10000\nmap\n.\n", "", "1000000000 cells is above the limit"),
-        (b"type octile\nheight 3\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, the header says height 3"),
-        (b"type octile\nheight 1\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, the header says height 1"),
+        (b"type octile\nheight 3\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, its header says height 3"),
+        (b"type octile\nheight 1\nwidth 2\nmap\n..\n..\n", ":6", "2 rows, its header says height 1"),
         (b"type octile\nheight 1\nwidth 3\nmap\n..\n", ":5:1", "2 cells, the header says width 3"),
         (b"type octile\nheight 2\nwidth 2\nmap\n..\n...\n", ":6:3", "3 cells, the first has 2"),
-        (b"type octile\nheight 2\nwidth 2\nmap\n..\n.\n", ":6:2", "1 cells, the first has 2"),
+        (b"type octile\nheight 2\nwidth 2\nmap\n..\n.\n", ":6:2", "1 cell, the first has 2"),
         (b"type octile\nheight 2\nwidth 2\nmap\n..\n.x\n", ":6:2", "'x' is not a cell"),
     ],
 )
@@ -151,7 +151,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe.map")
     for path, message in (
         (tmp_path, "directory"),
-        (tmp_path / "none.map", "no such file"),
+        (tmp_path / "none.map", "does not exist"),
         (tmp_path / "pipe.map", "directory or a device"),
         ("nul\0.map", "cannot be read"),
         (tmp_path / ("n" * 300), "cannot be read"),
@@ -234,8 +234,8 @@ def test_transparent_pixels_are_unknown(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"P5 2 2 255\nabc", "holds 3 pixels"),
-        (b"P5 2 2 255\nabcdef", "holds 6 pixels"),
+        (b"P5 2 2 255\nabc", "has 3 pixels"),
+        (b"P5 2 2 255\nabcdef", "has 6 pixels"),
         (b"P5 1 1 65535\na", "middle of a pixel"),
         (b"P5 1 1 70000\na", "maximum of the PGM header is '70000'"),
         (b"P5 1 1 0\na", "maximum of the PGM header is '0'"),
@@ -247,8 +247,8 @@ def test_transparent_pixels_are_unknown(tmp_path: Path) -> None:
         (b"P2 2 1 255\n1 -1", "not a whole number"),
         (b"P2 2 1 255\n1 256", "a pixel of 256 is above"),
         (b"P2 2 1 255\n1 " + b"9" * 400, "is above"),
-        (b"P2 2 1 255\n1", "holds 1 pixels"),
-        (b"P2 2 1 255\n#1 2", "holds no pixel"),
+        (b"P2 2 1 255\n1", "has 1 pixel,"),
+        (b"P2 2 1 255\n#1 2", "has no pixel"),
         (b"P6 1 1 255\nabc", "neither PNG nor PGM"),
         (b"\x89PNG\r\n\x1a\n", "no header"),
         (b"\x89PNG\r\n\x1a\n" + png_chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 2, 8, 0, 0, 0, 0)), "decoded"),

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from codesign.components.way import NEAR, Way, cell_of
+from codesign.components.path import NEAR, Polyline, cell_of
 from codesign.records import (
     BeliefRecord,
     CommandRecord,
@@ -138,7 +138,7 @@ def _check_known(records: Sequence[Record], commands: Sequence[CommandRecord]) -
 
 
 def _cells(command: CommandRecord) -> list[tuple[int, int]]:
-    way = Way(command.points).head(command.end)
+    way = Polyline(command.points).head(command.end)
     return [(int(row), int(column)) for row, column in way.crossings[1][:, :2]]
 
 

@@ -14,13 +14,13 @@ from codesign.components import (
     Bus,
     ClockDomain,
     Component,
-    Display,
     ExternalMemory,
     Fpga,
     LinkErrors,
     Processor,
     Scan,
     Serial,
+    VgaDisplay,
 )
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.styles import Step
@@ -114,7 +114,7 @@ def a_memory_on_show(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[Work]]:
     memory = ExternalMemory(environment, "unit", SRAM, listeners)
-    Display(environment, "screen", CLOCK, Scan(4, 2, 9, 3), memory=memory)
+    VgaDisplay(environment, "screen", CLOCK, Scan(4, 2, 9, 3), memory=memory)
     return memory, [memory.read(5, sequential=True), memory.write(2, sequential=False)]
 
 
@@ -122,7 +122,7 @@ def a_block_ram_on_show(
     environment: simpy.Environment, listeners: Sequence[Listener]
 ) -> tuple[Component, list[Work]]:
     ram = BlockRam(environment, "unit", CLOCK, depth=64, width=1, listeners=listeners)
-    Display(environment, "screen", CLOCK, SCAN, memory=ram)
+    VgaDisplay(environment, "screen", CLOCK, SCAN, memory=ram)
 
     def use() -> Work:
         yield environment.timeout(CLOCK.edge(20))
@@ -133,7 +133,7 @@ def a_block_ram_on_show(
 
 
 def a_display(environment: simpy.Environment, listeners: Sequence[Listener]) -> tuple[Component, list[Work]]:
-    display = Display(environment, "unit", CLOCK, SCAN, listeners=listeners)
+    display = VgaDisplay(environment, "unit", CLOCK, SCAN, listeners=listeners)
 
     def nothing() -> Work:
         yield environment.timeout(CLOCK.edge(20))

@@ -8,9 +8,9 @@ import numpy as np
 import simpy
 from hypothesis import strategies as st
 
+from codesign.components import MobileRobot
 from codesign.components.motion import DifferentialDrive, Kinematics, OmnidirectionalDrive, PointDrive
-from codesign.components.robot import Robot
-from codesign.components.way import Way
+from codesign.components.path import Polyline
 
 SIDE = 12
 
@@ -19,7 +19,7 @@ SIDE = 12
 quarters = st.integers(-1, 4 * SIDE - 3).map(lambda number: number / 4)
 anywhere = st.floats(-0.4, SIDE - 0.6)
 points = st.tuples(quarters, quarters) | st.tuples(anywhere, anywhere)
-ways = st.lists(points, min_size=1, max_size=7).map(Way)
+ways = st.lists(points, min_size=1, max_size=7).map(Polyline)
 
 maps = st.tuples(st.integers(0, 2**32), st.sampled_from([0.0, 0.1, 0.3])).map(
     lambda drawn: np.random.default_rng(drawn[0]).random((SIDE, SIDE)) >= drawn[1]
@@ -36,14 +36,16 @@ kinematics = st.sampled_from(
 )
 
 
-def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> Robot:
-    return Robot(simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position)
+def a_robot(limits: Kinematics, position: tuple[float, float], resolution: float = 1.0) -> MobileRobot:
+    return MobileRobot(
+        simpy.Environment(), "robot", kinematics=limits, resolution=resolution, position=position
+    )
 
 
 OPEN = np.zeros((SIDE, SIDE), np.bool_)
 
 
-def circle(count: int, radius: float) -> Way:
+def circle(count: int, radius: float) -> Polyline:
     """Twice around, ``count`` points a turn."""
     angle = np.arange(2 * count) * (2 * math.pi / count)
-    return Way(radius * np.column_stack((np.sin(angle), np.cos(angle))))
+    return Polyline(radius * np.column_stack((np.sin(angle), np.cos(angle))))

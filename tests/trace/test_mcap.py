@@ -237,7 +237,7 @@ def test_what_a_trace_cannot_hold_is_refused(tmp_path: Path, record: Record, why
 
 def test_a_message_that_no_reader_would_take_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("codesign.trace.encoding.MAX_MESSAGE_BYTES", 100)
-    with pytest.raises(TraceError, match="more than a reader takes"):
+    with pytest.raises(TraceError, match="more than a reader accepts"):
         encode(a_run()[3])
 
 

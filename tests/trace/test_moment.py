@@ -69,7 +69,7 @@ def a_room() -> list[Record]:
 def test_a_moment_holds_what_was_told_by_then() -> None:
     early = moment(a_room(), SECOND)
     assert early.time == SECOND
-    assert early.way is not None
+    assert early.path is not None
     assert early.driven.tolist() == [[0.0, 0.0]]
     assert early.free.sum() == early.start.sum()
     assert early.events == ()
@@ -89,11 +89,11 @@ def test_a_moment_holds_what_was_told_by_then() -> None:
 def test_the_map_of_a_moment_reads_as_agreed() -> None:
     *picture, legend, when, where, known = moment_lines(moment(a_room(), SECOND))
     assert picture == EARLY.splitlines()
-    assert "@ robot, G goal, * way" in legend
+    assert "@ robot, G goal, * path" in legend
     assert when == "at 1 s"
     assert where == "robot at row 0.00, column 0.00, heading 0°, 0 m/s"
     # 19 of 25 cells were taken for free; walls among them are four in row 0, two in row 2 and two in row 4.
-    assert known == "76.0% of the cells known, 8 of them otherwise by now"
+    assert known == "76.0% of the cells known, 8 of them no longer right"
 
 
 def test_what_came_is_told_from_walls_and_a_cell_wrongly_blocked_from_both() -> None:
@@ -101,7 +101,7 @@ def test_what_came_is_told_from_walls_and_a_cell_wrongly_blocked_from_both() -> 
     assert lines[1] == "*·▓?·"
     assert lines[3][:4] == "@**█"
     assert "heading 90°, 0.25 m/s" in lines[7]
-    assert "1 cells blocked and 0 freed since the start" in lines[8]
+    assert "1 cell blocked and 0 freed since the start" in lines[8]
     assert lines[-1] == "3 s: plan requested: the way is blocked"
 
 
@@ -132,9 +132,9 @@ def test_all_robots_of_a_fleet_are_shown() -> None:
 
 
 def test_a_trace_without_a_map_or_with_a_cell_outside_of_it_has_no_moment() -> None:
-    with pytest.raises(TraceError, match="no map by then"):
+    with pytest.raises(TraceError, match="no map at that time"):
         moment([])
-    with pytest.raises(TraceError, match="a cell outside of the map"):
+    with pytest.raises(TraceError, match="a cell is outside of the map"):
         moment([*a_room(), ObstacleRecord(6 * SECOND, "map", np.array([[5, 0]], np.int32), True)])
 
 

@@ -154,7 +154,7 @@ def test_a_cut_file_gives_all_that_is_complete_and_says_so(tmp_path: Path) -> No
         assert all(same(one, other) for one, other in zip(back, many(3), strict=False))
         assert trace.complete == (length == len(whole))
         seen.add(len(back))
-    assert faults == {"holds nothing that can be read: the file is cut short"}
+    assert faults == {"has no readable content: the file is cut short"}
     assert len(seen) >= 3
     assert max(seen) == len(many(3))
 
@@ -199,7 +199,7 @@ def test_a_flipped_bit_is_found_wherever_it_is(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("record_type", "message", "why"),
     [
-        ("TaskRecord", b"[" * 100_000, "not JSON that a trace holds"),
+        ("TaskRecord", b"[" * 100_000, "not JSON of a trace"),
         ("TaskRecord", b"[" * 2_000_000, "a JSON text with 2000000 values"),
         ("TaskRecord", b"[1]", "not a JSON object"),
         ("TaskRecord", b"\xff", "not JSON"),
@@ -214,7 +214,7 @@ def test_a_flipped_bit_is_found_wherever_it_is(tmp_path: Path) -> None:
             "BeliefRecord",
             b'{"time":0,"source":"a","cells":{"dtype":"int32","shape":[0,2],"data":""},'
             b'"blocked":{"dtype":"bool","shape":[1],"data":"AQ=="}}',
-            "one cell is not one truth",
+            "the numbers of cells and of blocked flags differ",
         ),
     ],
 )
@@ -255,7 +255,7 @@ def test_an_array_that_is_none_is_refused(points: dict[str, Any], why: str) -> N
         (b"", "is empty"),
         (b"\x89MC", "is no MCAP file"),
         (b"PK\x03\x04" + bytes(100), "is no MCAP file"),
-        (b"\x89MCAP0\r\n", "holds nothing that can be read: the file is cut short"),
+        (b"\x89MCAP0\r\n", "has no readable content: the file is cut short"),
         (b"\x89MCAP0\r\n" + b"\x06" + b"\xff" * 8 + bytes(99), "a record of 18446744073709551615 bytes"),
     ],
 )
@@ -293,7 +293,7 @@ def test_a_chunk_that_unpacks_to_more_than_it_says_is_refused(tmp_path: Path, pa
 
     zeros = bytes(2**26)
     packed = zstandard.compress(zeros) if packing == "zstd" else lz4.frame.compress(zeros)
-    for claimed, why in ((1000, "size is not what it says"), (2**40, "a chunk of 1099511627776 bytes")):
+    for claimed, why in ((1000, "a chunk with a wrong size"), (2**40, "a chunk of 1099511627776 bytes")):
         builder = RecordBuilder()
         Header("", "bomb").write(builder)  # type: ignore[no-untyped-call]
         Chunk(packing, packed, 0, 0, 0, claimed).write(builder)

@@ -24,7 +24,6 @@ from codesign.trace import (
     perfetto,
     poses_csv,
     timeline,
-    trace_info,
     trace_thumbnail,
 )
 from codesign.trace.encoding import decode, encode
@@ -32,8 +31,7 @@ from codesign.trace.encoding import decode, encode
 
 def exercise(trace: Trace) -> None:
     """Everything that the command line does with a trace."""
-    info = trace_info(trace)
-    lines = [*map(str, info.rows()), *map(str, info.channel_rows())]
+    lines = [*map(str, trace.rows()), *map(str, trace.channel_rows())]
     lines += [cell for row in timeline(trace, limit=50) for cell in row.cells()]
     lines += trace_thumbnail(trace)
     if any(channel.record == "MapRecord" and channel.messages for channel in trace.channels):

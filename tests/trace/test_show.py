@@ -13,11 +13,10 @@ from hypothesis.extra import numpy as npst
 from places import ROOT
 from trace_samples import PluginRecord, a_run, write
 
-from codesign.errors import TraceError
+from codesign.errors import TraceError, printable
 from codesign.records import MapRecord, MessageRecord, StageRecord, TrajectoryRecord
-from codesign.trace import open_trace, thumbnail, timeline, trace_info, trace_thumbnail
+from codesign.trace import open_trace, thumbnail, timeline, trace_thumbnail
 from codesign.trace.encoding import RECORD_TYPES, schema_name, topic_of
-from codesign.trace.info import printable
 from codesign.trace.show import SHADES, WALL, row_of
 
 TIMELINE = """
@@ -72,21 +71,21 @@ def test_text_from_a_file_cannot_steer_the_terminal() -> None:
 
 def test_the_facts_of_a_trace(tmp_path: Path) -> None:
     path = write(tmp_path / "run.mcap", a_run(), platform="virtex4-pci")
-    info = trace_info(open_trace(path))
+    info = open_trace(path)
     assert dict(info.rows()) == {
         "file": str(path),
         "size": f"{path.stat().st_size:,} bytes",
-        "whole": "yes",
+        "complete": "yes",
         "written by": "hwsw-codesign",
         "messages": "12",
         "simulated time": "0 ps to 10 us",
         "run.format": "1",
         "run.platform": "virtex4-pci",
         "attachment run.json": "47 bytes",
-        "attachment result.json": f"{info.attachments['result.json']} bytes",
+        "attachment result.json": f"{len(info.attachments['result.json'].data)} bytes",
     }
-    assert info.channel_rows()[0] == ("/map", "foxglove.Grid", "1")
-    assert sum(int(count) for _, _, count in info.channel_rows()) == 12
+    assert info.channel_rows()[0] == ("/map", "foxglove.Grid", 1)
+    assert sum(count for _, _, count in info.channel_rows()) == 12
 
 
 def test_the_docs_name_every_record_and_topic() -> None:
@@ -108,10 +107,10 @@ def test_the_docs_name_every_record_and_topic() -> None:
 def test_a_cut_file_says_so(tmp_path: Path) -> None:
     path = write(tmp_path / "run.mcap", a_run())
     path.write_bytes(path.read_bytes()[:-20])
-    info = trace_info(open_trace(path))
+    info = open_trace(path)
     assert not info.complete
-    assert dict(info.rows())["whole"] == "no, only what came before: the file is cut short"
-    empty = trace_info(open_trace(write(tmp_path / "empty.mcap", [])))
+    assert dict(info.rows())["complete"] == "no, only the part before: the file is cut short"
+    empty = open_trace(write(tmp_path / "empty.mcap", []))
     assert dict(empty.rows())["simulated time"] == "no messages"
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import Way, join, starts_clear
+from codesign.components.path import Polyline, join, starts_clear
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer
 
@@ -35,7 +35,7 @@ class ActivePlan:
         self._planner, self._again = planner, again
         self.way, self.arrives = self._make(position)
 
-    def from_here(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> Way:
+    def from_here(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> Polyline:
         """The path from ``position``. The plan makes a new one where the robot is off it and the plan can be asked."""
         if self._again and self.way.closest(position)[1] > OFF_WAY:
             self.way, self.arrives = self._make(position)
@@ -54,16 +54,16 @@ class ActivePlan:
             return off and not starts_clear(join(self.way, position, passable), passable)
         return not self.arrives and self.way.length == 0.0 and self.target != self.answer.problem.starts[0]
 
-    def _make(self, position: tuple[float, float]) -> tuple[Way, bool]:
+    def _make(self, position: tuple[float, float]) -> tuple[Polyline, bool]:
         """The path from ``position``; else from where the plan begins: the robot left that while the plan was made."""
         problem = self.answer.problem
         points, arrives = self._ask(position)
         if not arrives and len(points) == 1:
             row, column = problem.starts[0]
             begun = self._ask((float(row), float(column)))
-            if Way(begun[0]).closest(position)[1] <= OFF_WAY:
+            if Polyline(begun[0]).closest(position)[1] <= OFF_WAY:
                 points, arrives = begun
-        return Way(around_corners(points, problem.free)), arrives
+        return Polyline(around_corners(points, problem.free)), arrives
 
     def _ask(self, position: tuple[float, float]) -> tuple[NDArray[np.float64], bool]:
         """The planner's path from a position.

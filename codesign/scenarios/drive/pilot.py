@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from codesign.components.command import Command
-from codesign.components.way import authority
+from codesign.components.path import authority
 from codesign.planners.interface import COMMAND, LOAD, POSE
 from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow
@@ -198,7 +198,7 @@ class Pilot:
         machine = self.machine
         if machine.listening:
             name, sent = self.scene.robot.name, (plan.number, look.at, composed)
-            machine.tell(CommandRecord(machine.now, name, *sent, command.way.points, command.end))
+            machine.tell(CommandRecord(machine.now, name, *sent, command.path.points, command.end))
 
     def _show(self) -> Generator[Any, Any, None]:
         """Process generator: where the robot was seen goes to the display; nothing waits for it."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.components.command import Command
-from codesign.components.robot import PRESSING, Robot
-from codesign.components.sensor import NOTHING, Scan, Sensor
-from codesign.components.way import Point, cell_of
+from codesign.components.path import Point, cell_of
+from codesign.components.robot import PRESSING, MobileRobot
+from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RobotComponent
 from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
@@ -39,7 +39,7 @@ class Look:
     """
 
     at: int
-    scan: Scan
+    scan: RangeScan
     position: Point
     speed: float
 
@@ -103,7 +103,7 @@ class Scene:
             known=problem.free if scenario.known == "all" else None,
             radius_cells=radius,
         )
-        self.robot = Robot(
+        self.robot = MobileRobot(
             machine.environment,
             name,
             kinematics=kinematics_of(spec),
@@ -127,7 +127,7 @@ class Scene:
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""
         robot, machine = self.robot, self.machine
-        before, way, arc = len(robot.contacts), robot.way, robot.arc
+        before, way, arc = len(robot.contacts), robot.path, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
         if robot.arc > arc:
             self.clearance.drive(self.world.free_now, way.between(arc, robot.arc))

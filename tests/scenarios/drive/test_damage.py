@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from codesign.components import LinkErrors, Parity, Serial
 from codesign.components.command import Command
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity, wrong_bits
-from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RaySensor, Scan
-from codesign.components.way import Way
+from codesign.components.path import Polyline
+from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RangeScan, RaySensor
 from codesign.planners.interface import Problem
 from codesign.records import BeliefRecord, CommandRecord, MessageRecord, Record
 from codesign.report import render_text
@@ -135,7 +135,7 @@ def cells(some: NDArray[np.int64]) -> set[tuple[int, int]]:
     return {(int(row), int(column)) for row, column in some}
 
 
-def disjoint(scan: Scan) -> bool:
+def disjoint(scan: RangeScan) -> bool:
     return not cells(scan.free) & cells(scan.blocked)
 
 
@@ -169,21 +169,21 @@ def test_a_scan_of_cells_read_wrong(wrong: set[int]) -> None:
 
 
 def test_a_command_read_wrong() -> None:
-    command = Command(Way([(5, 4), (5, 8), (9, 8)]), 3.0, 0.1)  # 300 mm: 0b100101100
+    command = Command(Polyline([(5, 4), (5, 8), (9, 8)]), 3.0, 0.1)  # 300 mm: 0b100101100
     far = command.misread([9])
     assert far is not None
     assert far.end == pytest.approx(8.12)
-    assert far.way is command.way
+    assert far.path is command.path
     near = command.misread([8])
     assert near is not None
     assert near.end == pytest.approx(0.44)
     quarter = command.misread([32 + 30])
     assert quarter is not None
-    assert quarter.way.points == pytest.approx(np.array([(5, 4), (9, 4), (9, 0)]))
-    assert (quarter.way.length, quarter.end) == (pytest.approx(8.0), 3.0)
+    assert quarter.path.points == pytest.approx(np.array([(5, 4), (9, 4), (9, 0)]))
+    assert (quarter.path.length, quarter.end) == (pytest.approx(8.0), 3.0)
     # How fast it may drive at most the robot knows itself, and no way is longer for being told so.
     assert command.misread([64, 95]) is None
-    assert Command(command.way, 8.0, 0.1).misread([20]) is None
+    assert Command(command.path, 8.0, 0.1).misread([20]) is None
 
 
 PROBLEM = Problem(np.ones((4, 6), np.bool_), ((3, 5),), ((0, 0),))

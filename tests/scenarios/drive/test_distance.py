@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from mission_specs import KINEMATICS, Ground, rectangle
 from numpy.typing import NDArray
 
-from codesign.components.way import Way
+from codesign.components.path import Polyline
 from codesign.maps import OccupancyGrid, to_text
 from codesign.records import PoseRecord
 from codesign.scenarios.drive.world.clearance import STEP, Clearance
@@ -102,7 +102,7 @@ def test_clearance_is_exact_between_looks(seed: int, share: float, legs: int) ->
     dense = np.concatenate(
         [one + np.linspace(0, 1, 150)[:, None] * (other - one) for one, other in pairwise(path)]
     )
-    entered = Way(path).crossings[1].reshape(-1, 2)
+    entered = Polyline(path).crossings[1].reshape(-1, 2)
     inside = entered[((entered >= 0) & (entered < free.shape)).all(axis=1)]
     free[inside[:, 0], inside[:, 1]] = True
     told = Clearance()

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
 
-from codesign.components.way import NEAR, Way
+from codesign.components.path import NEAR, Polyline
 from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
 from codesign.results.mission import Mission
 from codesign.scenarios import bind, simulate
@@ -67,7 +67,7 @@ def test_a_drive_over_links_that_take_no_time_is_the_planner_run_alone(
     plan = planner.plan(problem, system.planning)
     points, arrives = planner.trajectory(problem, plan, problem.starts[0])
     assert arrives
-    way = Way(around_corners(points, problem.free))
+    way = Polyline(around_corners(points, problem.free))
 
     machine = ground.machine(placement, platform=[IDEAL, POINT])
     done = drive(machine)
@@ -102,7 +102,7 @@ def test_a_drive_over_links_that_take_no_time_is_the_planner_run_alone(
     assert mission.driving_s == pytest.approx(way.length / SPEED, abs=1e-4)
 
 
-def distance_to(way: Way, place: Any) -> float:
+def distance_to(way: Polyline, place: Any) -> float:
     base, moved = way.points[:-1], np.diff(way.points, axis=0)
     share = np.clip(((place - base) * moved).sum(axis=1) / (moved**2).sum(axis=1), 0.0, 1.0)
     return float(np.hypot(*(base + share[:, None] * moved - place).T).min())

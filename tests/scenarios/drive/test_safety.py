@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mission_specs import COSTS, KINEMATICS, Ground, rectangle
 from numpy.typing import NDArray
 
-from codesign.components.way import NEAR, cell_of
+from codesign.components.path import NEAR, cell_of
 from codesign.maps import OccupancyGrid, to_text
 from codesign.records import MapRecord, MissionRecord, ObstacleRecord, PoseRecord, Record
 from codesign.scenarios.drive.mission import FinishedDrive, drive
@@ -101,7 +101,7 @@ class Measured:
         patch.setattr(Scene, "advance", lambda scene: self._drive(scene))  # noqa: PLW0108
 
     def _drive(self, scene: Scene) -> None:
-        way, begin = scene.robot.way, scene.robot.arc
+        way, begin = scene.robot.path, scene.robot.arc
         # The map changes after the robot was advanced: until now it has been as it is.
         self._advance(scene)
         arcs = way.arcs[(way.arcs > begin) & (way.arcs < scene.robot.arc)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.sensor import Scan
+from codesign.components.sensor import RangeScan
 from codesign.errors import InputError
 from codesign.scenarios.drive.world.inflation import Inflation
 
@@ -77,7 +77,7 @@ class Belief:
         self._obstacles = Inflation(self._cells == BLOCKED, radius_cells)
         self._risks = Inflation(self._cells != FREE, radius_cells)
 
-    def update(self, scan: Scan) -> Update:
+    def update(self, scan: RangeScan) -> Update:
         """Believe what was seen; what changed by it."""
         free, blocked = scan.free, scan.blocked
         before_free = self._cells[free[:, 0], free[:, 1]]

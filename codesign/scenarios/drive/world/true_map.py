@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.components.way import Point, cell_of
+from codesign.components.path import Point, cell_of
 from codesign.errors import InputError, RunError, outside_map
 from codesign.scenarios.drive.world.inflation import Inflation
 from codesign.scenarios.drive.world.obstacles import Appearing, Cell, Moving, rectangle

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from codesign.components.sensor import NOTHING, RadiusSensor, RaySensor, Scan, Sensor
+from codesign.components.sensor import NOTHING, RadiusSensor, RangeScan, RaySensor, Sensor
 from codesign.errors import InputError
 from codesign.scenarios.drive.world import Belief, Frontiers, Inflation
 from codesign.scenarios.drive.world.belief import BLOCKED, FREE, UNKNOWN
@@ -151,7 +151,7 @@ def test_every_exploration_ends_and_has_seen_what_can_be_seen(
 def test_a_barren_frontier_is_no_goal_again() -> None:
     belief = Belief(1, 5)
     seen = np.array([[0, 0], [0, 1]])
-    belief.update(Scan(seen, np.zeros((0, 2), np.int64)))
+    belief.update(RangeScan(seen, np.zeros((0, 2), np.int64)))
     frontiers = Frontiers(belief)
     assert frontiers.goals((0, 0)) == [(0, 1)]
     assert not frontiers.looked((0, 0)), "not on the frontier"

@@ -1,4 +1,7 @@
-"""A listener that writes an MCAP file: whole, or not at all, and the same bytes for the same records."""
+"""Listeners that keep the records of a run: in memory, or in an MCAP file.
+
+The file is complete or absent, and the same records give the same bytes.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 from codesign.errors import TraceError
 from codesign.files import is_special, landing, passing
@@ -17,15 +20,17 @@ from codesign.trace.encoding import GRIDS, bared, encode, is_bare, schema_name, 
 from codesign.trace.foxglove import Floor, floor_of
 from codesign.trace.views import Views
 
+R = TypeVar("R", bound=Record)
+
 LIBRARY = "hwsw-codesign"
 FORMAT = "1"
-"""Raised when a reader of the old format would misread the new one."""
+"""Increased when a reader of the old format would misread the new one."""
 
 CHUNK_BYTES = 2**16
-"""A chunk is written out once its records have so many bytes: a cut or killed run keeps all but the last.
+"""A chunk is written when its records have so many bytes. A killed run loses at most the last chunk.
 
-Stages resemble each other, so larger chunks pack better: the trace of the labyrinth (14 stages of 60 to 90
-KB) takes 329 KB, with chunks of 1 MiB 211 KB.
+Stages resemble each other, so larger chunks compress better: the trace of the labyrinth (14 stages of 60 to 90 KB)
+takes 329 KB, and 211 KB with chunks of 1 MiB.
 """
 
 RUN = "run"
@@ -33,30 +38,44 @@ RUN_ATTACHMENT = "run.json"
 RESULT_ATTACHMENT = "result.json"
 
 
+class MemoryListener:
+    """Keeps the records of a run in the order of emission, in ``records``."""
+
+    def __init__(self) -> None:
+        self.records: list[Record] = []
+
+    def __call__(self, record: Record) -> None:
+        """Keep one record."""
+        self.records.append(record)
+
+    def of(self, record_type: type[R]) -> list[R]:
+        """The records of one class, in the order of emission."""
+        return [record for record in self.records if isinstance(record, record_type)]
+
+
 class McapListener:
-    """Writes every record it is given to an MCAP file.
+    """Writes every record to an MCAP file.
 
-    - ``path``: the file, overwritten at the end. ``identity``: what tells this run from others (names,
-      digests, seed, version), as texts; it goes into metadata ``run`` and attachment ``run.json``. No clock,
-      host or user is written.
+    - ``path``: the file, overwritten at the end. ``identity``: texts that identify the run (names, digests, seed,
+      version). They are written into the metadata ``run`` and the attachment ``run.json``. No clock, host or user is
+      written.
 
-    The file is written under a temporary name beside ``path`` (a dot, the name, ``.part``) and renamed by
-    ``close``. As a context manager it closes at the end of the block, and removes what it wrote if an
-    exception or Ctrl-C ends the block: a trace is whole or absent. Only a killed process leaves its temporary
-    file behind.
+    The file is written under a temporary name beside ``path`` (a dot, the name, ``.part``) and renamed by ``close``. As
+    a context manager it closes at the end of the block. If an exception or Ctrl-C ends the block, the temporary file is
+    removed: a trace is complete or absent. Only a killed process leaves its temporary file.
 
     The attachment ``result.json`` is the result of the ``SummaryRecord``.
 
     Raises:
-        TraceError: the file cannot be made or written (folder missing, no right, disk full); what was written
-        is gone.
+        TraceError: the file cannot be made or written (missing folder, no permission, full disk). The temporary file is
+            removed.
     """
 
     def __init__(self, path: str | Path, identity: Mapping[str, str] | None = None) -> None:
         from mcap.writer import Writer
 
         self.path = Path(path)
-        # A link is followed, and stays; and a long name is cut, as the temporary one is longer still.
+        # A symbolic link is followed and kept. A long name is cut, because the temporary name is longer.
         self._target = landing(self.path)
         self._part = self._target.with_name(f".{self._target.name[:16]}.{os.getpid()}-{id(self):x}.part")
         self._channels: dict[tuple[str, str], int] = {}
@@ -70,7 +89,7 @@ class McapListener:
         if self.path.is_dir():
             raise TraceError("is a folder", str(self.path), "name a file in it")
         if is_special(self.path):
-            raise TraceError("is no regular file", str(self.path), "a trace needs one: name a file")
+            raise TraceError("is no regular file", str(self.path), "name a regular file: a trace needs one")
         with self._guard():
             self._held.enter_context(passing(self._part))
             self._stream = self._part.open("xb")
@@ -81,18 +100,18 @@ class McapListener:
         self.attach(RUN_ATTACHMENT, "application/json", _json(run))
 
     def __call__(self, record: Record) -> None:
-        """Write one record, and what is to be shown after it; its ``time`` rounded down to nanoseconds is theirs.
+        """Write one record, then the views of it, with its ``time`` rounded down to nanoseconds.
 
         Raises:
-            TraceError: see the class; or the record holds what a trace cannot, or the file is closed.
+            TraceError: see the class. Also: a trace cannot hold the record, or the file is closed.
         """
         if isinstance(record, MapRecord):
             self._floor = floor_of(record)
-        # A mission may plan a thousand times: its fields are shown now and then.
-        told = bared(record) if self._views.mission else record
-        message = encode(told, self._floor)
+        # A mission may plan a thousand times, so its fields are left out here and written by the views at intervals.
+        written = bared(record) if self._views.mission else record
+        message = encode(written, self._floor)
         self._count += 1
-        self._write(self._record_channel(told), record.time, message)
+        self._write(self._record_channel(written), record.time, message)
         for view in self._views.of(record):
             metadata = {"source": view.source, "shows": type(record).__name__}
             self._write(
@@ -102,7 +121,7 @@ class McapListener:
             self.attach(RESULT_ATTACHMENT, "application/json", _json(record.result))
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment, such as a spec as it was read.
+        """Write an attachment, such as the text of a spec.
 
         Raises:
             TraceError: see the class.
@@ -113,7 +132,7 @@ class McapListener:
             )
 
     def close(self) -> None:
-        """Finish the file and give it its name; a second call does nothing.
+        """Finish the file and rename it to ``path``. A second call does nothing.
 
         Raises:
             TraceError: see the class.
@@ -128,7 +147,7 @@ class McapListener:
         self._held.close()
 
     def abort(self) -> None:
-        """Remove what was written; after ``close`` it does nothing."""
+        """Remove the temporary file. After ``close`` it does nothing."""
         if self._finished:
             return
         self._finished = True
@@ -164,16 +183,16 @@ class McapListener:
     def _record_channel(self, record: Record) -> int:
         kind, bare = type(record), is_bare(record)
         topic, schema = topic_of(kind, record.source), schema_name(kind, bare)
-        found = self._channels.get((topic, schema))
-        if found is not None:
-            return found
+        channel = self._channels.get((topic, schema))
+        if channel is not None:
+            return channel
         metadata = {"record": kind.__name__, "source": record.source}
         if kind in GRIDS and not bare:
             metadata["grid"] = GRIDS[kind]
         return self._channel(topic, schema, schema_of(kind, bare), metadata)
 
     def _channel(self, topic: str, schema: str, schema_json: bytes, metadata: dict[str, str]) -> int:
-        """The channel of a topic and a schema; it, and the schema by that name, are made where they are new."""
+        """The channel of a topic and a schema. A new channel, and a new schema, are registered."""
         key = topic, schema
         if key not in self._channels:
             with self._guard():
@@ -186,7 +205,7 @@ class McapListener:
 
     @contextmanager
     def _guard(self) -> Iterator[None]:
-        """Turn a failure to write into a ``TraceError`` that leaves nothing behind."""
+        """Remove the temporary file where a write fails, and raise a ``TraceError``."""
         if self._finished:
             raise TraceError("is closed", str(self.path), "emit no record after the end of the run")
         try:
@@ -196,7 +215,7 @@ class McapListener:
             raise TraceError(
                 f"cannot be written: {fault.strerror or fault}",
                 str(self.path),
-                "name a file in a folder that exists, may be written to and has room",
+                "name a file in a folder that exists, can be written to and has free space",
             ) from fault
 
 

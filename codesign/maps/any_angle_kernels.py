@@ -1,7 +1,13 @@
 """Compiled search for the shortest any-angle path (imported on first use).
 
-Coordinates are doubled, so that they are whole: the middle of cell (i, j) is (2i, 2j), its corners (2i ± 1, 2j ± 1).
-``blocked`` is padded by one cell of obstacle all around, and coordinates count from its first cell.
+Coordinates are doubled, so that they are whole numbers:
+
+    (2i-1, 2j-1) +---------+ (2i-1, 2j+1)
+                 |  (2i,   |
+                 |     2j) |                cell (i, j)
+    (2i+1, 2j-1) +---------+ (2i+1, 2j+1)
+
+``blocked`` is padded by one cell of obstacle on each side, and coordinates count from its first cell.
 """
 
 from __future__ import annotations
@@ -13,9 +19,9 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def visible(blocked: NDArray[np.bool_], y0: int, x0: int, y1: int, x1: int) -> bool:
-    """Whether the segment between two points meets the inside of no blocked cell, and no gap without width.
+    """Whether the segment between two points crosses neither the inside of a blocked cell nor a gap without width.
 
-    Exact, in whole numbers. A gap without width is a border between two blocked cells, or a corner where two blocked
+    Exact, in whole numbers. A gap without width is a border between two blocked cells, or a corner at which two blocked
     cells meet diagonally.
     """
     if y0 > y1:
@@ -27,15 +33,22 @@ def visible(blocked: NDArray[np.bool_], y0: int, x0: int, y1: int, x1: int) -> b
         return _open_line(blocked, x0, y0, y1, True)
     row, y, before = (y0 + 1) // 2, y0, -1
     while y < y1:
-        # The slab of this row; columns are fractions over ``down``: x0 + along (y - y0) / down.
+        # The slab of one row of cells, from y to below. In it the segment runs over the columns low / down to
+        # high / down, as x = x0 + along (y - y0) / down; all comparisons are of numerators.
+        #
+        #        2j-1     2j+1
+        #   y  ---|-.------|---
+        #         |   ' .  |        row of cells
+        #  below--|------'-|---
         below = min(2 * row + 1, y1)
         first, last = x0 * down + along * (y - y0), x0 * down + along * (below - y0)
         low, high = min(first, last), max(first, last)
-        # Cells j whose inside (2j - 1, 2j + 1) meets (low, high) / down.
+        # Cells j with an inside (2j - 1, 2j + 1) that overlaps (low, high) / down.
         left, right = (low - down) // (2 * down) + 1, -(-(high + down) // (2 * down)) - 1
         for column in range(left, right + 1):
             if blocked[row, column]:
                 return False
+        # Between two slabs the segment may pass a corner: not between two blocked cells that meet there.
         entered = left if along > 0 else right
         if before >= 0 and before != entered and blocked[row, before] and blocked[row - 1, entered]:
             return False
@@ -46,36 +59,44 @@ def visible(blocked: NDArray[np.bool_], y0: int, x0: int, y1: int, x1: int) -> b
 
 @njit(cache=True, nogil=True)
 def _open_line(blocked: NDArray[np.bool_], line: int, begin: int, end: int, down: bool) -> bool:
-    """``visible`` along a row of coordinate ``line`` from ``begin`` to ``end``, or down a column."""
-    one, other = line // 2, (line + 1) // 2
-    on_one = on_other = True
+    """``visible`` along a row of coordinate ``line`` from ``begin`` to ``end``, or along a column (``down``).
+
+    An odd ``line`` runs along the border of two rows of cells, before and after it; an even one inside a row.
+    """
+    before, after = line // 2, (line + 1) // 2
+    open_before = open_after = True
     for cell in range((begin + 1) // 2, (end + 1) // 2 + 1):
-        # Only cells that the open span meets the inside of.
+        # Only cells with an inside that overlaps the open span.
         if min(end, 2 * cell + 1) <= max(begin, 2 * cell - 1):
             continue
-        free_one = not (blocked[cell, one] if down else blocked[one, cell])
-        free_other = not (blocked[cell, other] if down else blocked[other, cell])
-        # From a cell on one side to the next on the other leads only through the corner between them.
-        if not ((on_one and free_one) or (on_other and free_other)):
+        free_before = not (blocked[cell, before] if down else blocked[before, cell])
+        free_after = not (blocked[cell, after] if down else blocked[after, cell])
+        # A change from one side to the other would pass through the corner of two blocked cells.
+        if not ((open_before and free_before) or (open_after and free_after)):
             return False
-        on_one, on_other = free_one, free_other
+        open_before, open_after = free_before, free_after
     return True
 
 
 @njit(cache=True, nogil=True)
 def corners(blocked: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Points at which a shortest path may bend, int64 n × 2: where exactly one of four cells is blocked."""
+    """Points at which a shortest path may bend, int64 n × 2: the corners with exactly one of four cells blocked.
+
+    free | free
+    -----+--------      (2 row + 1, 2 column + 1)
+    free | blocked
+    """
     rows, columns = blocked.shape
-    found = np.empty(((rows - 1) * (columns - 1), 2), np.int64)
+    points = np.empty(((rows - 1) * (columns - 1), 2), np.int64)
     used = 0
     for row in range(rows - 1):
         for column in range(columns - 1):
             count = int(blocked[row, column]) + int(blocked[row + 1, column])
             count += int(blocked[row, column + 1]) + int(blocked[row + 1, column + 1])
             if count == 1:
-                found[used] = 2 * row + 1, 2 * column + 1
+                points[used] = 2 * row + 1, 2 * column + 1
                 used += 1
-    return found[:used].copy()
+    return points[:used].copy()
 
 
 @njit(cache=True, nogil=True)
@@ -98,32 +119,32 @@ def _enters(blocked: NDArray[np.bool_], box: NDArray[np.int64], y: int, x: int) 
 def _to_boxes(
     blocked: NDArray[np.bool_], boxes: NDArray[np.int64], y: int, x: int, seen: bool
 ) -> tuple[float, int]:
-    """Least distance from a point to boxes, and the tries it took; ``seen``: to those that it sees alone."""
-    least, tries = np.inf, 0
+    """Least distance from a point to boxes, and the tests of visibility. ``seen``: only to boxes that it sees."""
+    least, tests_made = np.inf, 0
     for index in range(len(boxes)):
         to_y, to_x = _from_box(boxes[index], y, x)
         length = np.hypot(float(to_y - y), float(to_x - x))
         if length < least:
             if seen:
-                tries += 1
+                tests_made += 1
                 if not (_enters(blocked, boxes[index], to_y, to_x) and visible(blocked, y, x, to_y, to_x)):
                     continue
             least = length
-    return least, tries
+    return least, tests_made
 
 
 @njit(cache=True, nogil=True)
-def _straight(blocked: NDArray[np.bool_], one: NDArray[np.int64], other: NDArray[np.int64]) -> float:
-    """Length of the shortest straight path between two boxes, inf where each is blocked."""
+def _straight(blocked: NDArray[np.bool_], source: NDArray[np.int64], target: NDArray[np.int64]) -> float:
+    """Length of the shortest straight path between two boxes, from 3 × 3 points of the source; inf without one."""
     least = np.inf
-    for y in (one[0], (one[0] + one[2]) // 2, one[2]):
-        for x in (one[1], (one[1] + one[3]) // 2, one[3]):
-            to_y, to_x = _from_box(other, y, x)
-            from_y, from_x = _from_box(one, to_y, to_x)
+    for y in (source[0], (source[0] + source[2]) // 2, source[2]):
+        for x in (source[1], (source[1] + source[3]) // 2, source[3]):
+            to_y, to_x = _from_box(target, y, x)
+            from_y, from_x = _from_box(source, to_y, to_x)
             length = np.hypot(float(to_y - from_y), float(to_x - from_x))
             if length >= least or not visible(blocked, from_y, from_x, to_y, to_x):
                 continue
-            if _enters(blocked, one, from_y, from_x) and _enters(blocked, other, to_y, to_x):
+            if _enters(blocked, source, from_y, from_x) and _enters(blocked, target, to_y, to_x):
                 least = length
     return least
 
@@ -138,8 +159,9 @@ def search(
 ) -> float:
     """Length, in doubled coordinates, of the shortest path from any of the sources to any of the targets.
 
-    A* over ``nodes`` with the straight distance to the targets as what is left at least. After ``most`` tests of
-    visibility it gives the least sum of what was driven and what is left: the shortest path is no shorter.
+    A* over ``nodes``. A node has f = g + h: g (``driven``) is the shortest known path from the sources, h (``left``)
+    the straight distance to the targets. After ``most`` tests of visibility the result is the least f: the shortest
+    path is no shorter.
 
     Args:
         blocked: bool, padded map.
@@ -148,34 +170,35 @@ def search(
         most: tests of visibility.
     """
     best = np.inf
-    for one in range(len(sources)):
-        for other in range(len(targets)):
-            best = min(best, _straight(blocked, sources[one], targets[other]))
-    count, tries = len(nodes), len(sources) * len(targets)
+    for source in range(len(sources)):
+        for target in range(len(targets)):
+            best = min(best, _straight(blocked, sources[source], targets[target]))
+    count, tests_made = len(nodes), len(sources) * len(targets)
     driven, left = np.empty(count), np.empty(count)
     closed = np.zeros(count, np.bool_)
     for index in range(count):
         y, x = nodes[index]
         left[index] = _to_boxes(blocked, targets, y, x, False)[0]
-        driven[index], more = _to_boxes(blocked, sources, y, x, True)
-        tries += more
+        driven[index], tests = _to_boxes(blocked, sources, y, x, True)
+        tests_made += tests
     while True:
+        # Expand the open node with the least f. No f below ``best``: the path of ``best`` is the shortest.
         here, least = -1, best
         for index in range(count):
             if not closed[index] and driven[index] + left[index] < least:
                 here, least = index, driven[index] + left[index]
-        if here < 0 or tries > most:
+        if here < 0 or tests_made > most:
             return least
         closed[here] = True
         y, x = nodes[here]
-        end, more = _to_boxes(blocked, targets, y, x, True)
-        best, tries = min(best, driven[here] + end), tries + more
+        end, tests = _to_boxes(blocked, targets, y, x, True)
+        best, tests_made = min(best, driven[here] + end), tests_made + tests
         for index in range(count):
             if closed[index]:
                 continue
             to_y, to_x = nodes[index]
             length = driven[here] + np.hypot(float(to_y - y), float(to_x - x))
             if length < driven[index] and length + left[index] < best:
-                tries += 1
+                tests_made += 1
                 if visible(blocked, y, x, to_y, to_x):
                     driven[index] = length

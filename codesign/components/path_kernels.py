@@ -9,15 +9,15 @@ from numba import njit
 from numpy.typing import NDArray
 
 CORNER = 1e-9
-"""Cells: a segment that comes so near to where four cells meet goes through the corner itself."""
+"""Cells: a line that passes a corner of four cells within this distance counts as passing through the corner."""
 
 
 @njit(cache=True, nogil=True)
 def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
     """Every cell that a polyline enters, in order, the first cell included.
 
-    After Amanatides and Woo (1987), but with the number of borders to cross taken from the two end cells, so that
-    rounding can neither skip the end cell nor run past it.
+    After Amanatides and Woo (1987). Here the number of borders to cross follows from the two end cells, so rounding can
+    neither skip the end cell nor pass it.
 
     Args:
         points: float64 n × 2, (row, column) in cells.
@@ -25,8 +25,8 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
 
     Returns:
         entry: float64 m, arc length at which each cell is entered.
-        cells: int64 m × 6: the cell, then, where it is entered through a corner, the two cells beside the corner
-        (elsewhere the cell itself again).
+        cells: int64 m × 6: the cell, then the two cells beside the corner where it is entered through one (otherwise
+        the cell itself, twice).
     """
     entry = np.empty(64)
     cells = np.empty((64, 6), np.int64)
@@ -42,7 +42,8 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
         last_column = int(np.floor(points[index + 1, 1] + 0.5))
         row_step, column_step = np.sign(last_row - row), np.sign(last_column - column)
         while row != last_row or column != last_column:
-            # Shares of the segment up to the next border of each kind; above 1: none is left.
+            # The segment is (y, x) + s (down, along). The next border between rows lies at s = to_row, that between
+            # columns at s = to_column; above 1: no border of that kind is left.
             to_row = min(max((row + 0.5 * row_step - y) / down, 0.0), 1.0) if row != last_row else 2.0
             to_column = (
                 min(max((column + 0.5 * column_step - x) / along, 0.0), 1.0) if column != last_column else 2.0
@@ -50,11 +51,11 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
             # Through a corner the segment touches both cells beside it, so they are reported with the cell that it
             # enters:
             #
-            #   from  | other        one: only the row changes
-            #   ------+------        other: only the column changes
-            #   one   | to
+            #   from      | in_row
+            #   ----------+-------
+            #   in_column | to
             corner = abs(to_row - to_column) * length <= CORNER
-            one, other = (row + row_step, column), (row, column + column_step)
+            in_column, in_row = (row + row_step, column), (row, column + column_step)
             if corner or to_row < to_column:
                 row += row_step
             if corner or to_column < to_row:
@@ -66,8 +67,8 @@ def crossings(points: NDArray[np.float64], arcs: NDArray[np.float64]) -> Any:
             entry[used] = arcs[index] + min(to_row, to_column) * length
             cells[used, 0], cells[used, 1] = row, column
             if corner:
-                cells[used, 2], cells[used, 3] = one
-                cells[used, 4], cells[used, 5] = other
+                cells[used, 2], cells[used, 3] = in_column
+                cells[used, 4], cells[used, 5] = in_row
             else:
                 cells[used, 2], cells[used, 3] = row, column
                 cells[used, 4], cells[used, 5] = row, column
@@ -81,7 +82,7 @@ def first_closed(
 ) -> int:
     """Index of the first crossing, from ``first`` to before ``last``, into a closed cell or past a corner beside one.
 
-    -1 where all are open. Outside of the grid is closed.
+    -1 where all are open. Cells outside of the grid are closed.
 
     Args:
         cells: as ``crossings`` returns them.

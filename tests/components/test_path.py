@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.components.motion import DifferentialDrive, Motion
-from codesign.components.way import NEAR, STANDING_ROOM, Way, authority, cell_of, join
+from codesign.components.path import NEAR, STANDING_ROOM, Polyline, authority, cell_of, join
 from codesign.errors import InputError
 
 
-def exact_cells(way: Way) -> list[tuple[int, int]]:
+def exact_cells(way: Polyline) -> list[tuple[int, int]]:
     """The cells of a polyline in rational arithmetic: those of its vertices, and of the middles between borders."""
     half = Fraction(1, 2)
     found: list[tuple[int, int]] = []
@@ -40,9 +40,9 @@ def exact_cells(way: Way) -> list[tuple[int, int]]:
     return found or [cell_of(way.points[0].tolist())]
 
 
-@given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Way))
+@given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Polyline))
 @settings(max_examples=200, deadline=None)
-def test_a_way_enters_the_cells_of_exact_arithmetic(way: Way) -> None:
+def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
     entry, cells = way.crossings
     assert [tuple(cell) for cell in cells[:, :2].tolist()] == exact_cells(way)
     assert (np.diff(entry) >= 0.0).all()
@@ -56,7 +56,7 @@ def test_a_way_enters_the_cells_of_exact_arithmetic(way: Way) -> None:
 
 @given(ways)
 @settings(max_examples=100, deadline=None)
-def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Way) -> None:
+def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Polyline) -> None:
     _, cells = way.crossings
     assert tuple(cells[-1, :2]) == cell_of(way.points[-1].tolist())
     for before, here in zip(cells[:-1, :2], cells[1:], strict=True):
@@ -69,20 +69,22 @@ def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Way) 
 
 def test_authority_ends_before_the_first_cell_that_is_not_known_free() -> None:
     known = np.ones((5, 9), np.bool_)
-    straight = Way([(2, 0), (2, 8)])
+    straight = Polyline([(2, 0), (2, 8)])
     assert authority(straight, known) == 8.0
     known[2, 5] = False
     assert authority(straight, known) == pytest.approx(4.5 - STANDING_ROOM)
     assert authority(straight, known, start=2.0) == pytest.approx(4.5 - STANDING_ROOM)
     assert authority(straight, known, start=5.2) == 8.0, "its own cell counts as free"
     assert authority(straight, known, start=4.4999) == 4.4999, "never behind the robot"
-    assert authority(Way([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), "outside is closed"
+    assert authority(Polyline([(2, 0), (2, -4)]), known) == pytest.approx(0.5 - STANDING_ROOM), (
+        "outside is closed"
+    )
 
 
 @pytest.mark.parametrize("closed", [(2, 3), (3, 2)])
 def test_authority_cuts_no_corner(closed: tuple[int, int]) -> None:
     known = np.ones((5, 5), np.bool_)
-    diagonal = Way([(1, 1), (4, 4)])
+    diagonal = Polyline([(1, 1), (4, 4)])
     assert authority(diagonal, known) == diagonal.length
     known[closed] = False
     assert authority(diagonal, known) == pytest.approx(1.5 * math.sqrt(2) - STANDING_ROOM)
@@ -91,11 +93,11 @@ def test_authority_cuts_no_corner(closed: tuple[int, int]) -> None:
 @pytest.mark.parametrize("points", [[], [[1, 2, 3]], [[0, 0], [0, math.nan]]])
 def test_what_is_no_way_is_refused(points: list[list[float]]) -> None:
     with pytest.raises(InputError, match="n × 2 finite numbers"):
-        Way(np.array(points))
+        Polyline(np.array(points))
 
 
 def test_points_that_repeat_are_left_out() -> None:
-    way = Way([(1, 1), (1, 1), (1, 3), (1, 3), (2, 3)])
+    way = Polyline([(1, 1), (1, 1), (1, 3), (1, 3), (2, 3)])
     assert way.points.tolist() == [[1, 1], [1, 3], [2, 3]]
     assert way.arcs.tolist() == [0, 2, 3]
     assert way.cut(1.0).points.tolist() == [[1, 2], [1, 3], [2, 3]]
@@ -105,31 +107,33 @@ def test_points_that_repeat_are_left_out() -> None:
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_points_closer_than_arc_lengths_can_tell_are_left_out() -> None:
     """Else a segment of no length is a bend of which nobody can tell how fast it may be driven."""
-    way = Way([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
+    way = Polyline([(0, 0), (0, 1), (1e-160, 1), (1, 1)])
     assert way.points.tolist() == [[0, 0], [0, 1], [1, 1]]
     assert way.arcs.tolist() == [0, 1, 2]
-    straight = Way([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
+    straight = Polyline([(0, -0.25), (0, 0), (0, 1e-160), (0, 1)])
     drive = DifferentialDrive(0.5, 0.4, 1.5)
-    motion, plain = (Motion.drive(each, drive, 9.0) for each in (straight, Way([(0, -0.25), (0, 0), (0, 1)])))
+    motion, plain = (
+        Motion.drive(each, drive, 9.0) for each in (straight, Polyline([(0, -0.25), (0, 0), (0, 1)]))
+    )
     assert motion is not None
     assert plain is not None
     assert (motion.end, motion.duration) == (plain.end, plain.duration)
 
 
 def test_join_goes_on_along_the_way() -> None:
-    way = Way([(1, 1), (1, 5), (5, 5)])
+    way = Polyline([(1, 1), (1, 5), (5, 5)])
     assert join(way, (1.0, 2.5)).points.tolist() == [[1, 2.5], [1, 5], [5, 5]]
     assert join(way, (1.0, 5.0)).points.tolist() == [[1, 5], [5, 5]]
     assert join(way, (1.0 + NEAR / 2, 3.0)).points.tolist() == [[1 + NEAR / 2, 3], [1, 5], [5, 5]]
-    twice = Way([(1, 1), (1, 5), (3, 5), (3, 3), (1, 3), (0, 3)])
+    twice = Polyline([(1, 1), (1, 5), (3, 5), (3, 3), (1, 3), (0, 3)])
     assert join(twice, (1.0, 3.0)).points.tolist() == [[1, 3], [0, 3]], "the later of two passes"
 
 
 def test_join_from_beside_the_way_looks_ahead_but_not_through_a_wall() -> None:
-    way = Way([(1, 0), (1, 8)])
+    way = Polyline([(1, 0), (1, 8)])
     assert join(way, (2.0, 3.0), lookahead=1.5).points.tolist() == [[2, 3], [1, 4.5], [1, 8]]
     free = np.ones((4, 9), np.bool_)
     free[1, 4] = False
-    around = Way([(1, 0), (1, 3), (3, 3), (3, 8)])
+    around = Polyline([(1, 0), (1, 3), (3, 3), (3, 8)])
     assert join(around, (1.0, 5.0), free, lookahead=0.0).points.tolist() == [[1, 5], [3, 5], [3, 8]]
-    assert join(Way([(1, 1)]), (1.0, 3.0)).points.tolist() == [[1, 3], [1, 1]]
+    assert join(Polyline([(1, 1)]), (1.0, 3.0)).points.tolist() == [[1, 3], [1, 1]]

@@ -24,8 +24,11 @@ def steps_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -
         stride: length of a padded row.
     """
     distance = np.full(free.size, -1, dtype=np.int32)
-    # Each cell enters the queue once, as its distance is set when it does; a queue in order of distance is never
-    # sorted.
+    # Each cell enters the queue once, when its distance is set. A cell at distance d adds cells at d + 1, so the queue
+    # is always in order of distance:
+    #
+    #   | done      | d  d  d | d+1  d+1 |
+    #               head                 tail
     queue = np.empty(free.size, dtype=np.int64)
     head = tail = 0
     for goal in goals:
@@ -60,8 +63,8 @@ def _push(bucket: NDArray[np.int64], used: int, cell: int) -> Any:
 def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) -> Any:
     """8-connected distance without corner cutting; inf where unreachable. Arguments as in ``steps_from``.
 
-    Dijkstra with buckets one unit wide: no edge is shorter than a bucket, so all cells of the current bucket
-    are final whatever their order, and no edge is longer than two buckets, so three of them do. Linear time.
+    Dijkstra with buckets one unit wide. No edge is shorter than a bucket, so all cells of the current bucket are final
+    in any order. No edge is longer than two buckets, so three buckets suffice. Linear time.
     """
     distance = np.full(free.size, np.inf)
     current = np.empty(1024, dtype=np.int64)
@@ -73,7 +76,7 @@ def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) 
             distance[goal] = 0.0
             current = _push(current, in_current, goal)
             in_current += 1
-    # Buckets by distance, each one unit wide; steps are 1 or √2 long, so a cell goes one or two buckets further:
+    # Buckets by distance, each one unit wide. A step of 1 or √2 moves a cell one or two buckets further:
     #
     #   | current       | following         | farthest          |
     #   floor           floor + 1           floor + 2           floor + 3
@@ -82,14 +85,15 @@ def octile_from(free: NDArray[np.uint8], goals: NDArray[np.int64], stride: int) 
     while in_current + in_following + in_farthest > 0:
         for index in range(in_current):
             cell = current[index]
-            if distance[cell] < floor:  # a nearer way was found meanwhile, and this cell was expanded then
+            if distance[cell] < floor:  # a shorter path was found since, and the cell was expanded with it
                 continue
             for side in range(8):
-                # Sides 0 to 3 are N, E, S, W; 4 to 7 the diagonals between each and the next: NE, SE, SW, NW.
-                one = straight[side % 4]
-                other = straight[(side + 1) % 4] if side >= 4 else 0  # 0: a straight step, along one alone
-                neighbour = cell + one + other
-                if not (free[neighbour] and free[cell + one] and free[cell + other]):
+                # Sides 0 to 3 are N, E, S, W. Sides 4 to 7 are the diagonals NE, SE, SW, NW: a first step along N, E,
+                # S, W and a second step along the next of these (0 for a straight side).
+                first = straight[side % 4]
+                second = straight[(side + 1) % 4] if side >= 4 else 0
+                neighbour = cell + first + second
+                if not (free[neighbour] and free[cell + first] and free[cell + second]):
                     continue
                 reached = distance[cell] + (SQRT2 if side >= 4 else 1.0)
                 if reached < distance[neighbour]:

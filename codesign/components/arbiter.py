@@ -1,9 +1,9 @@
-"""Who is next on what serves one at a time, where several ask for it in the same picosecond.
+"""The choice of the next user of a shared resource, where several request it in the same picosecond.
 
-SimPy handles the events of one picosecond in the order in which they were scheduled, which follows from how the code
-is written and says nothing of urgency. So an idle line is not simply given to the first who asks. The most urgent
-priority, 0, has it at once. The others wait for the end of the picosecond, the more urgent before the less: what a
-control message causes within the picosecond comes before any plan, and what a plan causes before any side task.
+SimPy handles the events of one picosecond in the order in which they were scheduled. That order follows from how the
+code is written and not from urgency. So an idle line is not given to the first request. The most urgent priority, 0,
+gets it at once. The others wait for the end of the picosecond, the more urgent before the less urgent: what a control
+message causes within the picosecond comes before any plan, and what a plan causes comes before any side task.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from simpy.events import EventPriority
 from codesign.errors import RunError
 
 MOST_URGENT = 0
-"""The priority that waits for nobody: nothing more urgent can come within the picosecond."""
+"""The priority that never waits for the end of the picosecond: no request can be more urgent."""
 
 _LAST = 2
 """SimPy handles its own events of a picosecond at the priorities 0 and 1."""
 
 
 class _EndOfMoment(simpy.Event):
-    """Happens in this picosecond, after all that is more urgent than ``priority``, and after what that causes."""
+    """Happens in this picosecond, after all events that are more urgent than ``priority`` and what they cause."""
 
     def __init__(self, environment: simpy.Environment, priority: int, then: Callable[[], None]) -> None:
         super().__init__(environment)
@@ -35,13 +35,13 @@ class _EndOfMoment(simpy.Event):
         environment.schedule(self, EventPriority(_LAST + priority))
 
 
-class Chooser:
-    """Decides at the end of the picosecond whom to serve.
+class Arbiter:
+    """Decides at the end of the picosecond which request is served.
 
     Args:
         environment: the simulation.
-        best: the priority of the most urgent that waits and can be served now; None where nobody can.
-        serve: serve that one.
+        best: returns the priority of the most urgent request that can be served now, None without one.
+        serve: serves that request.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class Chooser:
         self._due: int | None = None
 
     def choose(self) -> None:
-        """Serve the most urgent that waits: at once where nothing can be more urgent, or else when its turn comes."""
+        """Serve the most urgent request: at once where none can be more urgent, otherwise at its turn."""
         best = self._best()
         if best is None:
             return
@@ -72,7 +72,7 @@ class Chooser:
 
 
 def checked_priority(priority: int, where: str) -> int:
-    """``priority``, where it is one.
+    """``priority`` as it is, once checked.
 
     Raises:
         RunError: it is below ``MOST_URGENT``.
@@ -83,35 +83,35 @@ def checked_priority(priority: int, where: str) -> int:
 
 
 class Turns:
-    """What one user at a time has to itself, as an FPGA: the most urgent is next, then who asked first."""
+    """A resource with one user at a time, such as an FPGA. The most urgent request is next, then the oldest."""
 
     def __init__(self, environment: simpy.Environment, name: str) -> None:
         self._environment, self._name = environment, name
         self._taken = False
-        self._asked = 0
+        self._requests = 0
         self._waiting: list[tuple[int, int, simpy.Event]] = []
-        self._chooser = Chooser(environment, self._most_urgent, self._serve)
+        self._arbiter = Arbiter(environment, self._most_urgent, self._serve)
 
     @contextmanager
     def turn(self, priority: int) -> Generator[simpy.Event, Any, None]:
-        """A turn from when its event, which the caller waits for, happens, up to the end of the ``with`` block.
+        """A turn. The caller waits for the event; the turn lasts from then to the end of the ``with`` block.
 
         Raises:
             RunError: see ``checked_priority``.
         """
         granted = self._environment.event()
-        waits = (checked_priority(priority, self._name), self._asked, granted)
-        self._asked += 1
-        self._waiting.append(waits)
-        self._chooser.choose()
+        request = (checked_priority(priority, self._name), self._requests, granted)
+        self._requests += 1
+        self._waiting.append(request)
+        self._arbiter.choose()
         try:
             yield granted
         finally:
-            if waits in self._waiting:
-                self._waiting.remove(waits)
+            if request in self._waiting:
+                self._waiting.remove(request)
             else:
                 self._taken = False
-                self._chooser.choose()
+                self._arbiter.choose()
 
     def _most_urgent(self) -> int | None:
         return None if self._taken or not self._waiting else min(self._waiting)[0]
