@@ -1,4 +1,4 @@
-"""A figure with its unit, its interval and where it comes from.
+"""Figures: a number with its unit, its interval and its source; and the figures of a result that designs are judged by.
 
 Every number that a report shows is one of four kinds, and says which:
 
@@ -10,8 +10,10 @@ Every number that a report shows is one of four kinds, and says which:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any, Literal
 
 
 class Status(StrEnum):
@@ -46,16 +48,246 @@ class Figure:
         )
 
 
-_LABELS = {"lut4": "LUT4", "flip_flops": "flip-flops", "block_rams": "block RAMs"}
+Counted = Literal["measure", "count", "share"]
+
+
+@dataclass(frozen=True)
+class ResultFigure:
+    """The declaration of a figure of a result: all that files, studies, tables and docs need to know of it.
+
+    - ``name``: its name in YAML, in JSON and in CSV, which is the name of its field in the result.
+    - ``within``: the record of the result that has the field, as a dotted path; "" for the result itself. A field that
+      is made of parts, such as cycles by phase, counts as their sum.
+    - ``description``: what it is, as JSON Schema and docs say it. ``label``: what tables and plots call it; by default
+      its name in words.
+    - ``unit``: of its value; ``1`` for a number of things or a share. A limit of s, W, J or m is written with a unit.
+    - ``maximise``: whether more of it is better. ``counted``: a count is a whole number, a share is told as percent.
+    - ``of_whole_path``: a mission that ended before its goals has none: the earlier it failed, the less it would be.
+    - ``value``: computes it from the result, where it has no field of its own.
+    """
+
+    name: str
+    within: str
+    description: str
+    label: str = ""
+    unit: str = "1"
+    maximise: bool = False
+    counted: Counted = "measure"
+    of_whole_path: bool = False
+    value: Callable[[Any], float | None] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.label:
+            object.__setattr__(self, "label", self.name.replace("_", " "))
+
+    def __str__(self) -> str:
+        return self.name
+
+    @property
+    def path(self) -> str:
+        """Where it stands in a result, such as ``quality.clearance_mean``."""
+        return f"{self.within}.{self.name}".lstrip(".")
+
+    @property
+    def is_resource(self) -> bool:
+        """Whether it is a resource of a chip. A design without a chip takes none of it."""
+        return self.within == "resources"
+
+    @property
+    def direction(self) -> Literal["maximise", "minimise"]:
+        """Which of two designs it prefers: the one with more of it, or with less."""
+        return "maximise" if self.maximise else "minimise"
+
+    @property
+    def aim(self) -> str:
+        """What an exploration looks for, in words: ``least time``."""
+        return f"{'most' if self.maximise else 'least'} {self.label}"
+
+
+_RESOURCES = {
+    "slices": "",
+    "lut4": "LUT4",
+    "flip_flops": "flip-flops",
+    "block_rams": "block RAMs",
+    "multipliers": "",
+}
+RESOURCES = tuple(_RESOURCES)
+"""The kinds of resource that a part is budgeted in. They are never added up over kinds."""
+
+FIGURES: dict[str, ResultFigure] = {
+    figure.name: figure
+    for figure in (
+        ResultFigure(
+            "first_plan_s",
+            "time",
+            "when the first decision reached the component that asked for it, from the start of the run",
+            "time",
+            "s",
+        ),
+        ResultFigure(
+            "cycles", "", "clock cycles of the component that plans, over all phases", counted="count"
+        ),
+        *(
+            ResultFigure(
+                name, "resources", f"{text or name} that the design takes of its part", text, counted="count"
+            )
+            for name, text in _RESOURCES.items()
+        ),
+        ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
+        ResultFigure("energy_j", "energy", "energy up to the first plan", "energy", "J"),
+        ResultFigure(
+            "share_reaching_goal",
+            "quality",
+            "share of the planned cells from which following the plan arrives",
+            maximise=True,
+            counted="share",
+        ),
+        ResultFigure(
+            "local_maxima",
+            "quality",
+            "planned cells with no strictly greater neighbour: no way up",
+            counted="count",
+        ),
+        ResultFigure(
+            "wrong_cells",
+            "quality",
+            "cells whose value is not the one that the planner's arithmetic settles at",
+            counted="count",
+        ),
+        ResultFigure(
+            "path_length_ratio_mean",
+            "quality",
+            "length of the path over that of the shortest one, mean over the starts or robots that arrived",
+            "path length ratio",
+        ),
+        ResultFigure(
+            "clearance_mean",
+            "quality",
+            "distance from the path to the nearest obstacle, mean",
+            "clearance",
+            "cells",
+            maximise=True,
+        ),
+        ResultFigure(
+            "collisions",
+            "quality",
+            "pairs of robots that touched, at an update or between two",
+            counted="count",
+        ),
+        ResultFigure(
+            "closest_approach",
+            "quality",
+            "least distance between two robots less their radii; negative in a collision",
+            unit="cells",
+            maximise=True,
+        ),
+        ResultFigure(
+            "time_to_targets_s",
+            "quality",
+            "driving time of the last robot that arrived, by the clock of the robots",
+            "time to targets",
+            "s",
+        ),
+        ResultFigure("precision", "", "fractional bits of the final field", unit="bits", counted="count"),
+        ResultFigure(
+            "mission_time_s",
+            "mission",
+            "simulated time at the end of the mission",
+            "mission time",
+            "s",
+            of_whole_path=True,
+        ),
+        ResultFigure(
+            "mission_energy_j",
+            "mission.energy",
+            "energy of the mission, the robot's body included",
+            "mission energy",
+            "J",
+            of_whole_path=True,
+        ),
+        ResultFigure(
+            "distance_ratio",
+            "mission",
+            "distance driven over the shortest path, at least 1",
+            of_whole_path=True,
+        ),
+        ResultFigure(
+            "replans",
+            "mission",
+            "plans asked for because of what was seen on the way, and answered",
+            counted="count",
+        ),
+        ResultFigure(
+            "replan_latency_95_s",
+            "mission",
+            "from the scan that asked for a plan to the answer, 95th percentile",
+            "replan latency",
+            "s",
+        ),
+        ResultFigure(
+            "missed_deadlines", "mission", "turns without an answer by the deadline", counted="count"
+        ),
+        ResultFigure(
+            "safety_stops",
+            "mission",
+            "times that the robot braked because an answer was overdue",
+            counted="count",
+        ),
+        ResultFigure(
+            "contacts",
+            "mission",
+            "times that the robot ran against something, and stood",
+            counted="count",
+        ),
+        ResultFigure(
+            "clearance_least_m",
+            "mission",
+            "least distance from the robot's middle to an obstacle of the true map, over all its path and time",
+            "mission clearance",
+            "m",
+            maximise=True,
+        ),
+        ResultFigure(
+            "known_share",
+            "mission",
+            "share of the map's cells that the robot knows at the end",
+            maximise=True,
+            counted="share",
+        ),
+    )
+}
+"""Every figure that may be an objective or a constraint, by name. To add one, declare it here, and fill its field."""
+
+RENAMED = {
+    "time": "first_plan_s",
+    "energy": "energy_j",
+    "path_length_ratio": "path_length_ratio_mean",
+    "clearance": "clearance_mean",
+    "time_to_targets": "time_to_targets_s",
+    "mission_time": "mission_time_s",
+    "mission_energy": "mission_energy_j",
+    "replan_latency": "replan_latency_95_s",
+    "mission_clearance": "clearance_least_m",
+}
+"""Earlier names, for the remedy of a file that still has one; no file is read by them."""
+
+
+def described(name: str, more: str = "") -> str:
+    """The description of a declared figure with its unit, for the field of the result that holds it."""
+    figure = FIGURES[name]
+    unit = "" if figure.unit == "1" else f", {figure.unit}"
+    return f"{figure.description}{unit}{more}"
 
 
 def label(name: str) -> str:
     """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
 
-    >>> label("share_reaching_goal"), label("block_rams"), label("block_rams at most")
-    ('share reaching goal', 'block RAMs', 'block RAMs at most')
+    >>> label("share_reaching_goal"), label("block_rams"), label("first_plan_s at most")
+    ('share reaching goal', 'block RAMs', 'time at most')
     """
-    return " ".join(_LABELS.get(word, word.replace("_", " ")) for word in name.split(" "))
+    return " ".join(
+        FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")
+    )
 
 
 def weakest(*statuses: Status) -> Status:

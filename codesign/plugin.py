@@ -3,7 +3,7 @@
 A package registers one ``PlugIn`` under the entry-point group ``codesign.planners``. ``docs/extending.md`` shows how.
 """
 
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
@@ -23,7 +23,6 @@ from codesign.planners.interface import (
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
-    RESOURCES,
     Architecture,
     Bound,
     Demand,

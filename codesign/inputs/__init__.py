@@ -12,7 +12,7 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.design_point import has_axis, override, pin
-from codesign.inputs.exploration import Constraint, Exploration, ResultFigure
+from codesign.inputs.exploration import Constraint, Exploration
 from codesign.inputs.files import parse_value, starting_files
 from codesign.inputs.pairing import cross_check
 from codesign.inputs.part_file import list_parts, load_part
@@ -27,7 +27,6 @@ __all__ = [
     "Exploration",
     "Platform",
     "RefusalError",
-    "ResultFigure",
     "Spec",
     "SpecModel",
     "TaskMapping",

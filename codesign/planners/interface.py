@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from codesign.figures import described
 from codesign.models import SpecModel, TaskParameters
 from codesign.planners.task_graph import Flow
 
@@ -95,12 +96,8 @@ class Quality:
             " before it came to all of them"
         ),
     ]
-    local_maxima: Annotated[
-        int | None, Field(description="planned cells with no strictly greater neighbour: no way up")
-    ]
-    share_reaching_goal: Annotated[
-        float | None, Field(description="share of the planned cells from which following the plan arrives")
-    ]
+    local_maxima: Annotated[int | None, Field(description=described("local_maxima"))]
+    share_reaching_goal: Annotated[float | None, Field(description=described("share_reaching_goal"))]
     starts: Annotated[int, Field(description="starts tried")]
     starts_arrived: Annotated[int, Field(description="starts from which following the plan arrived")]
     path_length_ratio_mean: Annotated[
@@ -111,14 +108,9 @@ class Quality:
         ),
     ]
     path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
-    clearance_mean: Annotated[
-        float | None, Field(description="distance from the way to the nearest obstacle, mean, cells")
-    ]
+    clearance_mean: Annotated[float | None, Field(description=described("clearance_mean"))]
     clearance_least: Annotated[float | None, Field(description="the same, least, cells")]
-    wrong_cells: Annotated[
-        int | None,
-        Field(description="cells whose value is not the one that the planner's arithmetic settles at"),
-    ]
+    wrong_cells: Annotated[int | None, Field(description=described("wrong_cells"))]
     cells_leading_nowhere: Annotated[
         int | None, Field(description="planned cells from which following the plan does not arrive")
     ] = None
@@ -136,19 +128,10 @@ class RobotsQuality:
     updates: Annotated[
         int, Field(description="updates of the velocities, until all arrived or the run was given up")
     ]
-    collisions: Annotated[int, Field(description="pairs of robots that touched, at an update or between two")]
-    closest_approach: Annotated[
-        float,
-        Field(
-            description="least distance between two robots less their radii, cells; negative in a collision"
-        ),
-    ]
+    collisions: Annotated[int, Field(description=described("collisions"))]
+    closest_approach: Annotated[float, Field(description=described("closest_approach"))]
     time_to_targets_s: Annotated[
-        float | None,
-        Field(
-            description="driving time of the last robot that arrived, by the clock of the robots, s; None where none"
-            " did"
-        ),
+        float | None, Field(description=described("time_to_targets_s", "; None where none did"))
     ]
     velocity_changes: Annotated[int, Field(description="updates at which a robot left the velocity it had")]
     path_length_ratio_mean: Annotated[

@@ -18,9 +18,6 @@ from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 
-RESOURCES = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
-"""The kinds of resource a part is budgeted in. They are never added up over kinds."""
-
 
 @dataclass(frozen=True)
 class Item:

@@ -76,7 +76,7 @@ def physical_table(result: Result) -> Table:
             ("energy of processors", energy.processors_j),
             ("energy of links", energy.links_j),
             ("energy of memories", energy.memories_j),
-            (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.total_j),
+            (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.energy_j),
         ):
             told = Cell(quantity_text(joules, "J"), joules)
             if not joules and name in ("energy of links", "energy of memories"):

@@ -23,7 +23,6 @@ from codesign.report.wording import (
     share_text,
     time_cell,
 )
-from codesign.units import PICOSECONDS_PER_SECOND, format_time
 
 if TYPE_CHECKING:
     from codesign.results.fleet import FleetFigures, Frames, Pacemaker, Spread
@@ -60,11 +59,11 @@ def fleet_headline(result: Result) -> tuple[tuple[str, str], ...]:
         told += [(f"{quality.robots_arrived} of {quality.robots}", "robots at their targets")]
     if fleet is not None:
         told += [
-            (format_time(fleet.span_ps), f"for {plural(fleet.updates, 'update')}"),
+            (quantity_text(fleet.span_s, "s"), f"for {plural(fleet.updates, 'update')}"),
             (quantity_text(fleet.updates_a_second, ""), "updates a second"),
         ]
     if result.energy is not None:
-        told.append((quantity_text(result.energy.total_j, "J"), "energy of the run"))
+        told.append((quantity_text(result.energy.energy_j, "J"), "energy of the run"))
     return tuple(told)
 
 
@@ -76,7 +75,7 @@ def fleet_end(fleet: FleetFigures) -> tuple[tuple[str, Cell], ...]:
 
 def fleet_times_table(time: Times) -> Table:
     """When starts and targets stood in the FPGAs, and when the last update was over."""
-    rows = [("starts and targets loaded", time.map_loaded_ps), ("last update over", time.first_plan_ps)]
+    rows = [("starts and targets loaded", time.map_loaded_s), ("last update over", time.first_plan_s)]
     return pairs("Time from the start of the run", [(name, time_cell(at)) for name, at in rows])
 
 
@@ -129,12 +128,12 @@ def _held_by_robots(fleet: FleetFigures, decide: float) -> str:
 
 
 def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> str:
-    step = fleet.time_step_ps / PICOSECONDS_PER_SECOND
+    step = fleet.time_step_s
     if fleet.missed_updates and fleet.decide is not None:
         told = (
             f"the robots' decisions: {plural(fleet.missed_updates, 'update')} of {fleet.updates:,} took longer than the"
             f" time step of {_seconds(step)} and acted late: the robots drove on meanwhile. The longest took"
-            f" {_times(fleet.decide.worst_ps / fleet.time_step_ps)} time steps. At another clock the robots take"
+            f" {_times(fleet.decide.worst_s / fleet.time_step_s)} time steps. At another clock the robots take"
             " other courses: run it to see how many updates are late there"
         )
     else:
@@ -167,20 +166,20 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
         ("robots", count_cell(fleet.robots)),
         ("FPGAs", count_cell(fleet.fpgas)),
         ("updates", count_cell(fleet.updates)),
-        ("time of all updates", time_cell(fleet.span_ps)),
+        ("time of all updates", time_cell(fleet.span_s)),
         (
             "until the last robot that arrived had",
-            time_cell(fleet.arrived_ps) if fleet.arrived_ps is not None else Cell(ABSENT),
+            time_cell(fleet.arrived_s) if fleet.arrived_s is not None else Cell(ABSENT),
         ),
-        ("time that passed for the robots", time_cell(fleet.robots_ps)),
-        ("time step", time_cell(fleet.time_step_ps)),
+        ("time that passed for the robots", time_cell(fleet.robots_s)),
+        ("time step", time_cell(fleet.time_step_s)),
         ("updates a second", number_cell(fleet.updates_a_second)),
         ("updates a second that FPGAs and line allow, at most", number_cell(fleet.reachable_a_second)),
         ("most of the time goes into", words(_WENT_INTO[fleet.pace])[0] if fleet.pace else Cell(ABSENT)),
         ("updates longer than the time step", count_cell(fleet.missed_updates)),
         ("busy share of the least busy FPGA", share_cell(least)),
         ("busy share of the most busy FPGA", share_cell(most)),
-        ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_ps)),
+        ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_s)),
     ]
     told = pace_text(fleet)
     return pairs("Fleet", [*rows, *([(PACE, Cell(told, told))] if told else [])])
@@ -188,7 +187,7 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
 
 def _shares_table(fleet: FleetFigures) -> Table:
     lines = (
-        (*words(_WENT_INTO[name]), time_cell(round(share * fleet.span_ps)), share_cell(share))
+        (*words(_WENT_INTO[name]), time_cell(share * fleet.span_s), share_cell(share))
         for name, share in fleet.shares.items()
     )
     return Table(
@@ -213,7 +212,7 @@ def _spans_table(fleet: FleetFigures) -> Table:
 
 
 def _spread_cells(span: Spread) -> tuple[Cell, ...]:
-    return tuple(map(time_cell, (span.median_ps, span.share_95_ps, span.worst_ps)))
+    return tuple(map(time_cell, (span.median_s, span.share_95_s, span.worst_s)))
 
 
 def _frames_table(frames: Frames) -> Table:
@@ -232,7 +231,7 @@ def _frames_table(frames: Frames) -> Table:
 
 def _decide_s(fleet: FleetFigures) -> float:
     """Mean time in which the robots decide, s."""
-    return fleet.shares["fpga"] * fleet.span_ps / fleet.updates / PICOSECONDS_PER_SECOND
+    return fleet.shares["fpga"] * fleet.span_s / fleet.updates
 
 
 def _message_s(fleet: FleetFigures) -> float | None:

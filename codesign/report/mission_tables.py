@@ -53,7 +53,7 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
     if len(set(result.places.values())) > 1:
         tables.append(places_table(result.places))
     if mission is not None and mission.account:
-        tables.append(account_table(mission.account, mission.time_s))
+        tables.append(account_table(mission.account, mission.mission_time_s))
     if result.links:
         tables.append(links_table(result.links))
     return tuple(tables)
@@ -62,13 +62,13 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
 def mission_headline(mission: Mission) -> tuple[tuple[str, str], ...]:
     """The few figures that a reader looks for first, as (figure, what it is)."""
     told = [("reached" if mission.reached else "not reached", "")]
-    told.append((quantity_text(mission.time_s, "s"), "mission time"))
+    told.append((quantity_text(mission.mission_time_s, "s"), "mission time"))
     if mission.distance_ratio is not None:
         told.append((number_cell(mission.distance_ratio).text, "times the shortest path"))
     told.append((quantity_text(mission.replans, ""), "replans"))
     if mission.replan_latency_95_s is not None:
         told.append((quantity_text(mission.replan_latency_95_s, "s"), "replan latency, 95th percentile"))
-    told.append((quantity_text(mission.energy.total_j, "J"), "energy"))
+    told.append((quantity_text(mission.energy.mission_energy_j, "J"), "energy"))
     for count, noun in ((mission.contacts, "contact"), (mission.missed_deadlines, "missed deadline")):
         if count:
             number, _, name = plural(count, noun).partition(" ")
@@ -96,7 +96,7 @@ def mission_table(mission: Mission) -> Table:
     """The figures of the mission itself."""
     rows = [
         *mission_end(mission),
-        ("simulated time", _seconds(mission.time_s)),
+        ("simulated time", _seconds(mission.mission_time_s)),
         ("goals reached", count_cell(mission.goals_reached)),
         ("distance driven", _metres(mission.distance_m)),
         ("shortest path", _metres(mission.shortest_m)),
@@ -128,7 +128,9 @@ def levers_table(mission: Mission) -> Table:
     """The mission as it is, and run again with each lever moved by itself."""
     without = (
         *words("none", "", ""),
-        *_run_cells(mission.reached, mission.time_s, mission.energy.total_j, mission.missed_deadlines),
+        *_run_cells(
+            mission.reached, mission.mission_time_s, mission.energy.mission_energy_j, mission.missed_deadlines
+        ),
         Cell(""),
     )
     return Table(
@@ -145,7 +147,7 @@ def levers_table(mission: Mission) -> Table:
             *(
                 (
                     *words(one.path, one.before, one.after or ABSENT),
-                    *_run_cells(one.reached, one.time_s, one.energy_j, one.missed_deadlines),
+                    *_run_cells(one.reached, one.mission_time_s, one.mission_energy_j, one.missed_deadlines),
                     word(one.refused or ""),
                 )
                 for one in mission.levers or ()
@@ -188,8 +190,9 @@ def contacts_table(mission: Mission) -> Table:
 
 def energy_table(energy: MissionEnergy) -> Table:
     """Energy of the mission by what took it."""
+    total = energy.mission_energy_j
     lines = [
-        (word(name), *_energy_cells(joules, energy.total_j))
+        (word(name), *_energy_cells(joules, total))
         for name, joules in (
             ("FPGA", energy.fpga_j),
             ("processors", energy.processors_j),
@@ -205,7 +208,14 @@ def energy_table(energy: MissionEnergy) -> Table:
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
-        (*lines, (word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
+        (
+            *lines,
+            (
+                word("all"),
+                _joules(energy.mission_energy_j),
+                _part(energy.mission_energy_j, energy.mission_energy_j),
+            ),
+        ),
         notes,
         strong=frozenset([len(lines)]),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.cost_tables import physical_table, resource_table, sources_table
 from codesign.report.fleet_tables import fleet_end, fleet_headline, fleet_tables, fleet_times_table
@@ -73,7 +73,7 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
     if result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
-        rows.append((name, time_cell(result.time.first_plan_ps)))
+        rows.append((name, time_cell(result.time.first_plan_s)))
     rows.append(("feasible", feasible_cell(result)))
     arrivals = arrivals_of(result)
     if arrivals is not None and arrivals[1] < arrivals[2]:
@@ -104,16 +104,10 @@ def headline(result: Result) -> tuple[tuple[str, str], ...]:
         return (*told, *mission_headline(result.mission))
     if result.fleet is not None:
         return (*told, *fleet_headline(result))
-    for figure in (
-        ResultFigure.TIME,
-        ResultFigure.SLICES,
-        ResultFigure.BLOCK_RAMS,
-        ResultFigure.ENERGY,
-        ResultFigure.SHARE_REACHING_GOAL,
-    ):
+    for figure in DEFAULT_OBJECTIVES:
         value = result.figure(figure)
         if value is not None:
-            told.append((figure_cell(figure, value).text, label(figure.value)))
+            told.append((figure_cell(figure, value).text, figure.label))
     return tuple(told)
 
 
@@ -148,9 +142,9 @@ def _run_tables(result: Result) -> list[Table]:
             pairs(
                 "Time from the start of the run",
                 [
-                    ("map loaded", time_cell(result.time.map_loaded_ps)),
-                    ("plan ready", time_cell(result.time.planned_ps)),
-                    ("first decision received", time_cell(result.time.first_plan_ps)),
+                    ("map loaded", time_cell(result.time.map_loaded_s)),
+                    ("plan ready", time_cell(result.time.planned_s)),
+                    ("first decision received", time_cell(result.time.first_plan_s)),
                 ],
             )
         )

@@ -1,6 +1,6 @@
 """What a fleet's run comes to: how fast the updates follow each other, what sets their pace, and what the display saw.
 
-Times are integer picoseconds.
+Times are in seconds.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from codesign.units import PICOSECONDS_PER_SECOND
 
 Pacemaker = Literal["fpga", "line", "time_step"]
 PACEMAKERS: tuple[Pacemaker, ...] = ("fpga", "line", "time_step")
@@ -19,11 +21,11 @@ class _Model(BaseModel):
 
 
 class Spread(_Model):
-    """Some spans of time: their median, 95th percentile and worst, ps; each is one of them."""
+    """Some spans of time: their median, 95th percentile and worst, s; each is one of them."""
 
-    median_ps: int = Field(description="median, ps")
-    share_95_ps: int = Field(description="95th percentile")
-    worst_ps: int = Field(description="worst, ps")
+    median_s: float = Field(description="median, s")
+    share_95_s: float = Field(description="95th percentile, s")
+    worst_s: float = Field(description="worst, s")
 
 
 class Frames(_Model):
@@ -51,16 +53,16 @@ class FleetFigures(_Model):
     ended: str = Field(description="why the run ended")
     completed: bool = Field(description="whether all robots stand at their targets")
     updates: int = Field(description="updates of all velocities that were done")
-    span_ps: int = Field(description="from the begin of the first update to the end of the last")
-    robots_ps: int = Field(
-        description="time that passed for the robots, ps: of a fleet in real time the same as span_ps; a free-running"
+    span_s: float = Field(description="from the begin of the first update to the end of the last, s")
+    robots_s: float = Field(
+        description="time that passed for the robots, s: of a fleet in real time the same as span_s; a free-running"
         " fleet simulates its robots, and takes them one time step on with every update"
     )
-    arrived_ps: int | None = Field(
-        description="from the begin of the first update until the last robot that arrived had, ps, by the clock of"
-        " span_ps; None where none did"
+    arrived_s: float | None = Field(
+        description="from the begin of the first update until the last robot that arrived had, s, by the clock of"
+        " span_s; None where none did"
     )
-    time_step_ps: int = Field(description="time step of the planner, ps")
+    time_step_s: float = Field(description="time step of the planner, s")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
     period: Spread | None = Field(
         description="from the begin of an update to its end, where the next one begins"
@@ -80,17 +82,17 @@ class FleetFigures(_Model):
     frames: Frames | None = Field(
         description="coordinates on their way to the display; None where there is none"
     )
-    fpga_busy_ps: int = Field(description="the sum over the FPGAs of all robots, ps")
+    fpga_busy_s: float = Field(description="the sum over the FPGAs of all robots, s")
     fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
 
 
 def spread(spans: Sequence[int]) -> Spread | None:
-    """Median, 95th percentile and worst of some spans; None of none."""
+    """Median, 95th percentile and worst of some spans, ps; None of none."""
     if not spans:
         return None
     ordered = sorted(spans)
 
-    def rank(percent: int) -> int:
-        return ordered[max(0, -(-len(ordered) * percent // 100) - 1)]
+    def rank(percent: int) -> float:
+        return ordered[max(0, -(-len(ordered) * percent // 100) - 1)] / PICOSECONDS_PER_SECOND
 
-    return Spread(median_ps=rank(50), share_95_ps=rank(95), worst_ps=ordered[-1])
+    return Spread(median_s=rank(50), share_95_s=rank(95), worst_s=rank(100))

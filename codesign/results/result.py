@@ -1,18 +1,18 @@
 """What a run, or a point of an exploration, comes to: named figures with units.
 
-``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are integer picoseconds.
+``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are in seconds.
 A design that does not fit is a result too: ``feasible`` is false, ``reasons`` says by what and what would mend it, and
 the figures that only a run gives are None.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from codesign.figures import Status, label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import ResultFigure, Status, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
@@ -94,9 +94,9 @@ class StageUse(_Model):
 class Times(_Model):
     """When things were done, from the start of the run."""
 
-    map_loaded_ps: int = Field(description="when the map stood in the component that plans, ps")
-    planned_ps: int = Field(description="when the plan stood, ps")
-    first_plan_ps: int = Field(description="when the first decision reached the one who asked, ps")
+    map_loaded_s: float = Field(description="when the map stood in the component that plans, s")
+    planned_s: float = Field(description="when the plan stood, s")
+    first_plan_s: float = Field(description=described("first_plan_s"))
 
 
 class Clock(_Model):
@@ -125,7 +125,7 @@ class Energy(_Model):
     processors_j: float = Field(description="of the processors, busy and idle, J")
     links_j: float = Field(default=0.0, description="of the links, busy and idle, J")
     memories_j: float = Field(default=0.0, description="of the external memories, busy and idle, J")
-    total_j: float = Field(description="of all of them, J")
+    energy_j: float = Field(description=described("energy_j", ": the sum of these"))
     not_declared: dict[str, tuple[str, ...]] = Field(
         default={},
         description="names of the links and memories whose power the platform does not declare: they count as 0 J",
@@ -145,7 +145,7 @@ class DisplayUse(_Model):
 class Result(_Model):
     """All the figures of one design point on one workload."""
 
-    schema_version: Literal[1] = Field(default=1, description="version of this form")
+    schema_version: Literal[2] = Field(default=2, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
     planner: str = Field(description="name of the planner")
@@ -175,7 +175,7 @@ class Result(_Model):
         default={}, description="static power of each FPGA without any task, W; it is drawn all the time"
     )
     processor: dict[str, Source] = Field(
-        default={}, description="cost of the kernel (ps a unit) and power (W) of the processor that plans"
+        default={}, description="cost of the kernel (s a unit) and power (W) of the processor that plans"
     )
     time: Times | None = Field(default=None, description="when things were done, up to the first plan")
     cycles: dict[str, int] | None = Field(
@@ -185,7 +185,7 @@ class Result(_Model):
     stages: tuple[StageUse, ...] | None = Field(
         default=None, description="stages of the relaxation, of planners that have them"
     )
-    precision: int | None = Field(default=None, description="fractional bits of the final field")
+    precision: int | None = Field(default=None, description=described("precision"))
     energy: Energy | None = Field(default=None, description="energy up to the first plan")
     utilisation: dict[str, float] | None = Field(
         default=None,
@@ -200,39 +200,28 @@ class Result(_Model):
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
-    def figure(self, name: ResultFigure) -> float | None:
-        """One figure by the name that objectives and constraints use, in the unit of ``ResultFigure``; None: no run."""
-        resources = {use.resource: float(use.demand) for use in self.resources}
-        if name.value in resources:
-            return resources[name.value]
-        grid = self.quality if isinstance(self.quality, Quality) else None
-        robots = self.quality if isinstance(self.quality, RobotsQuality) else None
-        figures: dict[ResultFigure, float | None] = {
-            ResultFigure.TIME: None if self.time is None else self.time.first_plan_ps / 1e12,
-            ResultFigure.CYCLES: None if self.cycles is None else float(sum(self.cycles.values())),
-            ResultFigure.POWER: None
-            if self.power is None
-            else self.power.static.value + self.power.dynamic.value,
-            ResultFigure.ENERGY: None if self.energy is None else self.energy.total_j,
-            ResultFigure.PRECISION: None if self.precision is None else float(self.precision),
-            ResultFigure.PATH_LENGTH_RATIO: None
-            if self.quality is None
-            else self.quality.path_length_ratio_mean,
-        }
-        if grid is not None:
-            figures |= {
-                ResultFigure.SHARE_REACHING_GOAL: grid.share_reaching_goal,
-                ResultFigure.LOCAL_MAXIMA: grid.local_maxima,
-                ResultFigure.WRONG_CELLS: grid.wrong_cells,
-                ResultFigure.CLEARANCE: grid.clearance_mean,
-            }
-        if robots is not None:
-            figures |= {
-                ResultFigure.COLLISIONS: robots.collisions,
-                ResultFigure.CLOSEST_APPROACH: robots.closest_approach,
-                ResultFigure.TIME_TO_TARGETS: robots.time_to_targets_s,
-            }
-        if self.mission is not None:
-            figures |= self.mission.figures()
-        value = figures.get(name)
-        return None if value is None else float(value)
+    def figure(self, figure: ResultFigure) -> float | None:
+        """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""
+        if figure.of_whole_path and self.mission is not None and not self.mission.reached:
+            return None
+        return figure.value(self) if figure.value is not None else _total(_held(self, figure.path))
+
+
+def _held(record: Any, path: str) -> Any:
+    """What stands at a dotted path in a record; None where the path ends early."""
+    for step in path.split("."):
+        if record is None:
+            return None
+        if isinstance(record, tuple):
+            record = {use.resource: use.demand for use in record}
+        record = (record if isinstance(record, Mapping) else vars(record)).get(step)
+    return record
+
+
+def _total(held: Any) -> float | None:
+    """A number as it is; of parts, such as cycles by phase or static and dynamic power, the sum."""
+    if held is None or isinstance(held, str):
+        return None
+    if isinstance(held, Power):
+        return held.static.value + held.dynamic.value
+    return float(sum(held.values()) if isinstance(held, Mapping) else held)

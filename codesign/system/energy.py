@@ -70,7 +70,7 @@ def energy(machine: Machine, boards: Mapping[str, Power], others: Sequence[Compo
         processors_j=processors,
         links_j=links,
         memories_j=memories,
-        total_j=fpga + processors + links + memories,
+        energy_j=fpga + processors + links + memories,
         not_declared=_not_declared(system),
     )
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from codesign.figures import Figure
+from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.styles import RESOURCES, Demand, Lever
+from codesign.planners.styles import Demand, Lever
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse, Source
 
 

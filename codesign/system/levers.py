@@ -103,7 +103,7 @@ def with_levers(
             break
     if progress is not None:
         progress(len(found), len(found), "")
-    runs.sort(key=lambda one: (one.refused is not None, not one.reached, one.time_s or 0.0, one.path))
+    runs.sort(key=lambda one: (one.refused is not None, not one.reached, one.mission_time_s or 0.0, one.path))
     moved = {"levers": tuple(runs), "bottleneck": _pace(mission, tuple(runs))}
     return result.model_copy(update={"mission": mission.model_copy(update=moved)})
 
@@ -125,8 +125,8 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
     return LeverRun(
         **told,
         reached=mission.reached,
-        time_s=mission.time_s,
-        energy_j=mission.energy.total_j,
+        mission_time_s=mission.mission_time_s,
+        mission_energy_j=mission.energy.mission_energy_j,
         missed_deadlines=mission.missed_deadlines,
         ended=mission.ended,
     )
@@ -134,7 +134,7 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
 
 def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
     """What sets the pace, from the runs of its levers; the observation alone where none was run."""
-    seen, tried = mission.bottleneck, [one for one in runs if one.time_s is not None]
+    seen, tried = mission.bottleneck, [one for one in runs if one.mission_time_s is not None]
     if seen is None or not tried:
         return seen
     helpful = [one for one in tried if _helps(mission, one)]
@@ -146,22 +146,24 @@ def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
     told = "; ".join(_told(mission, one) for one in helpful[:_TOLD])
     others = f"{len(helpful)} of the {len(tried)} levers that were run, one at a time, help"
     first = helpful[0]
-    assert first.time_s is not None, "it was run"
+    assert first.mission_time_s is not None, "it was run"
     name = first.path if first.path.startswith(SCENARIO) else first.path.partition(".")[0]
-    share = max(0.0, 1.0 - first.time_s / mission.time_s)
+    share = max(0.0, 1.0 - first.mission_time_s / mission.mission_time_s)
     return Bottleneck(name=name, kind="lever", share=share, text=f"{told}. {others}. Seen: {seen.text}")
 
 
 def _helps(mission: Mission, one: LeverRun) -> bool:
     """Whether the mission ends earlier, or reaches what it did not."""
-    if not one.reached or one.time_s is None:
+    if not one.reached or one.mission_time_s is None:
         return False
-    return not mission.reached or one.time_s < (1.0 - HELPS) * mission.time_s
+    return not mission.reached or one.mission_time_s < (1.0 - HELPS) * mission.mission_time_s
 
 
 def _told(mission: Mission, one: LeverRun) -> str:
-    without = f"{mission.time_s:.4g} s" if mission.reached else f"no end in {mission.time_s:.4g} s"
-    return f"{one.path} {one.before} → {one.after}: {one.time_s:.4g} s in place of {without}"
+    without = (
+        f"{mission.mission_time_s:.4g} s" if mission.reached else f"no end in {mission.mission_time_s:.4g} s"
+    )
+    return f"{one.path} {one.before} → {one.after}: {one.mission_time_s:.4g} s in place of {without}"
 
 
 def _of_components(system: System, result: Result) -> Iterator[Lever]:

@@ -18,6 +18,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import fit, source
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.components import Component, Display
@@ -112,7 +113,11 @@ def _processor_figures(system: System) -> dict[str, Source]:
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
     figures, quality = machine.system.planner.figures(answer.plan), _quality(machine, answer, memo)
-    times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
+    times = Times(
+        map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
+        planned_s=answer.planned / PICOSECONDS_PER_SECOND,
+        first_plan_s=answer.answered / PICOSECONDS_PER_SECOND,
+    )
     return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
 
 

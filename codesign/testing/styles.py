@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import LOWER_BOUND
-from codesign.planners.styles import RESOURCES, Architecture, Bound, Demand, Item, TaskStyle
+from codesign.planners.styles import Architecture, Bound, Demand, Item, TaskStyle
 from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule
 
 CLOCK = 50_000_000

@@ -155,7 +155,7 @@ def test_a_host_that_costs_nothing_keeps_nobody_busy(specs: Specs) -> None:
     text = specs[1].read_text(encoding="utf-8").replace("component: fpga", "component: host")
     specs[1].write_text(text, encoding="utf-8")
     result = codesign.simulate(codesign.load_platform(specs[0]), codesign.load_workload(specs[1]))
-    assert result.time.first_plan_ps == 0
+    assert result.time.first_plan_s == 0
     assert result.utilisation == {"host": 0.0}
 
 
@@ -204,7 +204,7 @@ def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) ->
     file, _, key = kept(specs, tmp_path)
     with FileStore(file) as store:
         text = store.find([key])[key].text
-        changed = re.sub(r'"total_j":[^,}]*', f'"total_j":{number}', text)
+        changed = re.sub(r'"energy_j":[^,}]*', f'"energy_j":{number}', text)
         assert changed != text
         store.put([Entry(key, State.DONE, changed)])
     with pytest.raises(StoreError):

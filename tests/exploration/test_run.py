@@ -17,12 +17,13 @@ from codesign.exploration import FileStore, MemoryStore, Progress, Space, State,
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
-from codesign.inputs import Constraint, Exploration, Platform, ResultFigure, Workload, override
+from codesign.figures import FIGURES
+from codesign.inputs import Constraint, Exploration, Platform, Workload, override
 from codesign.memo import Memo
 
 # Valid names of axes, which only the stand-in for the simulation reads.
 AXES = {"bench.slices": [10, 50, 2000], "bench.share": [0.5, 1.0], "bench.seconds": [1.0, 1e-3]}
-OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES)
+OBJECTIVES = (FIGURES["first_plan_s"], FIGURES["slices"])
 
 
 @pytest.fixture(scope="module")
@@ -134,7 +135,7 @@ def test_more_values_on_an_axis_cost_only_the_new_points(
     log, file = tmp_path / "log", tmp_path / "points.sqlite"
     few, more = {"a.slices": [1, 2]}, {"a.slices": [3, 2, 1]}
     explore(platform, exploring(labyrinth, few), workers=1, store=file, evaluate=Fake())
-    limits = (Constraint(figure=ResultFigure.SLICES, at_most=2),)
+    limits = (Constraint(figure=FIGURES["slices"], at_most=2),)
     study = explore(
         platform, exploring(labyrinth, more, constraints=limits), workers=1, store=file, evaluate=Fake(log)
     )
@@ -278,7 +279,7 @@ explore:
     relax.termination: [sound, published]
     fpga.part: [XC2V6000-4, XC4VLX160-12]
     fpga.clock: [100 MHz, 150 MHz]
-  objectives: [time, slices, energy]
+  objectives: [first_plan_s, slices, energy_j]
 """
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from codesign.figures import RESOURCES
 from codesign.memo import Memo
 from codesign.planners.breadth_first.plug_in import PLUG_IN as BREADTH_FIRST
 from codesign.planners.harmonic.plug_in import PLUG_IN as HARMONIC
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND
 from codesign.planners.relaxation.plug_in import PLUG_IN as RELAXATION
-from codesign.planners.styles import RESOURCES
 from codesign.planners.velocity_obstacle.plug_in import PLUG_IN as VELOCITY_OBSTACLE
 from codesign.planners.wavefront.plug_in import PLUG_IN as WAVEFRONT
 from codesign.system import catalog

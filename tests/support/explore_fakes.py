@@ -41,7 +41,6 @@ def result(
             levers=("shrink",),
         )
         return Result(**head, feasible=False, reasons=(gap,))
-    picoseconds = round(seconds * 1e12)
     quality = Quality(
         reachable_cells=100,
         planned_cells=100,
@@ -55,7 +54,7 @@ def result(
         clearance_least=1.0,
         wrong_cells=0,
     )
-    time_ = Times(map_loaded_ps=0, planned_ps=picoseconds, first_plan_ps=picoseconds)
+    time_ = Times(map_loaded_s=0.0, planned_s=seconds, first_plan_s=seconds)
     return Result(**head, feasible=True, time=time_, quality=quality, precision=7)
 
 
@@ -64,7 +63,7 @@ def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> M
     figures: dict[str, Any] = {
         "ended": "reached" if reached else "no way for 30 s",
         "reached": reached,
-        "time_s": seconds,
+        "mission_time_s": seconds,
         "goals_reached": int(reached),
         "plans": 4,
         "replans": 3,
@@ -84,7 +83,12 @@ def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> M
         "waiting_s": 1.0,
         "known_share": 0.75,
         "energy": MissionEnergy(
-            fpga_j=1, processors_j=2, links_j=3, memories_j=4, robot_j=5 * seconds, total_j=10 + 5 * seconds
+            fpga_j=1,
+            processors_j=2,
+            links_j=3,
+            memories_j=4,
+            robot_j=5 * seconds,
+            mission_energy_j=10 + 5 * seconds,
         ),
         "account": {},
     }

@@ -17,7 +17,7 @@ next one is decided from follows from that time.
 - ``free_running``: the robots are simulated by the boards themselves, as in the paper's test bed, so they stand still
   while the boards decide, and every update takes them one time step on. An update begins once all have decided the one
   before and its message stands in the line's FIFO. So the robots' clock is not that of the boards:
-  ``FleetFigures.robots_ps`` is the one and ``span_ps`` the other.
+  ``FleetFigures.robots_s`` is the one and ``span_s`` the other.
 
 A run that is stopped reaches up to the end of the last update that was over. FPGAs beyond the first are no components
 of the platform; they tell nobody anything.
@@ -254,10 +254,10 @@ class _Run:
             ended=ended,
             completed=completed,
             updates=updates,
-            span_ps=span,
-            robots_ps=steps * self.step_ps,
-            arrived_ps=None if last is None else self.begins[last] - self.loaded,
-            time_step_ps=self.step_ps,
+            span_s=span / PICOSECONDS_PER_SECOND,
+            robots_s=steps * self.step_ps / PICOSECONDS_PER_SECOND,
+            arrived_s=None if last is None else (self.begins[last] - self.loaded) / PICOSECONDS_PER_SECOND,
+            time_step_s=self.step_ps / PICOSECONDS_PER_SECOND,
             decide=spread(deciding),
             period=spread(periods),
             updates_a_second=updates * PICOSECONDS_PER_SECOND / span if span else 0.0,
@@ -266,7 +266,7 @@ class _Run:
             shares=shares,
             missed_updates=self.missed,
             frames=None if self.frames is None else self.frames.figures(self.step_ps),
-            fpga_busy_ps=sum(busy),
+            fpga_busy_s=sum(busy) / PICOSECONDS_PER_SECOND,
             fpga_utilisation=(min(busy) / whole, max(busy) / whole),
         )
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.harmonic import published
@@ -21,7 +21,7 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
 from codesign.planners.harmonic.styles.software import block_cells, limbs
 from codesign.planners.interface import Problem
-from codesign.planners.styles import RESOURCES, Step
+from codesign.planners.styles import Step
 from codesign.records import StageRecord, VisitsRecord
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES

@@ -10,12 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from codesign.figures import Status
+from codesign.figures import RESOURCES, Status
 from codesign.inputs import load_part, load_platform
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.reproduction import Reproduction, Use
-from codesign.planners.styles import RESOURCES
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.paper.reproduce import velocity_obstacle
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, RobotsProblem, generate

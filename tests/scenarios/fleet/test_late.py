@@ -22,7 +22,7 @@ from codesign.planners.velocity_obstacle.styles.timing import update_costs
 from codesign.records import MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.system.run import simulate_system
 from tests.planners.velocity_obstacle.test_planner import assert_same_run
-from tests.scenarios.fleet.test_run import STEP, Ground
+from tests.scenarios.fleet.test_run import SECOND, STEP, Ground
 
 CLOCKS = st.sampled_from([300, 700, 1000, 2600, 8000, 50_000_000])
 QUIETLY: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
@@ -63,7 +63,7 @@ def test_a_fleet_in_real_time_is_the_reference_whose_decisions_act_when_their_cy
     assert_same_run(flight.plan, history)
     assert list(flight.ends) == by_hand.ends
     assert flight.figures.missed_updates == by_hand.late
-    assert flight.figures.robots_ps == flight.figures.span_ps == by_hand.now
+    assert flight.figures.robots_s == flight.figures.span_s == by_hand.now / SECOND
     if not by_hand.late:
         assert flight.plan.digest == avoid(problem, parameters).digest
 
@@ -90,22 +90,22 @@ def test_all_figures_of_a_fleet_are_on_the_clock_of_its_trace(
     assert fleet is not None
     assert result.time is not None
     arrivals = [one.time for one in records if isinstance(one, MissionRecord) and one.event == "goal_reached"]
-    loaded = result.time.map_loaded_ps
+    loaded = round(result.time.map_loaded_s * SECOND)
     assert worth.robots_arrived == len(arrivals)
-    assert fleet.arrived_ps == (max(arrivals) - loaded if arrivals else None)
+    assert fleet.arrived_s == ((max(arrivals) - loaded) / SECOND if arrivals else None)
     poses = [one for one in records if isinstance(one, PositionsRecord)]
     assert [one.time for one in poses] == sorted(one.time for one in poses)
-    assert poses[-1].time == loaded + fleet.span_ps
+    assert poses[-1].time == loaded + round(fleet.span_s * SECOND)
     assert len(poses) == 1 + fleet.updates + (fleet.missed_updates if pace == "real_time" else 0)
     if pace == "real_time":
-        assert fleet.robots_ps == fleet.span_ps
-        assert fleet.arrived_ps is None or worth.time_to_targets_s == pytest.approx(fleet.arrived_ps / 1e12)
+        assert fleet.robots_s == fleet.span_s
+        assert fleet.arrived_s is None or worth.time_to_targets_s == pytest.approx(fleet.arrived_s)
         # The clock alone says how long a robot drives: no pair of poses is farther apart than its speed allows.
         for before, after in pairwise(poses):
             far = np.hypot(*(after.positions - before.positions).T).max()
             assert far <= 6.0 * (after.time - before.time) / 1e12 + 0.1
     else:
-        assert fleet.robots_ps == fleet.updates * STEP
+        assert fleet.robots_s == fleet.updates * STEP / SECOND
 
 
 def test_no_robot_changes_its_velocity_before_the_last_of_them_has_decided(ground: Ground) -> None:
@@ -140,8 +140,8 @@ def test_a_slower_clock_brings_robots_to_their_targets_no_earlier_on_average(gro
                     seed=seed,
                 ).figures
                 assert figures.completed
-                assert figures.arrived_ps is not None
-                arrived.append(figures.arrived_ps)
+                assert figures.arrived_s is not None
+                arrived.append(figures.arrived_s)
         spent.append(float(np.mean(arrived)))
     assert spent == sorted(spent)
 
