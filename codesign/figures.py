@@ -11,9 +11,9 @@ Every number that a report shows is one of four kinds, and says which:
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 
 class Status(StrEnum):
@@ -27,25 +27,41 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Figure:
-    """One number.
+    """One number with its source, wherever one stands: in parts, platforms, laws, demands and results.
 
     ``low`` and ``high`` bound it where a law was fitted or a value assumed; both are ``value`` for an exact figure.
+
+    >>> Figure(5, "s", Status.ASSUMED, "guess").interval
+    (5, 5)
     """
 
-    value: float
-    unit: str
-    status: Status
-    source: str
-    low: float | None = None
-    high: float | None = None
+    # How a model that holds figures reads and writes them.
+    __pydantic_config__: ClassVar = {"extra": "forbid", "json_schema_serialization_defaults_required": True}
+
+    value: int | float = field(metadata={"description": "the figure"})
+    unit: str = field(metadata={"description": "its unit"})
+    status: Status = field(metadata={"description": "published, calibrated, measured or assumed"})
+    source: str = field(metadata={"description": "where it is from"})
+    low: int | float | None = field(default=None, metadata={"description": "least that it may be"})
+    high: int | float | None = field(default=None, metadata={"description": "most that it may be"})
+
+    def __post_init__(self) -> None:
+        if self.low is None:
+            object.__setattr__(self, "low", self.value)
+        if self.high is None:
+            object.__setattr__(self, "high", self.value)
 
     @property
     def interval(self) -> tuple[float, float]:
         """The lowest and the highest value that the source allows."""
-        return (
-            self.value if self.low is None else self.low,
-            self.value if self.high is None else self.high,
-        )
+        assert self.low is not None, "set where it was not given"
+        assert self.high is not None, "set where it was not given"
+        return self.low, self.high
+
+    def per(self, divisor: float, unit: str) -> Figure:
+        """The same figure in a unit that is ``divisor`` times as large."""
+        low, high = self.interval
+        return Figure(self.value / divisor, unit, self.status, self.source, low / divisor, high / divisor)
 
 
 Counted = Literal["measure", "count", "share"]

@@ -68,7 +68,7 @@ class Point(_Model):
 class StudyDocument(_Model):
     """Every point of an exploration with all its figures, and the front among them."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     platform: str
     workload: str
     axes: dict[str, list[Any]] = Field(description="the values of each axis, in the order of the workload")

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from codesign.figures import ResultFigure, Status, described, label
+from codesign.figures import Figure, ResultFigure, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
@@ -22,24 +22,11 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
 
 
-class Source(_Model):
-    """Where a figure comes from, with its interval where a law was fitted or a value assumed."""
-
-    value: float = Field(description="the figure")
-    unit: str = Field(description="its unit")
-    status: Status = Field(description="published, calibrated, measured or assumed")
-    source: str = Field(description="where it is from")
-    low: float = Field(description="least that it may be")
-    high: float = Field(description="most that it may be")
-
-
 class ResourceItem(_Model):
     """One line of a demand."""
 
     name: str = Field(description="what of the design it is for")
-    amount: int = Field(description="how many")
-    status: Status = Field(description="published, calibrated, measured or assumed")
-    source: str = Field(description="the law or table it is from")
+    figure: Figure = Field(description="how many, and by which law or table")
 
 
 class ResourceUse(_Model):
@@ -103,14 +90,14 @@ class Clock(_Model):
     """The clock of a design."""
 
     hz: int = Field(description="the clock that the design runs at, Hz")
-    limit: Source = Field(description="the fastest that the law of its size and the part allow, Hz")
+    limit: Figure = Field(description="the fastest that the law of its size and the part allow, Hz")
 
 
 class Power(_Model):
     """Power while planning, W."""
 
-    static: Source = Field(description="of the chip, whatever it does, W")
-    dynamic: Source = Field(description="of the design while it plans, W")
+    static: Figure = Field(description="of the chip, whatever it does, W")
+    dynamic: Figure = Field(description="of the design while it plans, W")
 
 
 class Energy(_Model):
@@ -171,10 +158,10 @@ class Result(_Model):
     )
     clock: Clock | None = Field(default=None, description="clock of the design, and its limit")
     power: Power | None = Field(default=None, description="power of the FPGA while it plans")
-    idle_fpgas: dict[str, Source] = Field(
+    idle_fpgas: dict[str, Figure] = Field(
         default={}, description="static power of each FPGA without any task, W; it is drawn all the time"
     )
-    processor: dict[str, Source] = Field(
+    processor: dict[str, Figure] = Field(
         default={}, description="cost of the kernel (s a unit) and power (W) of the processor that plans"
     )
     time: Times | None = Field(default=None, description="when things were done, up to the first plan")

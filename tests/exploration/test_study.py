@@ -130,7 +130,7 @@ def test_json_has_every_point_with_all_figures() -> None:
         constraints=SHARE_AND_TIME,
     )
     text = json.loads(made.to_json())
-    assert text["schema_version"] == 1
+    assert text["schema_version"] == 2
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])
     assert text["counts"] == {
         "points": 3,
@@ -166,6 +166,6 @@ def test_sharing_keeps_words_of_enumerations_what_they_are(recwarn: pytest.Warni
     plain = a_result().model_copy(update={"workload": "published"})
     for each in (plain, a_result()):
         made = shared.result(each)
-        assert all(type(item.status) is Status for use in made.resources for item in use.items)
+        assert all(type(item.figure.status) is Status for use in made.resources for item in use.items)
         made.model_dump_json()
     assert not recwarn.list

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from codesign.exploration.study import Outcome, Study
-from codesign.figures import FIGURES, Status
+from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs.exploration import Constraint
 from codesign.planners.interface import Quality
 from codesign.results.mission import (
@@ -26,7 +26,6 @@ from codesign.results.result import (
     ResourceItem,
     ResourceUse,
     Result,
-    Source,
     StageUse,
     Times,
 )
@@ -45,13 +44,13 @@ BUDGET = 33_792
 
 CLOCK = Clock(
     hz=150_000_000,
-    limit=Source(
+    limit=Figure(
         value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
     ),
 )
 POWER = Power(
-    static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
-    dynamic=Source(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
+    static=Figure(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
+    dynamic=Figure(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
 )
 QUALITY: dict[str, Any] = {
     "reachable_cells": 4800,
@@ -188,8 +187,8 @@ def _resources(slices: int) -> tuple[ResourceUse, ...]:
             budget=BUDGET,
             gap=max(0, slices - BUDGET),
             items=(
-                ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
-                ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
+                ResourceItem(name="nodes", figure=Figure(slices - 844, "1", Status.PUBLISHED, LAW)),
+                ResourceItem(name="control", figure=Figure(844, "1", Status.PUBLISHED, LAW)),
             ),
         ),
         ResourceUse(
@@ -197,7 +196,7 @@ def _resources(slices: int) -> tuple[ResourceUse, ...]:
             demand=144,
             budget=144,
             gap=0,
-            items=(ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),),
+            items=(ResourceItem(name="clusters", figure=Figure(144, "1", Status.CALIBRATED, "fit of 5.4")),),
         ),
     )
 

@@ -138,7 +138,7 @@ def test_what_does_not_fit_is_a_result(specs: Specs) -> None:
     assert result.quality is None
     assert {reason.name for reason in result.reasons} >= {"slices", "block_rams"}
     for use in result.resources:
-        assert use.demand == sum(item.amount for item in use.items)
+        assert use.demand == sum(item.figure.value for item in use.items)
         assert use.gap == max(0, use.demand - use.budget)
     for reason in result.reasons:
         assert reason.gap == pytest.approx(reason.demand - reason.limit)

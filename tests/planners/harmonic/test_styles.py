@@ -86,14 +86,14 @@ def test_whole_design_of_section_5_4() -> None:
     ] == 3 * 255 + 682
     assert not demand.levers
     (depth,) = demand.bounds
-    assert (depth.demand, depth.limit) == (1024, 1024)
+    assert (depth.figure.value, depth.limit) == (1024, 1024)
 
 
 @pytest.mark.parametrize(("last", "fits"), [(63, True), (64, False)])
 def test_sixteen_blocks_hold_63_bits_and_a_flag_but_not_64(last: int, fits: bool) -> None:
     demand = BIT_SERIAL.demand(problem(192, 384), parameters((48, 96), last), part("XC4VLX160"))
     (depth,) = demand.bounds
-    assert (depth.demand <= depth.limit) is fits
+    assert (depth.figure.value <= depth.limit) is fits
     assert demand.total("slices") <= 67_584
 
 
@@ -147,7 +147,7 @@ def test_a_part_without_wide_block_ram_holds_no_word() -> None:
     narrow = part("XC2V6000").model_copy(update={"block_ram_shapes": ((2048, 9),)})
     (depth,) = BIT_SERIAL.demand(problem(36, 66), parameters((36, 66), 7), narrow).bounds
     assert depth.limit == 0
-    assert depth.demand == 8
+    assert depth.figure.value == 8
 
 
 @settings(max_examples=60, deadline=None)
@@ -173,7 +173,7 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
                 assert resources.totals(rows, columns, int(found[1]) + 1)[kind] > chip.resources[kind].value
     (depth,) = demand.bounds
     for lever in depth.levers:
-        assert depth.demand > depth.limit
+        assert depth.figure.value > depth.limit
         if found := re.match(r"end at (\d+) bits", lever.advice):
             assert resources.words(map_scale**2, int(found[1])) <= depth.limit
         if found := re.match(r"(\d+) × (\d+)", lever.advice):
@@ -368,4 +368,6 @@ def test_power_carries_the_intervals_of_the_part() -> None:
 
 def test_every_item_says_how_it_is_known() -> None:
     demand = BIT_SERIAL.demand(problem(72, 132), parameters((36, 66), 255), part("XC2V6000"))
-    assert all(item.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items)
+    assert all(
+        item.figure.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items
+    )

@@ -287,7 +287,7 @@ def test_the_mapper_packs_denser_only_near_the_end() -> None:
 def test_an_array_too_large_for_a_block_ram_is_a_bound(part: Part) -> None:
     large = AvoidParameters(directions=512, speeds=64)
     (bound,) = CIRCUITS["pipelined"].demand(generate("circle", 2), large, part).bounds
-    assert bound.demand == 512 * 64 > bound.limit == 16_384
+    assert bound.figure.value == 512 * 64 > bound.limit == 16_384
     assert "at most 32" in bound.levers[0].advice
 
 

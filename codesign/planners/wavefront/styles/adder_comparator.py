@@ -13,7 +13,7 @@ from codesign.figures import Figure
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Item, Step
+from codesign.planners.styles import Line, Step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, Stop
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
@@ -49,7 +49,7 @@ class AdderComparator(ArrayStyle):
         """The largest potential of the whole map: nothing stops the updates before."""
         return self._whole(problem, parameters)[0]
 
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Line, ...]:  # noqa: ARG002
         """Nodes, counter, select lines, and the tree that tells whether any potential changed."""
         node = resources.adder_node(layout)
         return (

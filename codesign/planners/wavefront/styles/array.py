@@ -11,7 +11,7 @@ from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Architecture, Bound, Demand, Item, Memory, Step, is_done
+from codesign.planners.styles import Architecture, Demand, Line, Memory, Step, is_done
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -36,7 +36,7 @@ class ArrayStyle(Architecture):
         """The largest potential that a register has to hold."""
 
     @abstractmethod
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Line, ...]:
         """The demand of an array of ``layout``."""
 
     @abstractmethod
@@ -87,13 +87,13 @@ class ArrayStyle(Architecture):
         largest = self.largest_potential(problem, parameters)
         needed = register_bits(largest)
         items = self.items(layout, problem, part)
-        bounds: tuple[Bound, ...] = (levers.register_bound(needed, layout.bits, largest),)
+        bounds: tuple[Line, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
         whole = replace(layout, shape=(problem.rows, problem.columns))
         delay_line = resources.array_items(resources.delay_line_node(whole), whole)
         map_shape = problem.rows, problem.columns
 
-        def in_tiles(tile: tuple[int, int]) -> tuple[Item, ...]:
+        def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
             return resources.tiled_items(layout, map_shape, tile, part)
 
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)

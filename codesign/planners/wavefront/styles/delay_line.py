@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Item, Step
+from codesign.planners.styles import Line, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, stop_cycle
@@ -27,7 +27,7 @@ class DelayLine(ArrayStyle):
         """D_stop, or the largest potential of the map where the wave runs to its end."""
         return known_plan(problem, sizing_parameters(problem, parameters)).largest_potential
 
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:  # noqa: ARG002
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Line, ...]:  # noqa: ARG002
         """Nodes, counter, select lines."""
         return resources.array_items(resources.delay_line_node(layout), layout)
 

@@ -13,7 +13,7 @@ import numpy as np
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Item, Memory, Step, beyond_map
+from codesign.planners.styles import Line, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (
@@ -57,7 +57,7 @@ class Tiled(ArrayStyle):
         """Rows and columns of a tile."""
         return parameters.tile_shape(problem.rows, problem.columns)
 
-    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Item, ...]:
+    def items(self, layout: Layout, problem: Problem, part: Part) -> tuple[Line, ...]:
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
         return resources.tiled_items(layout, (problem.rows, problem.columns), layout.shape, part)
 
