@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 from typing import Any, ClassVar, Literal
 
 
@@ -64,6 +65,19 @@ class Figure:
         return Figure(self.value / divisor, unit, self.status, self.source, low / divisor, high / divisor)
 
 
+_SUFFIXES = {"_m_s": "m/s", "_s": "s", "_j": "J", "_m": "m"}
+
+
+def named_unit(name: str) -> tuple[str, str]:
+    """The name of a figure in words, and the unit that it ends with; ``1`` where it ends with none.
+
+    >>> named_unit("mission_time_s"), named_unit("local_maxima")
+    (('mission time', 's'), ('local maxima', '1'))
+    """
+    suffix = next((suffix for suffix in _SUFFIXES if name.endswith(suffix)), "")
+    return name.removesuffix(suffix).replace("_", " "), _SUFFIXES.get(suffix, "1")
+
+
 Counted = Literal["measure", "count", "share"]
 
 
@@ -76,7 +90,8 @@ class ResultFigure:
       is made of parts, such as cycles by phase, counts as their sum.
     - ``description``: what it is, as JSON Schema and docs say it. ``label``: what tables and plots call it; by default
       its name in words.
-    - ``unit``: of its value; ``1`` for a number of things or a share. A limit of s, W, J or m is written with a unit.
+    - ``unit``: of its value; by default that of its name, else ``1``, for a number of things or a share. A limit of s,
+      W, J or m is written with a unit.
     - ``maximise``: whether more of it is better. ``counted``: a count is a whole number, a share is told as percent.
     - ``of_whole_path``: a mission that ended before its goals has none: the earlier it failed, the less it would be.
     - ``value``: computes it from the result, where it has no field of its own.
@@ -86,15 +101,16 @@ class ResultFigure:
     within: str
     description: str
     label: str = ""
-    unit: str = "1"
+    unit: str = ""
     maximise: bool = False
     counted: Counted = "measure"
     of_whole_path: bool = False
     value: Callable[[Any], float | None] | None = None
 
     def __post_init__(self) -> None:
-        if not self.label:
-            object.__setattr__(self, "label", self.name.replace("_", " "))
+        words, unit = named_unit(self.name)
+        object.__setattr__(self, "label", self.label or words)
+        object.__setattr__(self, "unit", self.unit or unit)
 
     def __str__(self) -> str:
         return self.name
@@ -130,6 +146,8 @@ _RESOURCES = {
 RESOURCES = tuple(_RESOURCES)
 """The kinds of resource that a part is budgeted in. They are never added up over kinds."""
 
+_count = partial(ResultFigure, counted="count")
+
 FIGURES: dict[str, ResultFigure] = {
     figure.name: figure
     for figure in (
@@ -138,19 +156,14 @@ FIGURES: dict[str, ResultFigure] = {
             "time",
             "when the first decision reached the component that asked for it, from the start of the run",
             "time",
-            "s",
         ),
-        ResultFigure(
-            "cycles", "", "clock cycles of the component that plans, over all phases", counted="count"
-        ),
+        _count("cycles", "", "clock cycles of the component that plans, over all phases"),
         *(
-            ResultFigure(
-                name, "resources", f"{text or name} that the design takes of its part", text, counted="count"
-            )
+            _count(name, "resources", f"{text or name} that the design takes of its part", text)
             for name, text in _RESOURCES.items()
         ),
         ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
-        ResultFigure("energy_j", "energy", "energy up to the first plan", "energy", "J"),
+        ResultFigure("energy_j", "energy", "energy up to the first plan"),
         ResultFigure(
             "share_reaching_goal",
             "quality",
@@ -158,17 +171,11 @@ FIGURES: dict[str, ResultFigure] = {
             maximise=True,
             counted="share",
         ),
-        ResultFigure(
-            "local_maxima",
-            "quality",
-            "planned cells with no strictly greater neighbour: no way up",
-            counted="count",
-        ),
-        ResultFigure(
+        _count("local_maxima", "quality", "planned cells with no strictly greater neighbour: no way up"),
+        _count(
             "wrong_cells",
             "quality",
             "cells whose value is not the one that the planner's arithmetic settles at",
-            counted="count",
         ),
         ResultFigure(
             "path_length_ratio_mean",
@@ -181,15 +188,10 @@ FIGURES: dict[str, ResultFigure] = {
             "quality",
             "distance from the path to the nearest obstacle, mean",
             "clearance",
-            "cells",
+            unit="cells",
             maximise=True,
         ),
-        ResultFigure(
-            "collisions",
-            "quality",
-            "pairs of robots that touched, at an update or between two",
-            counted="count",
-        ),
+        _count("collisions", "quality", "pairs of robots that touched, at an update or between two"),
         ResultFigure(
             "closest_approach",
             "quality",
@@ -201,24 +203,15 @@ FIGURES: dict[str, ResultFigure] = {
             "time_to_targets_s",
             "quality",
             "driving time of the last robot that arrived, by the clock of the robots",
-            "time to targets",
-            "s",
         ),
-        ResultFigure("precision", "", "fractional bits of the final field", unit="bits", counted="count"),
+        _count("precision", "", "fractional bits of the final field", unit="bits"),
         ResultFigure(
-            "mission_time_s",
-            "mission",
-            "simulated time at the end of the mission",
-            "mission time",
-            "s",
-            of_whole_path=True,
+            "mission_time_s", "mission", "simulated time at the end of the mission", of_whole_path=True
         ),
         ResultFigure(
             "mission_energy_j",
             "mission.energy",
             "energy of the mission, the robot's body included",
-            "mission energy",
-            "J",
             of_whole_path=True,
         ),
         ResultFigure(
@@ -227,40 +220,21 @@ FIGURES: dict[str, ResultFigure] = {
             "distance driven over the shortest path, at least 1",
             of_whole_path=True,
         ),
-        ResultFigure(
-            "replans",
-            "mission",
-            "plans asked for because of what was seen on the way, and answered",
-            counted="count",
-        ),
+        _count("replans", "mission", "plans asked for because of what was seen on the way, and answered"),
         ResultFigure(
             "replan_latency_95_s",
             "mission",
             "from the scan that asked for a plan to the answer, 95th percentile",
             "replan latency",
-            "s",
         ),
-        ResultFigure(
-            "missed_deadlines", "mission", "turns without an answer by the deadline", counted="count"
-        ),
-        ResultFigure(
-            "safety_stops",
-            "mission",
-            "times that the robot braked because an answer was overdue",
-            counted="count",
-        ),
-        ResultFigure(
-            "contacts",
-            "mission",
-            "times that the robot ran against something, and stood",
-            counted="count",
-        ),
+        _count("missed_deadlines", "mission", "turns without an answer by the deadline"),
+        _count("safety_stops", "mission", "times that the robot braked because an answer was overdue"),
+        _count("contacts", "mission", "times that the robot ran against something, and stood"),
         ResultFigure(
             "clearance_least_m",
             "mission",
             "least distance from the robot's middle to an obstacle of the true map, over all its path and time",
             "mission clearance",
-            "m",
             maximise=True,
         ),
         ResultFigure(

@@ -10,22 +10,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from codesign.planners.interface import RobotsQuality
+from codesign.report.fields import records_table, row_of, rows_of
 from codesign.report.table import Cell, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
     ENDED,
     PACE,
     count_cell,
-    number_cell,
     plural,
     quantity_text,
     share_cell,
     share_text,
     time_cell,
 )
+from codesign.results.fleet import Spread
 
 if TYPE_CHECKING:
-    from codesign.results.fleet import FleetFigures, Frames, Pacemaker, Spread
+    from codesign.results.fleet import FleetFigures, Frames, Pacemaker
     from codesign.results.result import Result, Times
 
 _WENT_INTO: dict[Pacemaker, str] = {
@@ -155,31 +156,14 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
 
 def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
     quality, (least, most) = result.quality, fleet.fpga_utilisation
-    rows: list[tuple[str, Cell]] = []
-    if isinstance(quality, RobotsQuality):
-        rows += [
-            ("pairs of robots that collided", count_cell(quality.collisions)),
-            ("closest approach in cells", number_cell(quality.closest_approach)),
-        ]
-    rows += [
+    first = ("collisions", "closest_approach") if isinstance(quality, RobotsQuality) else ()
+    rows = [
+        *(row_of(quality, name) for name in first),
         *fleet_end(fleet),
-        ("robots", count_cell(fleet.robots)),
-        ("FPGAs", count_cell(fleet.fpgas)),
-        ("updates", count_cell(fleet.updates)),
-        ("time of all updates", time_cell(fleet.span_s)),
-        (
-            "until the last robot that arrived had",
-            time_cell(fleet.arrived_s) if fleet.arrived_s is not None else Cell(ABSENT),
-        ),
-        ("time that passed for the robots", time_cell(fleet.robots_s)),
-        ("time step", time_cell(fleet.time_step_s)),
-        ("updates a second", number_cell(fleet.updates_a_second)),
-        ("updates a second that FPGAs and line allow, at most", number_cell(fleet.reachable_a_second)),
+        *rows_of(fleet),
         ("most of the time goes into", words(_WENT_INTO[fleet.pace])[0] if fleet.pace else Cell(ABSENT)),
-        ("updates longer than the time step", count_cell(fleet.missed_updates)),
         ("busy share of the least busy FPGA", share_cell(least)),
         ("busy share of the most busy FPGA", share_cell(most)),
-        ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_s)),
     ]
     told = pace_text(fleet)
     return pairs("Fleet", [*rows, *([(PACE, Cell(told, told))] if told else [])])
@@ -204,27 +188,15 @@ def _spans_table(fleet: FleetFigures) -> Table:
         "from update to update": fleet.period,
         "age of a frame when shown": None if fleet.frames is None else fleet.frames.age,
     }
-    return Table(
-        "Times of an update",
-        (*left("what"), *right("median", "95th percentile", "worst", unit="s")),
-        tuple((*words(name), *_spread_cells(span)) for name, span in spans.items() if span is not None),
-    )
-
-
-def _spread_cells(span: Spread) -> tuple[Cell, ...]:
-    return tuple(map(time_cell, (span.median_s, span.share_95_s, span.worst_s)))
+    known = [(name, span) for name, span in spans.items() if span is not None]
+    return records_table("Times of an update", "what", known, Spread)
 
 
 def _frames_table(frames: Frames) -> Table:
     """All that were made, by what became of them."""
     rows = [
-        ("made", count_cell(frames.made)),
-        ("shown", count_cell(frames.shown)),
-        ("of these later than a time step", count_cell(frames.late)),
-        ("skipped", count_cell(frames.skipped)),
+        *rows_of(frames),
         *((f"dropped: {reason}", count_cell(count)) for reason, count in frames.dropped.items()),
-        ("under way at the end", count_cell(frames.under_way)),
-        ("bits of a frame", count_cell(frames.bits)),
     ]
     return pairs(f"Frames to {frames.receiver}", rows, ("made = shown + skipped + dropped + under way",))
 

@@ -24,7 +24,7 @@ class Spread(_Model):
     """Some spans of time: their median, 95th percentile and worst, s; each is one of them."""
 
     median_s: float = Field(description="median, s")
-    share_95_s: float = Field(description="95th percentile, s")
+    share_95_s: float = Field(title="95th percentile", description="95th percentile, s")
     worst_s: float = Field(description="worst, s")
 
 
@@ -35,13 +35,16 @@ class Frames(_Model):
     """
 
     receiver: str = Field(description="the component that draws them")
-    bits: int = Field(description="bits of one message, framing left out")
+    bits: int = Field(title="bits of a frame", description="bits of one message, framing left out")
     made: int = Field(description="messages made, one an update")
     skipped: int = Field(description="not sent, as the one before was not in the line's FIFO yet")
     dropped: dict[str, int] = Field(description="lost, by reason")
     shown: int = Field(description="drawn")
-    late: int = Field(description="of those shown, later than a time step after their update was decided")
-    under_way: int = Field(description="at the end of the run")
+    late: int = Field(
+        title="of these later than a time step",
+        description="of those shown, later than a time step after their update was decided",
+    )
+    under_way: int = Field(title="under way at the end", description="at the end of the run")
     age: Spread | None = Field(description="from the decision of an update to its picture")
 
 
@@ -49,18 +52,25 @@ class FleetFigures(_Model):
     """The figures of one run of scenario ``fleet``."""
 
     robots: int = Field(description="robots of the fleet")
-    fpgas: int = Field(description="one for each robot, all alike: the platform file declares one of them")
+    fpgas: int = Field(
+        title="FPGAs", description="one for each robot, all alike: the platform file declares one of them"
+    )
     ended: str = Field(description="why the run ended")
     completed: bool = Field(description="whether all robots stand at their targets")
     updates: int = Field(description="updates of all velocities that were done")
-    span_s: float = Field(description="from the begin of the first update to the end of the last, s")
+    span_s: float = Field(
+        title="time of all updates",
+        description="from the begin of the first update to the end of the last, s",
+    )
     robots_s: float = Field(
+        title="time that passed for the robots",
         description="time that passed for the robots, s: of a fleet in real time the same as span_s; a free-running"
-        " fleet simulates its robots, and takes them one time step on with every update"
+        " fleet simulates its robots, and takes them one time step on with every update",
     )
     arrived_s: float | None = Field(
+        title="until the last robot that arrived had",
         description="from the begin of the first update until the last robot that arrived had, s, by the clock of"
-        " span_s; None where none did"
+        " span_s; None where none did",
     )
     time_step_s: float = Field(description="time step of the planner, s")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")
@@ -69,20 +79,24 @@ class FleetFigures(_Model):
     )
     updates_a_second: float = Field(description="that were done")
     reachable_a_second: float = Field(
+        title="updates a second that FPGAs and line allow, at most",
         description="an upper bound of what FPGA and line allow in the long run: the lesser of the two rates, each by"
-        " its mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it"
+        " its mean. A FIFO shorter than a frame, and decisions that vary, keep a fleet below it",
     )
     pace: Pacemaker | None = Field(description="what most of the time went into")
     shares: dict[Pacemaker, float] = Field(
         description="shares of the time: robots decided, waited for the line, waited for the time step"
     )
     missed_updates: int = Field(
-        description="that took longer to decide than the time step; in real time they act late"
+        title="updates longer than the time step",
+        description="that took longer to decide than the time step; in real time they act late",
     )
     frames: Frames | None = Field(
         description="coordinates on their way to the display; None where there is none"
     )
-    fpga_busy_s: float = Field(description="the sum over the FPGAs of all robots, s")
+    fpga_busy_s: float = Field(
+        title="busy time of all FPGAs together", description="the sum over the FPGAs of all robots, s"
+    )
     fpga_utilisation: tuple[float, float] = Field(description="of the least and the most busy FPGA")
 
 

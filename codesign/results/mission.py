@@ -26,10 +26,12 @@ class LinkUse(_Model):
 
     sent: int = Field(description="messages handed to it: delivered + dropped + in flight")
     delivered: int = Field(description="messages that arrived")
-    dropped: dict[str, int] = Field(default={}, description="messages given up, by reason")
+    dropped: dict[str, int] = Field(default={}, title="dropped", description="messages given up, by reason")
     in_flight: int = Field(description="messages under way or waiting at the end")
-    retransmissions: int = Field(description="times that a message was sent again")
-    undetected: int = Field(description="messages delivered damaged, which no checksum noticed")
+    retransmissions: int = Field(title="sent again", description="times that a message was sent again")
+    undetected: int = Field(
+        title="damaged unnoticed", description="messages delivered damaged, which no checksum noticed"
+    )
     ignored_damage: dict[str, int] = Field(
         default={},
         description="by message: those of them that were taken for what was sent, as the simulation does not know what"
@@ -37,7 +39,9 @@ class LinkUse(_Model):
     )
     late: int = Field(description="messages that came later than the line takes, as its errors declare")
     bits: int = Field(description="bits delivered, without framing and checksums")
-    utilisation: float = Field(description="share of the time in which something was on the wire")
+    utilisation: float = Field(
+        title="busy", description="share of the time in which something was on the wire"
+    )
     queued_s: float = Field(description="time that messages waited, all together")
 
 
@@ -130,31 +134,45 @@ class Mission(_Model):
     mission_time_s: float = Field(description=described("mission_time_s"))
     goals_reached: int = Field(description="goals reached, those of the tour included")
     plans: int = Field(description="plans that were answered, the first of each goal included")
-    broken_off: int = Field(default=0, description="plans that were broken off before their answer")
+    broken_off: int = Field(
+        default=0, title="plans broken off", description="plans that were broken off before their answer"
+    )
     broken_off_in_a_row: int = Field(
-        default=0, description="the most of them with no answer between them; 10 and more are a livelock"
+        default=0,
+        title="plans broken off in a row, at most",
+        description="the most of them with no answer between them; 10 and more are a livelock",
     )
     replans: int = Field(description=described("replans"))
     replan_latency_median_s: float | None = Field(
-        default=None, description="from the scan that asked for a plan to the answer, median, s"
+        default=None,
+        title="replan latency, median",
+        description="from the scan that asked for a plan to the answer, median, s",
     )
-    replan_latency_95_s: float | None = Field(default=None, description=described("replan_latency_95_s"))
-    replan_latency_worst_s: float | None = Field(default=None, description="the same, worst, s")
-    distance_m: float = Field(description="driven, m")
+    replan_latency_95_s: float | None = Field(
+        default=None, title="replan latency, 95th percentile", description=described("replan_latency_95_s")
+    )
+    replan_latency_worst_s: float | None = Field(
+        default=None, title="replan latency, worst", description="the same, worst, s"
+    )
+    distance_m: float = Field(title="distance driven", description="driven, m")
     shortest_m: float | None = Field(
         default=None,
+        title="shortest path",
         description="lower bound of what can be driven: shortest any-angle path of the robot's middle from the start"
         " over the cells of the goals in order, without what appears or moves",
     )
     distance_ratio: float | None = Field(
         default=None,
+        title="distance over the shortest",
         description=described("distance_ratio", "; None where there is no path, or nothing to drive"),
     )
-    clearance_least_m: float | None = Field(default=None, description=described("clearance_least_m"))
-    clearance_mean_m: float | None = Field(
-        default=None, description="the same, mean over the length of the path"
+    clearance_least_m: float | None = Field(
+        default=None, title="clearance, least", description=described("clearance_least_m")
     )
-    turns: int = Field(description="turns of the control loop that began")
+    clearance_mean_m: float | None = Field(
+        default=None, title="clearance, mean", description="the same, mean over the length of the path"
+    )
+    turns: int = Field(title="turns of the control loop", description="turns of the control loop that began")
     missed_deadlines: int = Field(description=described("missed_deadlines"))
     safety_stops: int = Field(description=described("safety_stops"))
     contacts: int = Field(description=described("contacts"))
@@ -162,11 +180,16 @@ class Mission(_Model):
         default=(), description=f"the contacts in order, the first {CONTACT_POINTS} of them"
     )
     deferred_obstacles: int = Field(
-        default=0, description="times that an obstacle waited to come until the robot had left its place"
+        default=0,
+        title="obstacles that waited for the robot",
+        description="times that an obstacle waited to come until the robot had left its place",
     )
-    driving_s: float = Field(description="time in which the robot moved")
-    waiting_s: float = Field(description="time in which it stood and a plan or an answer was under way")
-    known_share: float = Field(description=described("known_share"))
+    driving_s: float = Field(title="time driving", description="time in which the robot moved")
+    waiting_s: float = Field(
+        title="time standing for an answer",
+        description="time in which it stood and a plan or an answer was under way",
+    )
+    known_share: float = Field(title="cells known at the end", description=described("known_share"))
     energy: MissionEnergy = Field(description="energy of the mission")
     account: dict[str, Account] = Field(description="where the time of each component and link went")
     latency: tuple[LatencyShare, ...] = Field(

@@ -81,9 +81,11 @@ class StageUse(_Model):
 class Times(_Model):
     """When things were done, from the start of the run."""
 
-    map_loaded_s: float = Field(description="when the map stood in the component that plans, s")
-    planned_s: float = Field(description="when the plan stood, s")
-    first_plan_s: float = Field(description=described("first_plan_s"))
+    map_loaded_s: float = Field(
+        title="map loaded", description="when the map stood in the component that plans, s"
+    )
+    planned_s: float = Field(title="plan ready", description="when the plan stood, s")
+    first_plan_s: float = Field(title="first decision received", description=described("first_plan_s"))
 
 
 class Clock(_Model):
@@ -123,9 +125,13 @@ class DisplayUse(_Model):
     """What one display read from its memory."""
 
     frames: int = Field(description="frames drawn to their end")
-    starved_words: int = Field(description="words that came too late to be drawn, as the memory is too slow")
+    starved_words: int = Field(
+        title="words that came too late",
+        description="words that came too late to be drawn, as the memory is too slow",
+    )
     port_share: float = Field(
-        description="share of the memory's cycles that it took; 0 where it has a copy of its own"
+        title="share of the memory's cycles",
+        description="share of the memory's cycles that it took; 0 where it has a copy of its own",
     )
 
 
