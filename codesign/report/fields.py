@@ -15,19 +15,22 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from codesign.figures import FIGURES, named_unit
+from codesign.figures import FIGURES, Counted, named_unit
 from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, count_cell, number_cell, quantity_text, share_cell
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A field that holds a number: its name, what it is called, its unit, and whether it is a share."""
+    """A field that holds a number: its name, what it is called, its unit, and whether it is a count or a share.
+
+    The unit of a count stands in the head of its column only.
+    """
 
     name: str
     label: str
     unit: str
-    share: bool
+    counted: Counted
 
     def cell(self, value: Any) -> Cell:
         """A value of it; of counts by reason their sum."""
@@ -35,16 +38,17 @@ class Shown:
             return Cell(ABSENT)
         if isinstance(value, Mapping):
             return count_cell(sum(value.values()))
-        if self.share:
+        if self.counted == "share":
             return share_cell(value)
-        if self.unit != "1":
-            return Cell(quantity_text(value, self.unit), value)
-        return count_cell(value) if isinstance(value, int) else number_cell(value)
+        if self.counted == "count" or (self.unit == "1" and isinstance(value, int)):
+            return count_cell(value)
+        return number_cell(value) if self.unit == "1" else Cell(quantity_text(value, self.unit), value)
 
     @property
     def column(self) -> Column:
         """A column of its values."""
-        return Column(self.label, "1" if self.share else self.unit if self.unit != "1" else "", "right")
+        unit = "" if self.unit == "1" and self.counted != "share" else self.unit
+        return Column(self.label, unit, "right")
 
 
 @cache
@@ -71,10 +75,10 @@ def _is_number(annotation: Any) -> bool:
 def _shown(name: str, title: str | None) -> Shown:
     if name in FIGURES:
         figure = FIGURES[name]
-        return Shown(name, title or figure.label, figure.unit, figure.counted == "share")
+        return Shown(name, title or figure.label, figure.unit, figure.counted)
     words, unit = named_unit(name)
     share = unit == "1" and ("share" in name or name == "utilisation")
-    return Shown(name, title or words, unit, share)
+    return Shown(name, title or words, unit, "share" if share else "measure")
 
 
 def _fields_of(record: Any) -> tuple[Shown, ...]:
