@@ -1,4 +1,4 @@
-"""A figure with its unit, its interval and where it comes from.
+"""Figures: a number with its unit, its interval and its source; and the figures of a result that designs are judged by.
 
 Every number that a report shows is one of four kinds, and says which:
 
@@ -10,8 +10,11 @@ Every number that a report shows is one of four kinds, and says which:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
+from typing import Any, ClassVar, Literal
 
 
 class Status(StrEnum):
@@ -25,37 +28,256 @@ class Status(StrEnum):
 
 @dataclass(frozen=True)
 class Figure:
-    """One number.
+    """One number with its source, wherever one stands: in parts, platforms, laws, demands and results.
 
     ``low`` and ``high`` bound it where a law was fitted or a value assumed; both are ``value`` for an exact figure.
+
+    >>> Figure(5, "s", Status.ASSUMED, "guess").interval
+    (5, 5)
     """
 
-    value: float
-    unit: str
-    status: Status
-    source: str
-    low: float | None = None
-    high: float | None = None
+    # How a model that holds figures reads and writes them.
+    __pydantic_config__: ClassVar = {"extra": "forbid", "json_schema_serialization_defaults_required": True}
+
+    value: int | float = field(metadata={"description": "the figure"})
+    unit: str = field(metadata={"description": "its unit"})
+    status: Status = field(metadata={"description": "published, calibrated, measured or assumed"})
+    source: str = field(metadata={"description": "where it is from"})
+    low: int | float | None = field(default=None, metadata={"description": "least that it may be"})
+    high: int | float | None = field(default=None, metadata={"description": "most that it may be"})
+
+    def __post_init__(self) -> None:
+        if self.low is None:
+            object.__setattr__(self, "low", self.value)
+        if self.high is None:
+            object.__setattr__(self, "high", self.value)
 
     @property
     def interval(self) -> tuple[float, float]:
         """The lowest and the highest value that the source allows."""
-        return (
-            self.value if self.low is None else self.low,
-            self.value if self.high is None else self.high,
-        )
+        assert self.low is not None, "set where it was not given"
+        assert self.high is not None, "set where it was not given"
+        return self.low, self.high
+
+    def per(self, divisor: float, unit: str) -> Figure:
+        """The same figure in a unit that is ``divisor`` times as large."""
+        low, high = self.interval
+        return Figure(self.value / divisor, unit, self.status, self.source, low / divisor, high / divisor)
 
 
-_LABELS = {"lut4": "LUT4", "flip_flops": "flip-flops", "block_rams": "block RAMs"}
+_SUFFIXES = {"_m_s": "m/s", "_s": "s", "_j": "J", "_m": "m"}
+
+
+def named_unit(name: str) -> tuple[str, str]:
+    """The name of a figure in words, and the unit that it ends with; ``1`` where it ends with none.
+
+    >>> named_unit("mission_time_s"), named_unit("local_maxima")
+    (('mission time', 's'), ('local maxima', '1'))
+    """
+    suffix = next((suffix for suffix in _SUFFIXES if name.endswith(suffix)), "")
+    return name.removesuffix(suffix).replace("_", " "), _SUFFIXES.get(suffix, "1")
+
+
+Counted = Literal["measure", "count", "share"]
+
+
+@dataclass(frozen=True)
+class ResultFigure:
+    """The declaration of a figure of a result: all that files, studies, tables and docs need to know of it.
+
+    - ``name``: its name in YAML, in JSON and in CSV, which is the name of its field in the result.
+    - ``within``: the record of the result that has the field, as a dotted path; "" for the result itself. A field that
+      is made of parts, such as cycles by phase, counts as their sum.
+    - ``description``: what it is, as JSON Schema and docs say it. ``label``: what tables and plots call it; by default
+      its name in words.
+    - ``unit``: of its value; by default that of its name, else ``1``, for a number of things or a share. A limit of s,
+      W, J or m is written with a unit.
+    - ``maximise``: whether more of it is better. ``counted``: a count is a whole number, a share is told as percent.
+    - ``of_whole_path``: a mission that ended before its goals has none: the earlier it failed, the less it would be.
+    - ``value``: computes it from the result, where it has no field of its own.
+    """
+
+    name: str
+    within: str
+    description: str
+    label: str = ""
+    unit: str = ""
+    maximise: bool = False
+    counted: Counted = "measure"
+    of_whole_path: bool = False
+    value: Callable[[Any], float | None] | None = None
+
+    def __post_init__(self) -> None:
+        words, unit = named_unit(self.name)
+        object.__setattr__(self, "label", self.label or words)
+        object.__setattr__(self, "unit", self.unit or unit)
+
+    def __str__(self) -> str:
+        return self.name
+
+    @property
+    def path(self) -> str:
+        """Where it stands in a result, such as ``quality.clearance_mean``."""
+        return f"{self.within}.{self.name}".lstrip(".")
+
+    @property
+    def is_resource(self) -> bool:
+        """Whether it is a resource of a chip. A design without a chip takes none of it."""
+        return self.within == "resources"
+
+    @property
+    def direction(self) -> Literal["maximise", "minimise"]:
+        """Which of two designs it prefers: the one with more of it, or with less."""
+        return "maximise" if self.maximise else "minimise"
+
+    @property
+    def aim(self) -> str:
+        """What an exploration looks for, in words: ``least time``."""
+        return f"{'most' if self.maximise else 'least'} {self.label}"
+
+
+_RESOURCES = {
+    "slices": "",
+    "lut4": "LUT4",
+    "flip_flops": "flip-flops",
+    "block_rams": "block RAMs",
+    "multipliers": "",
+}
+RESOURCES = tuple(_RESOURCES)
+"""The kinds of resource that a part is budgeted in. They are never added up over kinds."""
+
+_count = partial(ResultFigure, counted="count")
+
+FIGURES: dict[str, ResultFigure] = {
+    figure.name: figure
+    for figure in (
+        ResultFigure(
+            "first_plan_s",
+            "time",
+            "when the first decision reached the component that asked for it, from the start of the run",
+            "time",
+        ),
+        _count("cycles", "", "clock cycles of the component that plans, over all phases"),
+        *(
+            _count(name, "resources", f"{text or name} that the design takes of its part", text)
+            for name, text in _RESOURCES.items()
+        ),
+        ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
+        ResultFigure("energy_j", "energy", "energy up to the first plan"),
+        ResultFigure(
+            "share_reaching_goal",
+            "quality",
+            "share of the planned cells from which following the plan arrives",
+            maximise=True,
+            counted="share",
+        ),
+        _count("local_maxima", "quality", "planned cells with no strictly greater neighbour: no way up"),
+        _count(
+            "wrong_cells",
+            "quality",
+            "cells whose value is not the one that the planner's arithmetic settles at",
+        ),
+        ResultFigure(
+            "path_length_ratio_mean",
+            "quality",
+            "length of the path over that of the shortest one, mean over the starts or robots that arrived",
+            "path length ratio",
+        ),
+        ResultFigure(
+            "clearance_mean",
+            "quality",
+            "distance from the path to the nearest obstacle, mean",
+            "clearance",
+            unit="cells",
+            maximise=True,
+        ),
+        _count("collisions", "quality", "pairs of robots that touched, at an update or between two"),
+        ResultFigure(
+            "closest_approach",
+            "quality",
+            "least distance between two robots less their radii; negative in a collision",
+            unit="cells",
+            maximise=True,
+        ),
+        ResultFigure(
+            "time_to_targets_s",
+            "quality",
+            "driving time of the last robot that arrived, by the clock of the robots",
+        ),
+        _count("precision", "", "fractional bits of the final field", unit="bits"),
+        ResultFigure(
+            "mission_time_s", "mission", "simulated time at the end of the mission", of_whole_path=True
+        ),
+        ResultFigure(
+            "mission_energy_j",
+            "mission.energy",
+            "energy of the mission, the robot's body included",
+            of_whole_path=True,
+        ),
+        ResultFigure(
+            "distance_ratio",
+            "mission",
+            "distance driven over the shortest path, at least 1",
+            of_whole_path=True,
+        ),
+        _count("replans", "mission", "plans asked for because of what was seen on the way, and answered"),
+        ResultFigure(
+            "replan_latency_95_s",
+            "mission",
+            "from the scan that asked for a plan to the answer, 95th percentile",
+            "replan latency",
+        ),
+        _count("missed_deadlines", "mission", "turns without an answer by the deadline"),
+        _count("safety_stops", "mission", "times that the robot braked because an answer was overdue"),
+        _count("contacts", "mission", "times that the robot ran against something, and stood"),
+        ResultFigure(
+            "clearance_least_m",
+            "mission",
+            "least distance from the robot's middle to an obstacle of the true map, over all its path and time",
+            "mission clearance",
+            maximise=True,
+        ),
+        ResultFigure(
+            "known_share",
+            "mission",
+            "share of the map's cells that the robot knows at the end",
+            maximise=True,
+            counted="share",
+        ),
+    )
+}
+"""Every figure that may be an objective or a constraint, by name. To add one, declare it here, and fill its field."""
+
+RENAMED = {
+    "time": "first_plan_s",
+    "energy": "energy_j",
+    "path_length_ratio": "path_length_ratio_mean",
+    "clearance": "clearance_mean",
+    "time_to_targets": "time_to_targets_s",
+    "mission_time": "mission_time_s",
+    "mission_energy": "mission_energy_j",
+    "replan_latency": "replan_latency_95_s",
+    "mission_clearance": "clearance_least_m",
+}
+"""Earlier names, for the remedy of a file that still has one; no file is read by them."""
+
+
+def described(name: str, more: str = "") -> str:
+    """The description of a declared figure with its unit, for the field of the result that holds it."""
+    figure = FIGURES[name]
+    unit = "" if figure.unit == "1" else f", {figure.unit}"
+    return f"{figure.description}{unit}{more}"
 
 
 def label(name: str) -> str:
     """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
 
-    >>> label("share_reaching_goal"), label("block_rams"), label("block_rams at most")
-    ('share reaching goal', 'block RAMs', 'block RAMs at most')
+    >>> label("share_reaching_goal"), label("block_rams"), label("first_plan_s at most")
+    ('share reaching goal', 'block RAMs', 'time at most')
     """
-    return " ".join(_LABELS.get(word, word.replace("_", " ")) for word in name.split(" "))
+    return " ".join(
+        FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")
+    )
 
 
 def weakest(*statuses: Status) -> Status:

@@ -3,7 +3,7 @@
 A package registers one ``PlugIn`` under the entry-point group ``codesign.planners``. ``docs/extending.md`` shows how.
 """
 
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
@@ -26,13 +26,11 @@ from codesign.planners.paths import by_sides, cell_of, from_position, judge_arri
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
 from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
-    RESOURCES,
     Architecture,
-    Bound,
     Demand,
     Exchange,
-    Item,
     Lever,
+    Line,
     Memory,
     MemoryStep,
     Step,
@@ -49,7 +47,6 @@ __all__ = [
     "POSE",
     "RESOURCES",
     "Architecture",
-    "Bound",
     "Demand",
     "Exchange",
     "ExternalMemoryLaw",
@@ -58,9 +55,9 @@ __all__ = [
     "Flow",
     "HostStyle",
     "HostTask",
-    "Item",
     "Job",
     "Lever",
+    "Line",
     "LoadParameters",
     "Memo",
     "Memory",

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from codesign.inputs.exploration import ResultFigure
+from codesign.inputs.exploration import FigureName
 from codesign.results.result import Result
 
 
@@ -17,7 +17,7 @@ class _Model(BaseModel):
 class Objective(_Model):
     """A figure that spans the front, its unit, and whether less or more of it is better."""
 
-    figure: ResultFigure
+    figure: FigureName
     unit: str
     direction: Literal["minimise", "maximise"]
 
@@ -25,7 +25,7 @@ class Objective(_Model):
 class Bounds(_Model):
     """A constraint; a bound that is null does not bind."""
 
-    figure: ResultFigure
+    figure: FigureName
     at_least: float | None
     at_most: float | None
 
@@ -58,7 +58,7 @@ class Point(_Model):
     unreached: str | None = Field(
         description="why the mission of a feasible point ended before its goals; null where it reached them"
     )
-    figures: dict[ResultFigure, int | float | None] = Field(
+    figures: dict[FigureName, int | float | None] = Field(
         description="each in its unit of ``units``; counts are integers"
     )
     failure: str | None
@@ -68,11 +68,11 @@ class Point(_Model):
 class StudyDocument(_Model):
     """Every point of an exploration with all its figures, and the front among them."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     platform: str
     workload: str
     axes: dict[str, list[Any]] = Field(description="the values of each axis, in the order of the workload")
-    units: dict[ResultFigure, str] = Field(
+    units: dict[FigureName, str] = Field(
         description="the unit of each figure; 1 for a number of things or a share"
     )
     objectives: list[Objective]

@@ -22,8 +22,9 @@ from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
 from codesign.exploration.study import Outcome, Study, judged
+from codesign.figures import ResultFigure
 from codesign.inputs import Platform, Workload, cross_check, design_point
-from codesign.inputs.exploration import Constraint, Exploration, ResultFigure
+from codesign.inputs.exploration import Constraint, Exploration, declared
 from codesign.memo import Memo
 from codesign.results.result import Result
 from codesign.scenarios import bind, scenario_of
@@ -201,7 +202,7 @@ def load_study(path: Path | str) -> Study:
         try:
             known = _read_json(text)
             constraints = tuple(Constraint.model_validate(limit) for limit in known["constraints"])
-            objectives = tuple(ResultFigure(name) for name in known["objectives"])
+            objectives = tuple(declared(name) for name in known["objectives"])
             axes = Exploration.model_validate({"axes": known["axes"]}).axes
             variants = {str(name): str(digest) for name, digest in known.get("variants", {}).items()}
             space = Space(axes, str(known["fingerprint"]), variants)
@@ -338,7 +339,7 @@ def _definition(platform: Platform, workload: Workload, section: Exploration, sp
         "fingerprint": space.fingerprint,
         "variants": dict(space.variants),
         "axes": {name: list(values) for name, values in space.axes.items()},
-        "objectives": [name.value for name in section.objectives],
+        "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
     }
     return json.dumps(known, ensure_ascii=False, allow_nan=False)

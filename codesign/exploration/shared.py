@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel
 
-from codesign.results.result import ResourceItem, ResourceUse, Result, Source
+from codesign.figures import Figure
+from codesign.results.result import ResourceItem, ResourceUse, Result
 
 T = TypeVar("T")
 
@@ -50,8 +51,8 @@ class Shared:
             self._fields(value)
             if isinstance(value, _WHOLE):
                 return self._known.setdefault(value, value)
-            return self._same(value, value) if isinstance(value, Source) else value
-        return value
+            return value
+        return self._same(value, value) if isinstance(value, Figure) else value
 
     def _same(self, value: Any, made: T) -> T:
         """What was met with the same text: equal to the last digit and in every type."""

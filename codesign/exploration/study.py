@@ -11,12 +11,9 @@ from typing import Any, Literal
 
 from codesign.exploration.document import Bounds, Counts, Objective, Point, StudyDocument
 from codesign.exploration.front import non_dominated
-from codesign.inputs.exploration import Constraint, ResultFigure
+from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs.exploration import Constraint
 from codesign.results.result import Reason, Result
-
-_OF_THE_WHOLE_WAY = frozenset(
-    {ResultFigure.MISSION_TIME, ResultFigure.MISSION_ENERGY, ResultFigure.DISTANCE_RATIO}
-)
 
 
 @dataclass(frozen=True)
@@ -50,21 +47,15 @@ class Outcome:
         mission = self.result.mission if self.result is not None and self.feasible else None
         return None if mission is None or mission.reached else mission.ended
 
-    def figure(self, name: ResultFigure) -> float | None:
+    def figure(self, figure: ResultFigure) -> float | None:
         """One figure, or None where it has none."""
-        return None if self.result is None else figure_of(self.result, name)
+        return None if self.result is None else figure_of(self.result, figure)
 
 
-def figure_of(result: Result, name: ResultFigure) -> float | None:
-    """One figure as designs are compared by it.
-
-    A mission that ended before its goals has no figure of its whole way: the earlier it failed, the less it would be. A
-    design that needs no chip takes none of a chip's resources.
-    """
-    if name in _OF_THE_WHOLE_WAY and result.mission is not None and not result.mission.reached:
-        return None
-    value = result.figure(name)
-    if value is None and name.is_resource and result.part is None and not result.resources:
+def figure_of(result: Result, figure: ResultFigure) -> float | None:
+    """One figure as designs are compared by it. A design that needs no chip takes none of a chip's resources."""
+    value = result.figure(figure)
+    if value is None and figure.is_resource and result.part is None and not result.resources:
         return 0.0
     return value
 
@@ -167,7 +158,7 @@ class Study:
             return [("failure", point.failure.partition("\n")[0])]
         if point.unreached is not None:
             return [("unreached", point.unreached)]
-        return [("no figure", name.value) for name in self.lacking(point)]
+        return [("no figure", figure.name) for figure in self.lacking(point)]
 
     def nearest(self, count: int = 3) -> tuple[int, ...]:
         """Indices of the infeasible points that pass their limits by least: by the largest relative gap of each."""
@@ -184,10 +175,10 @@ class Study:
             platform=self.platform,
             workload=self.workload,
             axes={name: list(values) for name, values in self.axes.items()},
-            units={name: name.unit for name in ResultFigure},
+            units={figure: figure.unit for figure in FIGURES.values()},
             objectives=[
-                Objective(figure=name, unit=name.unit, direction="maximise" if name.maximise else "minimise")
-                for name in self.objectives
+                Objective(figure=figure, unit=figure.unit, direction=figure.direction)
+                for figure in self.objectives
             ],
             constraints=[
                 Bounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
@@ -232,9 +223,9 @@ def _unsatisfied(constraint: Constraint, result: Result) -> list[Reason]:
         if value is None:
             unreached = result.mission is not None and not result.mission.reached
             why = "goals not reached" if unreached else "no such figure"
-            name, demand, gap = f"{figure.value} {word}: {why}", 0.0, abs(limit)
+            name, demand, gap = f"{figure} {word}: {why}", 0.0, abs(limit)
         else:
-            name, demand, gap = f"{figure.value} {word}", value, sign * (limit - value)
+            name, demand, gap = f"{figure} {word}", value, sign * (limit - value)
             if gap <= 0:
                 continue
         reasons.append(
@@ -251,14 +242,14 @@ def _point(point: Outcome, on_front: bool) -> Point:
         feasible=point.feasible,
         on_front=on_front,
         unreached=point.unreached,
-        figures={name: _counted(name, point.figure(name)) for name in ResultFigure},
+        figures={figure: _counted(figure, point.figure(figure)) for figure in FIGURES.values()},
         failure=point.failure,
         result=point.result,
     )
 
 
-def _counted(name: ResultFigure, value: float | None) -> int | float | None:
-    return round(value) if name.is_count and value is not None else value
+def _counted(figure: ResultFigure, value: float | None) -> int | float | None:
+    return round(value) if figure.counted == "count" and value is not None else value
 
 
 def _reasons(point: Outcome) -> tuple[Reason, ...]:

@@ -6,13 +6,21 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from enum import StrEnum
 from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, WithJsonSchema, field_validator, model_validator
-from pydantic_core import InitErrorDetails
+from pydantic import (
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ValidationInfo,
+    WithJsonSchema,
+    field_validator,
+    model_validator,
+)
+from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
-from codesign.errors import InputError, clip, show
+from codesign.errors import InputError, choose_hint, clip, show
+from codesign.figures import FIGURES, RENAMED, ResultFigure
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details, refused
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
 
@@ -23,128 +31,48 @@ MAX_POINTS = 1_000_000
 _AXIS = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
 
 
-class ResultFigure(StrEnum):
-    """A figure of a result that may be an objective or a constraint."""
-
-    TIME = "time"
-    CYCLES = "cycles"
-    SLICES = "slices"
-    LUT4 = "lut4"
-    FLIP_FLOPS = "flip_flops"
-    BLOCK_RAMS = "block_rams"
-    MULTIPLIERS = "multipliers"
-    POWER = "power"
-    ENERGY = "energy"
-    SHARE_REACHING_GOAL = "share_reaching_goal"
-    LOCAL_MAXIMA = "local_maxima"
-    WRONG_CELLS = "wrong_cells"
-    PATH_LENGTH_RATIO = "path_length_ratio"
-    CLEARANCE = "clearance"
-    COLLISIONS = "collisions"
-    CLOSEST_APPROACH = "closest_approach"
-    TIME_TO_TARGETS = "time_to_targets"
-    PRECISION = "precision"
-    MISSION_TIME = "mission_time"
-    MISSION_ENERGY = "mission_energy"
-    DISTANCE_RATIO = "distance_ratio"
-    REPLANS = "replans"
-    REPLAN_LATENCY = "replan_latency"
-    MISSED_DEADLINES = "missed_deadlines"
-    SAFETY_STOPS = "safety_stops"
-    CONTACTS = "contacts"
-    MISSION_CLEARANCE = "mission_clearance"
-    KNOWN_SHARE = "known_share"
-
-    @property
-    def unit(self) -> str:
-        """The unit of its value; ``1`` for a number of things or a share."""
-        return _UNITS.get(self, "1")
-
-    @property
-    def maximise(self) -> bool:
-        """Whether more of it is better."""
-        return self in _MOST_IS_BEST
-
-    @property
-    def is_count(self) -> bool:
-        """Whether it counts things, so that every value is a whole number."""
-        return self in _COUNTS
-
-    @property
-    def is_resource(self) -> bool:
-        """Whether it is a resource of a chip, of which a design without one takes none."""
-        return self in _RESOURCES
-
-    @property
-    def direction(self) -> str:
-        """``maximise`` or ``minimise``."""
-        return "maximise" if self.maximise else "minimise"
-
-
-_UNITS = {
-    ResultFigure.TIME: "s",
-    ResultFigure.POWER: "W",
-    ResultFigure.ENERGY: "J",
-    ResultFigure.CLEARANCE: "cells",
-    ResultFigure.CLOSEST_APPROACH: "cells",
-    ResultFigure.TIME_TO_TARGETS: "s",
-    ResultFigure.PRECISION: "bits",
-    ResultFigure.MISSION_TIME: "s",
-    ResultFigure.MISSION_ENERGY: "J",
-    ResultFigure.REPLAN_LATENCY: "s",
-    ResultFigure.MISSION_CLEARANCE: "m",
-}
-_MOST_IS_BEST = {
-    ResultFigure.SHARE_REACHING_GOAL,
-    ResultFigure.CLEARANCE,
-    ResultFigure.CLOSEST_APPROACH,
-    ResultFigure.MISSION_CLEARANCE,
-    ResultFigure.KNOWN_SHARE,
-}
-_RESOURCES = {
-    ResultFigure.SLICES,
-    ResultFigure.LUT4,
-    ResultFigure.FLIP_FLOPS,
-    ResultFigure.BLOCK_RAMS,
-    ResultFigure.MULTIPLIERS,
-}
-_COUNTS = {
-    *_RESOURCES,
-    ResultFigure.CYCLES,
-    ResultFigure.LOCAL_MAXIMA,
-    ResultFigure.WRONG_CELLS,
-    ResultFigure.COLLISIONS,
-    ResultFigure.PRECISION,
-    ResultFigure.REPLANS,
-    ResultFigure.MISSED_DEADLINES,
-    ResultFigure.SAFETY_STOPS,
-    ResultFigure.CONTACTS,
-}
-_DIMENSIONS = {
-    ResultFigure.TIME: Dimension.TIME,
-    ResultFigure.POWER: Dimension.POWER,
-    ResultFigure.ENERGY: Dimension.ENERGY,
-    ResultFigure.MISSION_TIME: Dimension.TIME,
-    ResultFigure.REPLAN_LATENCY: Dimension.TIME,
-    ResultFigure.MISSION_ENERGY: Dimension.ENERGY,
-    ResultFigure.MISSION_CLEARANCE: Dimension.LENGTH,
-}
-
-DEFAULT_OBJECTIVES = (
-    ResultFigure.TIME,
-    ResultFigure.SLICES,
-    ResultFigure.BLOCK_RAMS,
-    ResultFigure.ENERGY,
-    ResultFigure.SHARE_REACHING_GOAL,
+DEFAULT_OBJECTIVES = tuple(
+    FIGURES[name] for name in ("first_plan_s", "slices", "block_rams", "energy_j", "share_reaching_goal")
 )
 
-MISSION_OBJECTIVES = (
-    ResultFigure.MISSION_TIME,
-    ResultFigure.MISSION_ENERGY,
-    ResultFigure.SLICES,
-    ResultFigure.BLOCK_RAMS,
+MISSION_OBJECTIVES = tuple(
+    FIGURES[name] for name in ("mission_time_s", "mission_energy_j", "slices", "block_rams")
 )
 """The objectives of an exploration of drives that names none: what replans cost is in the time."""
+
+
+def declared(name: Any) -> ResultFigure:
+    """The figure of that name; a figure stays what it is.
+
+    Raises:
+        RefusalError: no figure is declared under this name.
+    """
+    if isinstance(name, ResultFigure):
+        return name
+    if isinstance(name, str) and name in FIGURES:
+        return FIGURES[name]
+    word = clip(str(name), 60)
+    hint = f"renamed: write {RENAMED[word]}" if word in RENAMED else choose_hint(word, FIGURES)
+    raise RefusalError(f"{show(name)} is not accepted", hint)
+
+
+class _ByName:
+    """How models read and write a declared figure: as its name. The schema lists what is declared when it is asked."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(
+            declared, serialization=core_schema.to_string_ser_schema()
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"type": "string", "enum": list(FIGURES)}
+
+
+FigureName = Annotated[ResultFigure, _ByName()]
+
+_DIMENSIONS = {"s": Dimension.TIME, "W": Dimension.POWER, "J": Dimension.ENERGY, "m": Dimension.LENGTH}
 
 Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
 
@@ -152,7 +80,7 @@ Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
 class Constraint(SpecModel):
     """A bound on a figure. Written with a unit (``5 ms``) for time, power, energy and length; held in s, W, J, m."""
 
-    figure: ResultFigure = Field(description="The figure that is bounded.")
+    figure: FigureName = Field(description="The figure that is bounded.")
     at_least: Limit = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a bare number.")
     at_most: Limit = Field(default=None, description="Its upper bound, alike.")
 
@@ -161,9 +89,9 @@ class Constraint(SpecModel):
     def _with_unit(cls, value: Any, info: ValidationInfo) -> Any:
         figure = info.data.get("figure")
         # A spec that was dumped and is read again has plain numbers, and no document behind it.
-        if figure not in _DIMENSIONS or value is None or not (info.context or {}).get("document"):
+        dimension = _DIMENSIONS.get(figure.unit) if figure is not None else None
+        if dimension is None or value is None or not (info.context or {}).get("document"):
             return value
-        dimension = _DIMENSIONS[figure]
         if not isinstance(value, str):
             example = SCALES[dimension].example
             raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as {example}")
@@ -198,12 +126,10 @@ class Exploration(SpecModel):
         max_length=MAX_AXES,
         description="Values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, workload.variant, ...",
     )
-    objectives: Annotated[tuple[ResultFigure, ...], Field(min_length=1, max_length=len(ResultFigure))] = (
-        Field(
-            default=DEFAULT_OBJECTIVES,
-            description="Figures that span the front, each in its own direction; of drives by default mission_time,"
-            " mission_energy, slices and block_rams.",
-        )
+    objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
+        default=DEFAULT_OBJECTIVES,
+        description="Figures that span the front, each in its own direction; of drives by default"
+        f" {', '.join(figure.name for figure in MISSION_OBJECTIVES)}.",
     )
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=64)] = Field(
         default=(), description="Bounds that a point has to keep."
@@ -235,7 +161,7 @@ class Exploration(SpecModel):
     @field_validator("objectives", mode="after")
     @classmethod
     def _distinct_objectives(cls, value: tuple[ResultFigure, ...]) -> tuple[ResultFigure, ...]:
-        raise_all("Exploration", _repeated(value))
+        raise_all("Exploration", _repeated([figure.name for figure in value]))
         return value
 
 

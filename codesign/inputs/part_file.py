@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from codesign.errors import Fault, InputError, choose_hint, clip
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.inputs.base import Spec
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
@@ -21,9 +21,6 @@ from codesign.inputs.files import data_folder, shown
 from codesign.inputs.yaml_tree import read_document
 from codesign.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
 from codesign.part import Part
-
-COUNTED = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
-"""The kinds of resource that laws count in."""
 
 LUT6_SLICE = 2
 """Slices of two LUT and two flip-flops that stand in one of four LUT6 and at least four flip-flops."""
@@ -56,7 +53,7 @@ class Resources(SpecModel):
         A LUT6 does what any LUT4 does; it does the work of two where they need no more than five inputs between them.
         So the conversion is a floor, and the interval reaches to twice as much.
         """
-        counted = {kind: getattr(self, kind) for kind in COUNTED}
+        counted = {kind: getattr(self, kind) for kind in RESOURCES}
         if self.lut6 is not None:
             lut6 = "a LUT6 taken for each LUT4 of a law, though two may share one"
             halves = "laws count slices of two LUT and two flip-flops, two of them for each of these"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from codesign.figures import described
 from codesign.models import SpecModel, TaskParameters
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
@@ -97,36 +98,49 @@ class Quality:
     planned_cells: Annotated[
         int,
         Field(
+            title="reachable cells that the plan covers",
             description="reachable cells that the plan covers: fewer where a wave was stopped, or a search ended,"
-            " before it came to all of them"
+            " before it came to all of them",
         ),
     ]
     local_maxima: Annotated[
-        int | None, Field(description="planned cells with no strictly greater neighbour: no way up")
+        int | None,
+        Field(title="covered cells with no way up (local maxima)", description=described("local_maxima")),
     ]
     share_reaching_goal: Annotated[
-        float | None, Field(description="share of the planned cells from which following the plan arrives")
+        float | None,
+        Field(
+            title="share of covered cells that reach the goal", description=described("share_reaching_goal")
+        ),
     ]
     starts: Annotated[int, Field(description="starts tried")]
     starts_arrived: Annotated[int, Field(description="starts from which following the plan arrived")]
     path_length_ratio_mean: Annotated[
         float | None,
         Field(
+            title="path length over the shortest, mean",
             description="way over the shortest 8-connected way, corners not cut; mean over the starts that arrived"
-            " and that such a way joins to a goal"
+            " and that such a way joins to a goal",
         ),
     ]
-    path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
-    clearance_mean: Annotated[
-        float | None, Field(description="distance from the way to the nearest obstacle, mean, cells")
+    path_length_ratio_worst: Annotated[
+        float | None, Field(title="path length over the shortest, worst", description="the same, worst")
     ]
-    clearance_least: Annotated[float | None, Field(description="the same, least, cells")]
+    clearance_mean: Annotated[
+        float | None, Field(title="clearance, mean", description=described("clearance_mean"))
+    ]
+    clearance_least: Annotated[
+        float | None, Field(title="clearance in cells, least", description="the same, least, cells")
+    ]
     wrong_cells: Annotated[
-        int | None,
-        Field(description="cells whose value is not the one that the planner's arithmetic settles at"),
+        int | None, Field(title="cells with a wrong value", description=described("wrong_cells"))
     ]
     cells_leading_nowhere: Annotated[
-        int | None, Field(description="planned cells from which following the plan does not arrive")
+        int | None,
+        Field(
+            title="cells that lead nowhere",
+            description="planned cells from which following the plan does not arrive",
+        ),
     ] = None
     warnings: Annotated[
         tuple[str, ...], Field(description="what a reader of these figures must know, and what would mend it")
@@ -140,28 +154,37 @@ class RobotsQuality:
     robots: Annotated[int, Field(description="robots")]
     robots_arrived: Annotated[int, Field(description="robots that reached their targets")]
     updates: Annotated[
-        int, Field(description="updates of the velocities, until all arrived or the run was given up")
-    ]
-    collisions: Annotated[int, Field(description="pairs of robots that touched, at an update or between two")]
-    closest_approach: Annotated[
-        float,
+        int,
         Field(
-            description="least distance between two robots less their radii, cells; negative in a collision"
+            title="updates of the velocities",
+            description="updates of the velocities, until all arrived or the run was given up",
         ),
     ]
+    collisions: Annotated[
+        int, Field(title="pairs of robots that collided", description=described("collisions"))
+    ]
+    closest_approach: Annotated[float, Field(description=described("closest_approach"))]
     time_to_targets_s: Annotated[
         float | None,
         Field(
-            description="driving time of the last robot that arrived, by the clock of the robots, s; None where none"
-            " did"
+            title="time until the last arrived, by the robots' clock",
+            description=described("time_to_targets_s", "; None where none did"),
         ),
     ]
-    velocity_changes: Annotated[int, Field(description="updates at which a robot left the velocity it had")]
+    velocity_changes: Annotated[
+        int,
+        Field(title="changes of velocity", description="updates at which a robot left the velocity it had"),
+    ]
     path_length_ratio_mean: Annotated[
         float | None,
-        Field(description="way driven over the straight line, mean over the robots that arrived"),
+        Field(
+            title="path length over the shortest, mean",
+            description="way driven over the straight line, mean over the robots that arrived",
+        ),
     ]
-    path_length_ratio_worst: Annotated[float | None, Field(description="the same, worst")]
+    path_length_ratio_worst: Annotated[
+        float | None, Field(title="path length over the shortest, worst", description="the same, worst")
+    ]
     shortfall: Annotated[
         str | None,
         Field(

@@ -20,20 +20,6 @@ from codesign.part import Part
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
 
-RESOURCES = ("slices", "lut4", "flip_flops", "block_rams", "multipliers")
-"""The kinds of resource a part is budgeted in. They are never added up over kinds."""
-
-
-@dataclass(frozen=True)
-class Item:
-    """One line of a demand: what part of the design asks for how much of one resource, and by which law."""
-
-    name: str
-    resource: str
-    amount: int
-    status: Status
-    source: str
-
 
 @dataclass(frozen=True)
 class Lever:
@@ -44,27 +30,52 @@ class Lever:
 
 
 @dataclass(frozen=True)
-class Bound:
-    """A limit that is no resource of the part but just as hard: word depth, clock.
+class Line:
+    """One line of a demand: what of the design it is for, and how much that asks for, by which law.
 
-    ``demand`` ≤ ``limit`` is feasible.
+    - ``resource``: the kind of resource that is asked for; "" for a bound, which is no resource of the part but just as
+      hard, such as word depth.
+    - ``limit``: of a bound, in the unit of ``figure``: no more than that is feasible. The part limits resources.
+    - ``levers``: of a bound, what would mend it.
     """
 
     name: str
-    demand: float
-    limit: float
-    unit: str
-    status: Status
-    source: str
+    resource: str
+    figure: Figure
+    limit: float | None = None
     levers: tuple[Lever, ...] = ()
+
+    @classmethod
+    def item(cls, name: str, resource: str, amount: int, status: Status, source: str) -> Line:
+        """``amount`` of a resource, all of them whole."""
+        return cls(name, resource, Figure(amount, "1", status, source))
+
+    @classmethod
+    def bound(
+        cls,
+        name: str,
+        demand: float,
+        limit: float,
+        unit: str,
+        status: Status,
+        source: str,
+        levers: tuple[Lever, ...] = (),
+    ) -> Line:
+        """``demand`` against ``limit``, both in ``unit``."""
+        return cls(name, "", Figure(demand, unit, status, source), limit, levers)
+
+    @property
+    def amount(self) -> int:
+        """How many of the resource."""
+        return int(self.figure.value)
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What a design asks of a part: items by resource, the other bounds, and what would mend each shortage."""
+    """What a design asks of a part: lines of resources, lines of other bounds, and what would mend each shortage."""
 
-    items: tuple[Item, ...]
-    bounds: tuple[Bound, ...] = ()
+    items: tuple[Line, ...]
+    bounds: tuple[Line, ...] = ()
     levers: dict[str, tuple[Lever, ...]] = field(default_factory=dict)
 
     def total(self, resource: str) -> int:

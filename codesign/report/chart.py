@@ -9,8 +9,7 @@ import math
 from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
-from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.report.study_tables import level_teller, short_names, varying_axes, why_not
 from codesign.report.wording import figure_cell, labelled, prefix, wants_logarithm
 
@@ -32,7 +31,7 @@ def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
     """
     named = [*study.objectives, *(limit.figure for limit in study.constraints)]
     if len(set(named)) < 2:
-        named += [ResultFigure.TIME, ResultFigure.SLICES]
+        named += [FIGURES["first_plan_s"], FIGURES["slices"]]
     return tuple(dict.fromkeys(named))
 
 
@@ -106,8 +105,8 @@ def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[st
     known = [value for value in plotted if value is not None and math.isfinite(value)]
     size, unit = prefix(known, figure.unit)
     return {
-        "name": label(figure.value),
-        "label": labelled(figure.value, unit),
+        "name": figure.label,
+        "label": labelled(figure.label, unit),
         "maximise": figure.maximise,
         "logarithm": bool(known) and wants_logarithm(min(known), max(known)),
         "values": [_rounded(value, size) for value in values],
@@ -148,7 +147,7 @@ def _plot(study: Study, x_scale: Scale, y_scale: Scale) -> Any:
         lines.append((axis, f"@axis{number}"))
     for number, chosen in enumerate(chart_figures(study)):
         names.append(f"figure{number}")
-        lines.append((label(chosen.value), f"@figure{number}"))
+        lines.append((chosen.label, f"@figure{number}"))
     source = ColumnDataSource({name: [] for name in names}, name="points")
     bound = ColumnDataSource({"x": [], "y": []}, name="bound")
     plot: Any = figure(

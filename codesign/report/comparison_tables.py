@@ -7,8 +7,7 @@ from itertools import zip_longest
 from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
-from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure, label
 from codesign.planners.interface import Quality
 from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
 from codesign.report.table import Cell, Column, Table, left, word
@@ -30,11 +29,11 @@ def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> T
         rows += _why_not_rows([_why_not(result) for _, result in designs])
     rows.append((word("part"), *(word((result and result.part) or ABSENT) for result in results)))
     notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
-    for figure in ResultFigure:
+    for figure in FIGURES.values():
         values = [result.figure(figure) if result else None for result in results]
         if any(value is not None for value in values):
-            rows.append((word(label(figure)), *_against(base, figure, values)))
-            notes += [SHORTEST] if figure is ResultFigure.PATH_LENGTH_RATIO else []
+            rows.append((word(figure.label), *_against(base, figure, values)))
+            notes += [SHORTEST] if figure.name == "path_length_ratio_mean" else []
     notes += [f"{name}: {warning}" for name, result in designs for warning in _warnings(result)]
     columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
     return Table("Comparison", columns, tuple(rows), tuple(notes))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from codesign.figures import label
+from codesign.figures import Figure, label
 from codesign.report.mission_tables import NOT_DECLARED, not_declared_notes
 from codesign.report.table import Cell, Table, left, right, word, words
 from codesign.report.wording import count_cell, interval_text, part_cell, plural, quantity_text
-from codesign.results.result import Result, Source
+from codesign.results.result import Result
 
 _MOST_SOURCES = 100
 
@@ -34,11 +34,11 @@ def resource_table(result: Result) -> Table:
             (
                 Cell(""),
                 word(item.name),
-                count_cell(item.amount),
+                count_cell(int(item.figure.value)),
                 Cell(""),
                 Cell(""),
                 Cell(""),
-                word(item.status),
+                word(item.figure.status),
             )
             for item in use.items
         ]
@@ -76,7 +76,7 @@ def physical_table(result: Result) -> Table:
             ("energy of processors", energy.processors_j),
             ("energy of links", energy.links_j),
             ("energy of memories", energy.memories_j),
-            (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.total_j),
+            (f"energy {'up to the first plan' if result.fleet is None else 'of the run'}", energy.energy_j),
         ):
             told = Cell(quantity_text(joules, "J"), joules)
             if not joules and name in ("energy of links", "energy of memories"):
@@ -93,8 +93,8 @@ def sources_table(results: Iterable[Result]) -> Table:
     """Where the figures come from: each source once, with its status and the figures that rest on it."""
     figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
     for result in results:
-        for name, item, status, source in _sources(result):
-            items = figures.setdefault((status, source), {}).setdefault(name, {})
+        for name, item, figure in _sources(result):
+            items = figures.setdefault((figure.status.value, figure.source), {}).setdefault(name, {})
             items |= {item: None} if item else {}
     lines = sorted(figures.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
     left_out = len(lines) - _MOST_SOURCES
@@ -113,25 +113,25 @@ def _listed(names: dict[str, dict[str, None]]) -> str:
     return "; ".join(f"{name}: {', '.join(items)}" if items else name for name, items in names.items())
 
 
-def _sources(result: Result) -> Iterable[tuple[str, str, str, str]]:
-    """Each figure with a source: its name, the item of it or nothing, status and source."""
+def _sources(result: Result) -> Iterable[tuple[str, str, Figure]]:
+    """Each figure with a source: its name, the item of it or nothing, and the figure."""
     for use in result.resources:
         for item in use.items:
-            yield label(use.resource), item.name, item.status.value, item.source
+            yield label(use.resource), item.name, item.figure
     for name, figure in result.processor.items():
-        yield name, "", figure.status.value, figure.source
+        yield name, "", figure
     if result.clock is not None:
-        yield "clock limit", "", result.clock.limit.status.value, result.clock.limit.source
+        yield "clock limit", "", result.clock.limit
     if result.power is not None:
-        yield "static power", "", result.power.static.status.value, result.power.static.source
-        yield "dynamic power", "", result.power.dynamic.status.value, result.power.dynamic.source
+        yield "static power", "", result.power.static
+        yield "dynamic power", "", result.power.dynamic
     for name, figure in result.idle_fpgas.items():
-        yield "static power", name, figure.status.value, figure.source
+        yield "static power", name, figure
 
 
-def _source_cells(figure: Source) -> tuple[Cell, Cell, Cell]:
+def _source_cells(figure: Figure) -> tuple[Cell, Cell, Cell]:
     return (
         Cell(quantity_text(figure.value, figure.unit), figure.value),
-        word(interval_text(figure.low, figure.high, figure.unit)),
+        word(interval_text(*figure.interval, figure.unit)),
         word(figure.status),
     )

@@ -10,23 +10,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from codesign.planners.interface import RobotsQuality
+from codesign.report.fields import records_table, row_of, rows_of
 from codesign.report.table import Cell, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
     ENDED,
     PACE,
     count_cell,
-    number_cell,
     plural,
     quantity_text,
     share_cell,
     share_text,
     time_cell,
 )
-from codesign.units import PICOSECONDS_PER_SECOND, format_time
+from codesign.results.fleet import Spread
 
 if TYPE_CHECKING:
-    from codesign.results.fleet import FleetFigures, Frames, Pacemaker, Spread
+    from codesign.results.fleet import FleetFigures, Frames, Pacemaker
     from codesign.results.result import Result, Times
 
 _WENT_INTO: dict[Pacemaker, str] = {
@@ -60,11 +60,11 @@ def fleet_headline(result: Result) -> tuple[tuple[str, str], ...]:
         told += [(f"{quality.robots_arrived} of {quality.robots}", "robots at their targets")]
     if fleet is not None:
         told += [
-            (format_time(fleet.span_ps), f"for {plural(fleet.updates, 'update')}"),
+            (quantity_text(fleet.span_s, "s"), f"for {plural(fleet.updates, 'update')}"),
             (quantity_text(fleet.updates_a_second, ""), "updates a second"),
         ]
     if result.energy is not None:
-        told.append((quantity_text(result.energy.total_j, "J"), "energy of the run"))
+        told.append((quantity_text(result.energy.energy_j, "J"), "energy of the run"))
     return tuple(told)
 
 
@@ -76,7 +76,7 @@ def fleet_end(fleet: FleetFigures) -> tuple[tuple[str, Cell], ...]:
 
 def fleet_times_table(time: Times) -> Table:
     """When starts and targets stood in the FPGAs, and when the last update was over."""
-    rows = [("starts and targets loaded", time.map_loaded_ps), ("last update over", time.first_plan_ps)]
+    rows = [("starts and targets loaded", time.map_loaded_s), ("last update over", time.first_plan_s)]
     return pairs("Time from the start of the run", [(name, time_cell(at)) for name, at in rows])
 
 
@@ -129,12 +129,12 @@ def _held_by_robots(fleet: FleetFigures, decide: float) -> str:
 
 
 def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> str:
-    step = fleet.time_step_ps / PICOSECONDS_PER_SECOND
+    step = fleet.time_step_s
     if fleet.missed_updates and fleet.decide is not None:
         told = (
             f"the robots' decisions: {plural(fleet.missed_updates, 'update')} of {fleet.updates:,} took longer than the"
             f" time step of {_seconds(step)} and acted late: the robots drove on meanwhile. The longest took"
-            f" {_times(fleet.decide.worst_ps / fleet.time_step_ps)} time steps. At another clock the robots take"
+            f" {_times(fleet.decide.worst_s / fleet.time_step_s)} time steps. At another clock the robots take"
             " other courses: run it to see how many updates are late there"
         )
     else:
@@ -156,31 +156,14 @@ def _in_real_time(fleet: FleetFigures, decide: float, message: float | None) -> 
 
 def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
     quality, (least, most) = result.quality, fleet.fpga_utilisation
-    rows: list[tuple[str, Cell]] = []
-    if isinstance(quality, RobotsQuality):
-        rows += [
-            ("pairs of robots that collided", count_cell(quality.collisions)),
-            ("closest approach in cells", number_cell(quality.closest_approach)),
-        ]
-    rows += [
+    first = ("collisions", "closest_approach") if isinstance(quality, RobotsQuality) else ()
+    rows = [
+        *(row_of(quality, name) for name in first),
         *fleet_end(fleet),
-        ("robots", count_cell(fleet.robots)),
-        ("FPGAs", count_cell(fleet.fpgas)),
-        ("updates", count_cell(fleet.updates)),
-        ("time of all updates", time_cell(fleet.span_ps)),
-        (
-            "until the last robot that arrived had",
-            time_cell(fleet.arrived_ps) if fleet.arrived_ps is not None else Cell(ABSENT),
-        ),
-        ("time that passed for the robots", time_cell(fleet.robots_ps)),
-        ("time step", time_cell(fleet.time_step_ps)),
-        ("updates a second", number_cell(fleet.updates_a_second)),
-        ("updates a second that FPGAs and line allow, at most", number_cell(fleet.reachable_a_second)),
+        *rows_of(fleet),
         ("most of the time goes into", words(_WENT_INTO[fleet.pace])[0] if fleet.pace else Cell(ABSENT)),
-        ("updates longer than the time step", count_cell(fleet.missed_updates)),
         ("busy share of the least busy FPGA", share_cell(least)),
         ("busy share of the most busy FPGA", share_cell(most)),
-        ("busy time of all FPGAs together", time_cell(fleet.fpga_busy_ps)),
     ]
     told = pace_text(fleet)
     return pairs("Fleet", [*rows, *([(PACE, Cell(told, told))] if told else [])])
@@ -188,7 +171,7 @@ def _fleet_table(result: Result, fleet: FleetFigures) -> Table:
 
 def _shares_table(fleet: FleetFigures) -> Table:
     lines = (
-        (*words(_WENT_INTO[name]), time_cell(round(share * fleet.span_ps)), share_cell(share))
+        (*words(_WENT_INTO[name]), time_cell(share * fleet.span_s), share_cell(share))
         for name, share in fleet.shares.items()
     )
     return Table(
@@ -205,34 +188,22 @@ def _spans_table(fleet: FleetFigures) -> Table:
         "from update to update": fleet.period,
         "age of a frame when shown": None if fleet.frames is None else fleet.frames.age,
     }
-    return Table(
-        "Times of an update",
-        (*left("what"), *right("median", "95th percentile", "worst", unit="s")),
-        tuple((*words(name), *_spread_cells(span)) for name, span in spans.items() if span is not None),
-    )
-
-
-def _spread_cells(span: Spread) -> tuple[Cell, ...]:
-    return tuple(map(time_cell, (span.median_ps, span.share_95_ps, span.worst_ps)))
+    known = [(name, span) for name, span in spans.items() if span is not None]
+    return records_table("Times of an update", "what", known, Spread)
 
 
 def _frames_table(frames: Frames) -> Table:
     """All that were made, by what became of them."""
     rows = [
-        ("made", count_cell(frames.made)),
-        ("shown", count_cell(frames.shown)),
-        ("of these later than a time step", count_cell(frames.late)),
-        ("skipped", count_cell(frames.skipped)),
+        *rows_of(frames),
         *((f"dropped: {reason}", count_cell(count)) for reason, count in frames.dropped.items()),
-        ("under way at the end", count_cell(frames.under_way)),
-        ("bits of a frame", count_cell(frames.bits)),
     ]
     return pairs(f"Frames to {frames.receiver}", rows, ("made = shown + skipped + dropped + under way",))
 
 
 def _decide_s(fleet: FleetFigures) -> float:
     """Mean time in which the robots decide, s."""
-    return fleet.shares["fpga"] * fleet.span_ps / fleet.updates / PICOSECONDS_PER_SECOND
+    return fleet.shares["fpga"] * fleet.span_s / fleet.updates
 
 
 def _message_s(fleet: FleetFigures) -> float | None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from codesign.report.fields import records_table, rows_of
 from codesign.report.table import Cell, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
@@ -17,11 +19,12 @@ from codesign.report.wording import (
     share_text,
 )
 from codesign.results.ledger import SPENT
+from codesign.results.mission import Account, LinkUse
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from codesign.results.mission import Account, LatencyShare, LinkUse, Mission, MissionEnergy
+    from codesign.results.mission import LatencyShare, Mission, MissionEnergy
     from codesign.results.result import Result
 
 NOT_DECLARED = "not declared"
@@ -53,7 +56,7 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
     if len(set(result.places.values())) > 1:
         tables.append(places_table(result.places))
     if mission is not None and mission.account:
-        tables.append(account_table(mission.account, mission.time_s))
+        tables.append(account_table(mission.account, mission.mission_time_s))
     if result.links:
         tables.append(links_table(result.links))
     return tuple(tables)
@@ -62,13 +65,13 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
 def mission_headline(mission: Mission) -> tuple[tuple[str, str], ...]:
     """The few figures that a reader looks for first, as (figure, what it is)."""
     told = [("reached" if mission.reached else "not reached", "")]
-    told.append((quantity_text(mission.time_s, "s"), "mission time"))
+    told.append((quantity_text(mission.mission_time_s, "s"), "mission time"))
     if mission.distance_ratio is not None:
         told.append((number_cell(mission.distance_ratio).text, "times the shortest path"))
     told.append((quantity_text(mission.replans, ""), "replans"))
     if mission.replan_latency_95_s is not None:
         told.append((quantity_text(mission.replan_latency_95_s, "s"), "replan latency, 95th percentile"))
-    told.append((quantity_text(mission.energy.total_j, "J"), "energy"))
+    told.append((quantity_text(mission.energy.mission_energy_j, "J"), "energy"))
     for count, noun in ((mission.contacts, "contact"), (mission.missed_deadlines, "missed deadline")):
         if count:
             number, _, name = plural(count, noun).partition(" ")
@@ -96,28 +99,7 @@ def mission_table(mission: Mission) -> Table:
     """The figures of the mission itself."""
     rows = [
         *mission_end(mission),
-        ("simulated time", _seconds(mission.time_s)),
-        ("goals reached", count_cell(mission.goals_reached)),
-        ("distance driven", _metres(mission.distance_m)),
-        ("shortest path", _metres(mission.shortest_m)),
-        ("distance over the shortest", number_cell(mission.distance_ratio)),
-        ("clearance, least", _metres(mission.clearance_least_m)),
-        ("clearance, mean", _metres(mission.clearance_mean_m)),
-        ("plans", count_cell(mission.plans)),
-        ("replans", count_cell(mission.replans)),
-        ("plans broken off", count_cell(mission.broken_off)),
-        ("plans broken off in a row, at most", count_cell(mission.broken_off_in_a_row)),
-        ("replan latency, median", _seconds(mission.replan_latency_median_s)),
-        ("replan latency, 95th percentile", _seconds(mission.replan_latency_95_s)),
-        ("replan latency, worst", _seconds(mission.replan_latency_worst_s)),
-        ("turns of the control loop", count_cell(mission.turns)),
-        ("missed deadlines", count_cell(mission.missed_deadlines)),
-        ("safety stops", count_cell(mission.safety_stops)),
-        ("contacts", count_cell(mission.contacts)),
-        ("obstacles that waited for the robot", count_cell(mission.deferred_obstacles)),
-        ("time driving", _seconds(mission.driving_s)),
-        ("time standing for an answer", _seconds(mission.waiting_s)),
-        ("cells known at the end", share_cell(mission.known_share)),
+        *rows_of(mission),
     ]
     if mission.bottleneck is not None:
         rows.append((PACE, word(bottleneck_text(mission))))
@@ -128,7 +110,9 @@ def levers_table(mission: Mission) -> Table:
     """The mission as it is, and run again with each lever moved by itself."""
     without = (
         *words("none", "", ""),
-        *_run_cells(mission.reached, mission.time_s, mission.energy.total_j, mission.missed_deadlines),
+        *_run_cells(
+            mission.reached, mission.mission_time_s, mission.energy.mission_energy_j, mission.missed_deadlines
+        ),
         Cell(""),
     )
     return Table(
@@ -145,7 +129,7 @@ def levers_table(mission: Mission) -> Table:
             *(
                 (
                     *words(one.path, one.before, one.after or ABSENT),
-                    *_run_cells(one.reached, one.time_s, one.energy_j, one.missed_deadlines),
+                    *_run_cells(one.reached, one.mission_time_s, one.mission_energy_j, one.missed_deadlines),
                     word(one.refused or ""),
                 )
                 for one in mission.levers or ()
@@ -188,8 +172,9 @@ def contacts_table(mission: Mission) -> Table:
 
 def energy_table(energy: MissionEnergy) -> Table:
     """Energy of the mission by what took it."""
+    total = energy.mission_energy_j
     lines = [
-        (word(name), *_energy_cells(joules, energy.total_j))
+        (word(name), *_energy_cells(joules, total))
         for name, joules in (
             ("FPGA", energy.fpga_j),
             ("processors", energy.processors_j),
@@ -205,7 +190,14 @@ def energy_table(energy: MissionEnergy) -> Table:
     return Table(
         "Energy of the mission",
         (*left("what"), *right("energy", unit="J"), *right("share", unit="1")),
-        (*lines, (word("all"), _joules(energy.total_j), _part(energy.total_j, energy.total_j))),
+        (
+            *lines,
+            (
+                word("all"),
+                _joules(energy.mission_energy_j),
+                _part(energy.mission_energy_j, energy.mission_energy_j),
+            ),
+        ),
         notes,
         strong=frozenset([len(lines)]),
     )
@@ -225,20 +217,15 @@ def not_declared_notes(names: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
 
 def account_table(accounts: Mapping[str, Account], time_s: float) -> Table:
     """Where the time of each component and link went."""
-    lines = []
-    for name, account in accounts.items():
-        spans = (account.compute_s, account.transfer_s, account.wait_s, account.idle_s)
-        busy = account.compute_s + account.transfer_s
-        lines.append((word(name), *map(_seconds, spans), _part(busy, time_s)))
-    return Table(
-        "Where the time of each component and link went",
-        (
-            *left("component or link"),
-            *right("compute", "transfer", "wait", "idle", unit="s"),
-            *right("busy", unit="1"),
-        ),
-        tuple(lines),
-        (
+    table = records_table(
+        "Where the time of each component and link went", "component or link", accounts.items(), Account
+    )
+    busy = [_part(account.compute_s + account.transfer_s, time_s) for account in accounts.values()]
+    return replace(
+        table,
+        columns=(*table.columns, *right("busy", unit="1")),
+        rows=tuple((*row, cell) for row, cell in zip(table.rows, busy, strict=True)),
+        notes=(
             "compute of a robot: it moves; wait: how long work or messages waited for it, all of them together",
         ),
     )
@@ -267,20 +254,6 @@ def _shares_table(title: str, shares: tuple[LatencyShare, ...]) -> Table:
 
 def links_table(links: Mapping[str, LinkUse]) -> Table:
     """The messages of each link: what became of them, and how full it was."""
-    lines = []
-    for name, use in links.items():
-        dropped = sum(use.dropped.values())
-        counts = (
-            use.sent,
-            use.delivered,
-            dropped,
-            use.in_flight,
-            use.retransmissions,
-            use.undetected,
-            use.late,
-        )
-        told = (word(name), *map(count_cell, counts), count_cell(use.bits))
-        lines.append((*told, share_cell(use.utilisation), _seconds(use.queued_s)))
     reasons = tuple(
         f"{name}: {plural(count, 'message')} dropped: {reason}"
         for name, use in links.items()
@@ -292,15 +265,7 @@ def links_table(links: Mapping[str, LinkUse]) -> Table:
         for name, use in links.items()
         for message, count in use.ignored_damage.items()
     )
-    columns = (
-        *left("link"),
-        *right(
-            "sent", "delivered", "dropped", "in flight", "sent again", "damaged unnoticed", "late", "bits"
-        ),
-        *right("busy", unit="1"),
-        *right("queued", unit="s"),
-    )
-    return Table("Messages on links", columns, tuple(lines), reasons)
+    return records_table("Messages on links", "link", links.items(), LinkUse, reasons)
 
 
 def places_table(places: Mapping[str, str]) -> Table:
@@ -312,10 +277,6 @@ def places_table(places: Mapping[str, str]) -> Table:
 
 def _seconds(value: float | None) -> Cell:
     return Cell(ABSENT) if value is None else Cell(quantity_text(value, "s"), value)
-
-
-def _metres(value: float | None) -> Cell:
-    return Cell(ABSENT) if value is None else Cell(quantity_text(value, "m"), value)
 
 
 def _joules(value: float) -> Cell:

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.report.study_tables import axis_levels, varying_axes
 from codesign.report.wording import axis_text, labelled, plural, prefix, wants_logarithm
 
@@ -47,7 +46,7 @@ def front_picture(
     *,
     x: ResultFigure | None = None,
     y: ResultFigure | None = None,
-    colour: ResultFigure | None = ResultFigure.SHARE_REACHING_GOAL,
+    colour: ResultFigure | None = FIGURES["share_reaching_goal"],
     marker: str | None = None,
     format: Format = "png",
 ) -> Picture:
@@ -68,7 +67,7 @@ def front_picture(
     positions, values = _figures(study, (x, y))
     if not positions:
         raise InputError(
-            f"no feasible point has both {label(x.value)} and {label(y.value)}",
+            f"no feasible point has both {x.label} and {y.label}",
             "x, y",
             "choose other figures",
         )
@@ -83,13 +82,13 @@ def front_picture(
         axes.plot(*_staircase(scaled, (x, y)), color="0.35", linewidth=1.0, zorder=1.5, label=_FRONT_LINE)
         if norm is not None and colour is not None:
             bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
-            bar.set_label(label(colour.value))
-            if colour is ResultFigure.SHARE_REACHING_GOAL:
+            bar.set_label(colour.label)
+            if colour.counted == "share":
                 bar.formatter = PercentFormatter(1)
         legend = picture.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
         if shades is not None:
             _in_grey(legend)
-        title = f"{label(y.value)} against {label(x.value)}"
+        title = f"{y.label} against {x.label}"
         axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
         data = picture_bytes(picture, format)
     return Picture(
@@ -211,7 +210,7 @@ def _scaled(
     for number, (figure, axis) in enumerate(zip(figures, (axes.xaxis, axes.yaxis), strict=True)):
         size, unit = prefix(scaled[:, number].tolist(), figure.unit)
         scaled[:, number] /= size
-        axis.set_label_text(labelled(figure.value, unit))
+        axis.set_label_text(labelled(figure.label, unit))
         least, most = scaled[:, number].min(), scaled[:, number].max()
         if wants_logarithm(least, most):
             (axes.set_xscale if number == 0 else axes.set_yscale)("log")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.cost_tables import physical_table, resource_table, sources_table
+from codesign.report.fields import records_table, rows_of, shown_fields
 from codesign.report.fleet_tables import fleet_end, fleet_headline, fleet_tables, fleet_times_table
 from codesign.report.mission_tables import mission_end, mission_headline, mission_tables
 from codesign.report.table import Cell, Table, left, pairs, right, word
@@ -22,7 +23,7 @@ from codesign.report.wording import (
     share_cell,
     time_cell,
 )
-from codesign.results.result import DisplayUse, Reason, Result
+from codesign.results.result import DisplayUse, Reason, Result, StageUse
 
 SHORTEST = "path length: the shortest is 8-connected without corner cutting"
 """What a ratio of path lengths is held against."""
@@ -73,7 +74,7 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
     if result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
-        rows.append((name, time_cell(result.time.first_plan_ps)))
+        rows.append((name, time_cell(result.time.first_plan_s)))
     rows.append(("feasible", feasible_cell(result)))
     arrivals = arrivals_of(result)
     if arrivals is not None and arrivals[1] < arrivals[2]:
@@ -104,16 +105,10 @@ def headline(result: Result) -> tuple[tuple[str, str], ...]:
         return (*told, *mission_headline(result.mission))
     if result.fleet is not None:
         return (*told, *fleet_headline(result))
-    for figure in (
-        ResultFigure.TIME,
-        ResultFigure.SLICES,
-        ResultFigure.BLOCK_RAMS,
-        ResultFigure.ENERGY,
-        ResultFigure.SHARE_REACHING_GOAL,
-    ):
+    for figure in DEFAULT_OBJECTIVES:
         value = result.figure(figure)
         if value is not None:
-            told.append((figure_cell(figure, value).text, label(figure.value)))
+            told.append((figure_cell(figure, value).text, figure.label))
     return tuple(told)
 
 
@@ -144,20 +139,11 @@ def _run_tables(result: Result) -> list[Table]:
     if result.time is not None and result.fleet is not None:
         tables.append(fleet_times_table(result.time))
     elif result.time is not None:
-        tables.append(
-            pairs(
-                "Time from the start of the run",
-                [
-                    ("map loaded", time_cell(result.time.map_loaded_ps)),
-                    ("plan ready", time_cell(result.time.planned_ps)),
-                    ("first decision received", time_cell(result.time.first_plan_ps)),
-                ],
-            )
-        )
+        tables.append(pairs("Time from the start of the run", rows_of(result.time)))
     if result.cycles is not None:
         tables.append(_cycles_table(result.cycles, _whose_cycles(result)))
     if result.stages is not None:
-        tables.append(_stages_table(result))
+        tables.append(_stages_table(result.stages))
     if result.utilisation is not None:
         busy = sorted(result.utilisation.items(), key=lambda item: (-item[1], item[0]))
         tables.append(
@@ -207,77 +193,32 @@ def _cycles_table(cycles: dict[str, int], whose: str) -> Table:
     )
 
 
-def _stages_table(result: Result) -> Table:
+def _stages_table(stages: Sequence[StageUse]) -> Table:
+    fields = shown_fields(StageUse)
     return Table(
         "Stages",
-        right("stage", "precision", "sweeps", "visits", "iterations", "cycles", "local maxima"),
-        tuple(
-            tuple(
-                count_cell(count)
-                for count in (
-                    stage.stage,
-                    stage.precision,
-                    stage.sweeps,
-                    stage.visits,
-                    stage.iterations,
-                    stage.cycles,
-                    stage.local_maxima,
-                )
-            )
-            for stage in result.stages or ()
-        ),
+        tuple(field.column for field in fields),
+        tuple(tuple(cell for _, cell in rows_of(stage)) for stage in stages),
         ("cycles = iterations × (precision + 2); block switches are counted by phase only",),
     )
 
 
 def displays_table(displays: Mapping[str, DisplayUse]) -> Table:
     """What each display read, and what its memory was too slow for."""
-    return Table(
-        "Displays",
-        (
-            *left("display"),
-            *right("frames", "words that came too late"),
-            *right("share of the memory's cycles", unit="1"),
-        ),
-        tuple(
-            (word(name), count_cell(use.frames), count_cell(use.starved_words), share_cell(use.port_share))
-            for name, use in displays.items()
-        ),
-    )
+    return records_table("Displays", "display", displays.items(), DisplayUse)
 
 
 def _quality_table(result: Result) -> Table:
     quality = result.quality
     assert quality is not None
     rows = _robots_rows(quality) if isinstance(quality, RobotsQuality) else _grid_rows(quality)
-    ratios = [
-        ("path length over the shortest, mean", number_cell(quality.path_length_ratio_mean)),
-        ("path length over the shortest, worst", number_cell(quality.path_length_ratio_worst)),
-    ]
     notes = () if isinstance(quality, RobotsQuality) else (SHORTEST, *quality.warnings)
-    return pairs("Plan quality", [*rows, *ratios], notes)
+    return pairs("Plan quality", rows, notes)
 
 
 def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
     arrived = Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived)
-    rows = [
-        ("reachable cells", count_cell(quality.reachable_cells)),
-        ("reachable cells that the plan covers", count_cell(quality.planned_cells)),
-        ("starts that arrive", arrived),
-    ]
-    if quality.local_maxima is not None:
-        rows.append(("covered cells with no way up (local maxima)", count_cell(quality.local_maxima)))
-    if quality.wrong_cells is not None:
-        rows.append(("cells with a wrong value", count_cell(quality.wrong_cells)))
-    if quality.cells_leading_nowhere is not None:
-        rows.append(("cells that lead nowhere", count_cell(quality.cells_leading_nowhere)))
-    if quality.share_reaching_goal is not None:
-        rows.append(("share of covered cells that reach the goal", share_cell(quality.share_reaching_goal)))
-    return [
-        *rows,
-        ("clearance in cells, mean", number_cell(quality.clearance_mean)),
-        ("clearance in cells, least", number_cell(quality.clearance_least)),
-    ]
+    return [("starts that arrive", arrived), *rows_of(quality, "starts", "starts_arrived", always=False)]
 
 
 def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
@@ -285,11 +226,7 @@ def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
     told = {"why robots are missing": quality.shortfall, "what mends it": quality.remedy}
     return [
         ("robots that arrive", arrived),
-        ("updates of the velocities", count_cell(quality.updates)),
-        ("pairs of robots that collided", count_cell(quality.collisions)),
-        ("closest approach in cells", number_cell(quality.closest_approach)),
-        ("seconds until the last arrived, by the robots' clock", number_cell(quality.time_to_targets_s)),
-        ("changes of velocity", count_cell(quality.velocity_changes)),
+        *rows_of(quality, "robots", "robots_arrived"),
         *((name, word(text)) for name, text in told.items() if text is not None),
     ]
 

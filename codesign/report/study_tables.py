@@ -8,8 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure, label
 from codesign.report.render import write_csv
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import (
@@ -198,7 +197,7 @@ def best_table(study: Study) -> Table:
         point = study.points[min(valued, key=lambda pair: (sign * pair[0], pair[1]))[1]]
         rows.append(
             (
-                Cell(_aim(objective), objective.value),
+                Cell(objective.aim, objective.name),
                 _number(point),
                 *of_axes(point),
                 *_figure_cells(point, objectives),
@@ -266,7 +265,7 @@ def why_not(point: Outcome, lacking: Sequence[ResultFigure] = ()) -> str:
     if point.unreached is not None:
         return f"goals not reached: {point.unreached}"
     if lacking:
-        return f"has no {', no '.join(label(name.value) for name in lacking)}"
+        return f"has no {', no '.join(name.label for name in lacking)}"
     return "; ".join(reason_text(reason) for reason in point.result.reasons)
 
 
@@ -282,16 +281,22 @@ def reason_text(reason: Reason) -> str:
 
 def figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
     """The figures that at least one point has: the objectives first, then the rest in their own order."""
-    ordered = (*study.objectives, *(figure for figure in ResultFigure if figure not in study.objectives))
+    ordered = (*study.objectives, *(figure for figure in FIGURES.values() if figure not in study.objectives))
     return tuple(
         figure for figure in ordered if any(point.figure(figure) is not None for point in study.points)
     )
 
 
 def figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tuple[Column, ...]:
-    """A column for each figure, in the figure's unit; headed by its name in words, or else as JSON has it."""
+    """A column for each figure, in the figure's unit; headed by its label, or else by its name.
+
+    A name that ends with its unit is left as JSON has it.
+    """
+    if named:
+        return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
     return tuple(
-        Column(label(figure.value) if named else figure.value, figure.unit, "right") for figure in figures
+        Column(figure.name, "" if figure.name.endswith(f"_{figure.unit.lower()}") else figure.unit, "right")
+        for figure in figures
     )
 
 
@@ -316,10 +321,6 @@ def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell
 
 def _number(point: Outcome) -> Cell:
     return Cell(str(point.index), point.index)
-
-
-def _aim(objective: ResultFigure) -> str:
-    return f"{'most' if objective.maximise else 'least'} {label(objective.value)}"
 
 
 def _yes(truth: bool) -> Cell:

@@ -7,9 +7,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from codesign.figures import label
+from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
-from codesign.inputs.exploration import ResultFigure
 from codesign.report.study_tables import axis_cells, axis_levels, short_names, varying_axes
 from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import ABSENT, axis_text, figure_cell, number_cell, plural
@@ -44,7 +43,7 @@ def winners_table(
         settings.setdefault(setting, []).append(point)
     of_axes = axis_cells(study, others)
     rows = [(*of_axes(points[0]), *_contest(points, objective, axis)[1]) for points in settings.values()]
-    figure = label(objective.value)
+    figure = objective.label
     columns = (
         *left(*short_names(others), "best"),
         Column(figure, objective.unit, "right"),
@@ -59,7 +58,7 @@ def winners_table(
         _told(name, [_contest(points, name, axis)[0] for points in settings.values()])
         for name in dict.fromkeys((objective, *study.objectives))
     )
-    title = f"Best {axis.rpartition('.')[2]} by setting: {_aim(objective)}"
+    title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
     return Table(title, columns, tuple(rows), notes)
 
 
@@ -97,15 +96,11 @@ def _fate(point: Outcome, objective: ResultFigure) -> str:
         return "goals not reached"
     if point.state != "done":
         return "failed" if point.state == "failed" else "not computed"
-    return f"no {label(objective.value)}" if point.feasible else "infeasible"
-
-
-def _aim(objective: ResultFigure) -> str:
-    return f"{'most' if objective.maximise else 'least'} {label(objective.value)}"
+    return f"no {objective.label}" if point.feasible else "infeasible"
 
 
 def _told(objective: ResultFigure, winners: Sequence[str]) -> str:
     """Who wins how often by an objective, in a sentence."""
     wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
     parts = (f"{name} in {count}" for name, count in wins.most_common())
-    return f"{_aim(objective)}, of {plural(len(winners), 'setting')}: {', '.join(parts)}"
+    return f"{objective.aim}, of {plural(len(winners), 'setting')}: {', '.join(parts)}"

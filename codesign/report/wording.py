@@ -6,8 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from codesign.figures import label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import ResultFigure
 from codesign.report.table import Cell
 from codesign.units import (
     PICOSECONDS_PER_SECOND,
@@ -25,7 +24,6 @@ ENDED, PACE = "ended", "what sets the pace"
 """Rows of tables that a page says in its head."""
 
 _LONGEST = 160
-_SHARES = {ResultFigure.SHARE_REACHING_GOAL}
 _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
 
@@ -34,14 +32,14 @@ def figure_cell(figure: ResultFigure, value: float | None) -> Cell:
     """A figure of a result, whose value is in the unit of ``figure``."""
     if value is None:
         return Cell(ABSENT)
-    if figure in _SHARES:
+    if figure.counted == "share":
         return Cell(share_text(value), value)
-    return Cell(quantity_text(value, figure.unit), round(value) if figure.is_count else value)
+    return Cell(quantity_text(value, figure.unit), round(value) if figure.counted == "count" else value)
 
 
-def time_cell(picoseconds: int) -> Cell:
-    """A time; the value is in seconds."""
-    return Cell(format_time(picoseconds), picoseconds / PICOSECONDS_PER_SECOND)
+def time_cell(seconds: float) -> Cell:
+    """A time."""
+    return Cell(quantity_text(seconds, "s"), seconds)
 
 
 def count_cell(count: int) -> Cell:
@@ -145,10 +143,10 @@ def prefix(values: Sequence[float], unit: str) -> tuple[float, str]:
 def labelled(name: str, unit: str) -> str:
     """The label of an axis of a plot.
 
-    >>> labelled("time", "ms"), labelled("block_rams", "1")
+    >>> labelled("time", "ms"), labelled("block RAMs", "1")
     ('time (ms)', 'block RAMs')
     """
-    return label(name) if unit in {"", "1"} else f"{label(name)} ({unit})"
+    return name if unit in {"", "1"} else f"{name} ({unit})"
 
 
 def wants_logarithm(least: float, most: float) -> bool:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import described
 from codesign.results.ledger import Spent
 
 CONTACT_POINTS = 100
@@ -26,10 +26,12 @@ class LinkUse(_Model):
 
     sent: int = Field(description="messages handed to it: delivered + dropped + in flight")
     delivered: int = Field(description="messages that arrived")
-    dropped: dict[str, int] = Field(default={}, description="messages given up, by reason")
+    dropped: dict[str, int] = Field(default={}, title="dropped", description="messages given up, by reason")
     in_flight: int = Field(description="messages under way or waiting at the end")
-    retransmissions: int = Field(description="times that a message was sent again")
-    undetected: int = Field(description="messages delivered damaged, which no checksum noticed")
+    retransmissions: int = Field(title="sent again", description="times that a message was sent again")
+    undetected: int = Field(
+        title="damaged unnoticed", description="messages delivered damaged, which no checksum noticed"
+    )
     ignored_damage: dict[str, int] = Field(
         default={},
         description="by message: those of them that were taken for what was sent, as the simulation does not know what"
@@ -37,7 +39,9 @@ class LinkUse(_Model):
     )
     late: int = Field(description="messages that came later than the line takes, as its errors declare")
     bits: int = Field(description="bits delivered, without framing and checksums")
-    utilisation: float = Field(description="share of the time in which something was on the wire")
+    utilisation: float = Field(
+        title="busy", description="share of the time in which something was on the wire"
+    )
     queued_s: float = Field(description="time that messages waited, all together")
 
 
@@ -89,9 +93,9 @@ class LeverRun(_Model):
         default=None, description="why it was not run, or does not fit; then there are no figures"
     )
     reached: bool | None = Field(default=None, description="whether the mission did all that it was to do")
-    time_s: float | None = Field(default=None, description="simulated time at the end")
-    energy_j: float | None = Field(default=None, description="energy of the mission, J")
-    missed_deadlines: int | None = Field(default=None, description="turns without an answer by the deadline")
+    mission_time_s: float | None = Field(default=None, description=described("mission_time_s"))
+    mission_energy_j: float | None = Field(default=None, description=described("mission_energy_j"))
+    missed_deadlines: int | None = Field(default=None, description=described("missed_deadlines"))
     ended: str | None = Field(default=None, description="why the mission ended")
 
 
@@ -106,7 +110,7 @@ class MissionEnergy(_Model):
     links_j: float = Field(description="of the links, J")
     memories_j: float = Field(description="of the external memories, J")
     robot_j: float = Field(description="of the robot's body, moving and standing, J")
-    total_j: float = Field(description="of all of them, J")
+    mission_energy_j: float = Field(description=described("mission_energy_j", ": the sum of these"))
     not_declared: dict[str, tuple[str, ...]] = Field(
         default={},
         description="names of the links and memories whose power the platform does not declare: they count as 0 J",
@@ -127,49 +131,65 @@ class Mission(_Model):
 
     ended: str = Field(description="why the mission ended")
     reached: bool = Field(description="whether it did all that it was to do")
-    time_s: float = Field(description="simulated time at the end")
+    mission_time_s: float = Field(description=described("mission_time_s"))
     goals_reached: int = Field(description="goals reached, those of the tour included")
     plans: int = Field(description="plans that were answered, the first of each goal included")
-    broken_off: int = Field(default=0, description="plans that were broken off before their answer")
+    broken_off: int = Field(
+        default=0, title="plans broken off", description="plans that were broken off before their answer"
+    )
     broken_off_in_a_row: int = Field(
-        default=0, description="the most of them with no answer between them; 10 and more are a livelock"
+        default=0,
+        title="plans broken off in a row, at most",
+        description="the most of them with no answer between them; 10 and more are a livelock",
     )
-    replans: int = Field(description="plans asked for because of what was seen on the way, and answered")
+    replans: int = Field(description=described("replans"))
     replan_latency_median_s: float | None = Field(
-        default=None, description="from the scan that asked for a plan to the answer; replans only"
+        default=None,
+        title="replan latency, median",
+        description="from the scan that asked for a plan to the answer, median, s",
     )
-    replan_latency_95_s: float | None = Field(default=None, description="the same, 95th percentile")
-    replan_latency_worst_s: float | None = Field(default=None, description="the same, worst")
-    distance_m: float = Field(description="driven, m")
+    replan_latency_95_s: float | None = Field(
+        default=None, title="replan latency, 95th percentile", description=described("replan_latency_95_s")
+    )
+    replan_latency_worst_s: float | None = Field(
+        default=None, title="replan latency, worst", description="the same, worst, s"
+    )
+    distance_m: float = Field(title="distance driven", description="driven, m")
     shortest_m: float | None = Field(
         default=None,
+        title="shortest path",
         description="lower bound of what can be driven: shortest any-angle path of the robot's middle from the start"
         " over the cells of the goals in order, without what appears or moves",
     )
     distance_ratio: float | None = Field(
         default=None,
-        description="driven over shortest_m, at least 1; None where there is no path, or nothing to drive",
+        title="distance over the shortest",
+        description=described("distance_ratio", "; None where there is no path, or nothing to drive"),
     )
     clearance_least_m: float | None = Field(
-        default=None,
-        description="least distance from the robot's middle to an obstacle of the true map, over all its path and time",
+        default=None, title="clearance, least", description=described("clearance_least_m")
     )
     clearance_mean_m: float | None = Field(
-        default=None, description="the same, mean over the length of the path"
+        default=None, title="clearance, mean", description="the same, mean over the length of the path"
     )
-    turns: int = Field(description="turns of the control loop that began")
-    missed_deadlines: int = Field(description="turns without an answer by the deadline")
-    safety_stops: int = Field(description="times that the robot braked because an answer was overdue")
-    contacts: int = Field(description="times that the robot ran against something, and stood")
+    turns: int = Field(title="turns of the control loop", description="turns of the control loop that began")
+    missed_deadlines: int = Field(description=described("missed_deadlines"))
+    safety_stops: int = Field(description=described("safety_stops"))
+    contacts: int = Field(description=described("contacts"))
     contact_points: tuple[ContactPoint, ...] = Field(
         default=(), description=f"the contacts in order, the first {CONTACT_POINTS} of them"
     )
     deferred_obstacles: int = Field(
-        default=0, description="times that an obstacle waited to come until the robot had left its place"
+        default=0,
+        title="obstacles that waited for the robot",
+        description="times that an obstacle waited to come until the robot had left its place",
     )
-    driving_s: float = Field(description="time in which the robot moved")
-    waiting_s: float = Field(description="time in which it stood and a plan or an answer was under way")
-    known_share: float = Field(description="share of the map's cells that the robot knows at the end")
+    driving_s: float = Field(title="time driving", description="time in which the robot moved")
+    waiting_s: float = Field(
+        title="time standing for an answer",
+        description="time in which it stood and a plan or an answer was under way",
+    )
+    known_share: float = Field(title="cells known at the end", description=described("known_share"))
     energy: MissionEnergy = Field(description="energy of the mission")
     account: dict[str, Account] = Field(description="where the time of each component and link went")
     latency: tuple[LatencyShare, ...] = Field(
@@ -188,18 +208,3 @@ class Mission(_Model):
     levers: tuple[LeverRun, ...] | None = Field(
         default=None, description="the mission with one value moved each, the best first; None: not run"
     )
-
-    def figures(self) -> dict[ResultFigure, float | None]:
-        """Its figures as objectives and constraints name them; the time of a mission that failed is none."""
-        return {
-            ResultFigure.MISSION_TIME: self.time_s if self.reached else None,
-            ResultFigure.MISSION_ENERGY: self.energy.total_j if self.reached else None,
-            ResultFigure.DISTANCE_RATIO: self.distance_ratio,
-            ResultFigure.REPLANS: self.replans,
-            ResultFigure.REPLAN_LATENCY: self.replan_latency_95_s,
-            ResultFigure.MISSED_DEADLINES: self.missed_deadlines,
-            ResultFigure.SAFETY_STOPS: self.safety_stops,
-            ResultFigure.CONTACTS: self.contacts,
-            ResultFigure.MISSION_CLEARANCE: self.clearance_least_m,
-            ResultFigure.KNOWN_SHARE: self.known_share,
-        }

@@ -1,18 +1,18 @@
 """What a run, or a point of an exploration, comes to: named figures with units.
 
-``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are integer picoseconds.
+``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are in seconds.
 A design that does not fit is a result too: ``feasible`` is false, ``reasons`` says by what and what would mend it, and
 the figures that only a run gives are None.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from codesign.figures import Status, label
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import Figure, ResultFigure, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
@@ -22,24 +22,11 @@ class _Model(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
 
 
-class Source(_Model):
-    """Where a figure comes from, with its interval where a law was fitted or a value assumed."""
-
-    value: float = Field(description="the figure")
-    unit: str = Field(description="its unit")
-    status: Status = Field(description="published, calibrated, measured or assumed")
-    source: str = Field(description="where it is from")
-    low: float = Field(description="least that it may be")
-    high: float = Field(description="most that it may be")
-
-
 class ResourceItem(_Model):
     """One line of a demand."""
 
     name: str = Field(description="what of the design it is for")
-    amount: int = Field(description="how many")
-    status: Status = Field(description="published, calibrated, measured or assumed")
-    source: str = Field(description="the law or table it is from")
+    figure: Figure = Field(description="how many, and by which law or table")
 
 
 class ResourceUse(_Model):
@@ -94,23 +81,25 @@ class StageUse(_Model):
 class Times(_Model):
     """When things were done, from the start of the run."""
 
-    map_loaded_ps: int = Field(description="when the map stood in the component that plans, ps")
-    planned_ps: int = Field(description="when the plan stood, ps")
-    first_plan_ps: int = Field(description="when the first decision reached the one who asked, ps")
+    map_loaded_s: float = Field(
+        title="map loaded", description="when the map stood in the component that plans, s"
+    )
+    planned_s: float = Field(title="plan ready", description="when the plan stood, s")
+    first_plan_s: float = Field(title="first decision received", description=described("first_plan_s"))
 
 
 class Clock(_Model):
     """The clock of a design."""
 
     hz: int = Field(description="the clock that the design runs at, Hz")
-    limit: Source = Field(description="the fastest that the law of its size and the part allow, Hz")
+    limit: Figure = Field(description="the fastest that the law of its size and the part allow, Hz")
 
 
 class Power(_Model):
     """Power while planning, W."""
 
-    static: Source = Field(description="of the chip, whatever it does, W")
-    dynamic: Source = Field(description="of the design while it plans, W")
+    static: Figure = Field(description="of the chip, whatever it does, W")
+    dynamic: Figure = Field(description="of the design while it plans, W")
 
 
 class Energy(_Model):
@@ -125,7 +114,7 @@ class Energy(_Model):
     processors_j: float = Field(description="of the processors, busy and idle, J")
     links_j: float = Field(default=0.0, description="of the links, busy and idle, J")
     memories_j: float = Field(default=0.0, description="of the external memories, busy and idle, J")
-    total_j: float = Field(description="of all of them, J")
+    energy_j: float = Field(description=described("energy_j", ": the sum of these"))
     not_declared: dict[str, tuple[str, ...]] = Field(
         default={},
         description="names of the links and memories whose power the platform does not declare: they count as 0 J",
@@ -136,16 +125,20 @@ class DisplayUse(_Model):
     """What one display read from its memory."""
 
     frames: int = Field(description="frames drawn to their end")
-    starved_words: int = Field(description="words that came too late to be drawn, as the memory is too slow")
+    starved_words: int = Field(
+        title="words that came too late",
+        description="words that came too late to be drawn, as the memory is too slow",
+    )
     port_share: float = Field(
-        description="share of the memory's cycles that it took; 0 where it has a copy of its own"
+        title="share of the memory's cycles",
+        description="share of the memory's cycles that it took; 0 where it has a copy of its own",
     )
 
 
 class Result(_Model):
     """All the figures of one design point on one workload."""
 
-    schema_version: Literal[1] = Field(default=1, description="version of this form")
+    schema_version: Literal[2] = Field(default=2, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
     planner: str = Field(description="name of the planner")
@@ -171,11 +164,11 @@ class Result(_Model):
     )
     clock: Clock | None = Field(default=None, description="clock of the design, and its limit")
     power: Power | None = Field(default=None, description="power of the FPGA while it plans")
-    idle_fpgas: dict[str, Source] = Field(
+    idle_fpgas: dict[str, Figure] = Field(
         default={}, description="static power of each FPGA without any task, W; it is drawn all the time"
     )
-    processor: dict[str, Source] = Field(
-        default={}, description="cost of the kernel (ps a unit) and power (W) of the processor that plans"
+    processor: dict[str, Figure] = Field(
+        default={}, description="cost of the kernel (s a unit) and power (W) of the processor that plans"
     )
     time: Times | None = Field(default=None, description="when things were done, up to the first plan")
     cycles: dict[str, int] | None = Field(
@@ -185,7 +178,7 @@ class Result(_Model):
     stages: tuple[StageUse, ...] | None = Field(
         default=None, description="stages of the relaxation, of planners that have them"
     )
-    precision: int | None = Field(default=None, description="fractional bits of the final field")
+    precision: int | None = Field(default=None, description=described("precision"))
     energy: Energy | None = Field(default=None, description="energy up to the first plan")
     utilisation: dict[str, float] | None = Field(
         default=None,
@@ -200,39 +193,28 @@ class Result(_Model):
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
-    def figure(self, name: ResultFigure) -> float | None:
-        """One figure by the name that objectives and constraints use, in the unit of ``ResultFigure``; None: no run."""
-        resources = {use.resource: float(use.demand) for use in self.resources}
-        if name.value in resources:
-            return resources[name.value]
-        grid = self.quality if isinstance(self.quality, Quality) else None
-        robots = self.quality if isinstance(self.quality, RobotsQuality) else None
-        figures: dict[ResultFigure, float | None] = {
-            ResultFigure.TIME: None if self.time is None else self.time.first_plan_ps / 1e12,
-            ResultFigure.CYCLES: None if self.cycles is None else float(sum(self.cycles.values())),
-            ResultFigure.POWER: None
-            if self.power is None
-            else self.power.static.value + self.power.dynamic.value,
-            ResultFigure.ENERGY: None if self.energy is None else self.energy.total_j,
-            ResultFigure.PRECISION: None if self.precision is None else float(self.precision),
-            ResultFigure.PATH_LENGTH_RATIO: None
-            if self.quality is None
-            else self.quality.path_length_ratio_mean,
-        }
-        if grid is not None:
-            figures |= {
-                ResultFigure.SHARE_REACHING_GOAL: grid.share_reaching_goal,
-                ResultFigure.LOCAL_MAXIMA: grid.local_maxima,
-                ResultFigure.WRONG_CELLS: grid.wrong_cells,
-                ResultFigure.CLEARANCE: grid.clearance_mean,
-            }
-        if robots is not None:
-            figures |= {
-                ResultFigure.COLLISIONS: robots.collisions,
-                ResultFigure.CLOSEST_APPROACH: robots.closest_approach,
-                ResultFigure.TIME_TO_TARGETS: robots.time_to_targets_s,
-            }
-        if self.mission is not None:
-            figures |= self.mission.figures()
-        value = figures.get(name)
-        return None if value is None else float(value)
+    def figure(self, figure: ResultFigure) -> float | None:
+        """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""
+        if figure.of_whole_path and self.mission is not None and not self.mission.reached:
+            return None
+        return figure.value(self) if figure.value is not None else _total(_held(self, figure.path))
+
+
+def _held(record: Any, path: str) -> Any:
+    """What stands at a dotted path in a record; None where the path ends early."""
+    for step in path.split("."):
+        if record is None:
+            return None
+        if isinstance(record, tuple):
+            record = {use.resource: use.demand for use in record}
+        record = (record if isinstance(record, Mapping) else vars(record)).get(step)
+    return record
+
+
+def _total(held: Any) -> float | None:
+    """A number as it is; of parts, such as cycles by phase or static and dynamic power, the sum."""
+    if held is None or isinstance(held, str):
+        return None
+    if isinstance(held, Power):
+        return held.static.value + held.dynamic.value
+    return float(sum(held.values()) if isinstance(held, Mapping) else held)

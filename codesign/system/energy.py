@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from codesign.figures import Status
+from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
-from codesign.results.result import Energy, Power, Source
+from codesign.results.result import Energy, Power
 from codesign.system.bind import System
-from codesign.system.fit import source
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -23,9 +22,9 @@ def board_powers(system: System, designs: Mapping[str, Power]) -> dict[str, Powe
     ``designs``: of those with a task, as the laws of the tasks' styles give it. An FPGA without a task draws the static
     power of its part for as long as the run takes, as a board that is switched on does.
     """
-    nothing = Source(value=0, unit="W", status=Status.ASSUMED, source="no task is on it", low=0, high=0)
+    nothing = Figure(0, "W", Status.ASSUMED, "no task is on it")
     return {
-        name: designs.get(name) or Power(static=source(spec.chip.static_power), dynamic=nothing)
+        name: designs.get(name) or Power(static=spec.chip.static_power, dynamic=nothing)
         for name, spec in system.platform.components.items()
         if isinstance(spec, FpgaComponent)
     }
@@ -70,7 +69,7 @@ def energy(machine: Machine, boards: Mapping[str, Power], others: Sequence[Compo
         processors_j=processors,
         links_j=links,
         memories_j=memories,
-        total_j=fpga + processors + links + memories,
+        energy_j=fpga + processors + links + memories,
         not_declared=_not_declared(system),
     )
 

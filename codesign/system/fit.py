@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from codesign.figures import Figure
+from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.styles import RESOURCES, Demand, Lever
-from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse, Source
+from codesign.planners.styles import Demand, Lever
+from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 
 
 @dataclass(frozen=True)
@@ -51,51 +51,40 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
         Reason(
             kind="bound",
             name=bound.name,
-            demand=bound.demand,
+            demand=bound.figure.value,
             limit=bound.limit,
-            gap=bound.demand - bound.limit,
-            unit=bound.unit,
+            gap=bound.figure.value - bound.limit,
+            unit=bound.figure.unit,
             levers=_texts(bound.levers),
         )
         for bound in demand.bounds
-        if bound.demand > bound.limit
+        if bound.limit is not None and bound.figure.value > bound.limit
     ]
     if clock_limit is None:
         return Fit(uses, None, tuple(reasons))
-    limit = source(clock_limit)
-    if clock > limit.value:
+    if clock > clock_limit.value:
         reasons.append(
             Reason(
                 kind="clock",
                 name="clock",
                 demand=clock,
-                limit=math.floor(limit.value),
-                gap=clock - math.floor(limit.value),
+                limit=math.floor(clock_limit.value),
+                gap=clock - math.floor(clock_limit.value),
                 unit="Hz",
                 levers=(
-                    f"clock: at most {math.floor(limit.value / 1e6)} MHz, the estimate for a design of this size",
+                    f"clock: at most {math.floor(clock_limit.value / 1e6)} MHz, the estimate for a design of this size",
                     "make the design smaller",
                 ),
             )
         )
-    return Fit(uses, Clock(hz=clock, limit=limit), tuple(reasons))
-
-
-def source(figure: Figure) -> Source:
-    """A figure as results show it."""
-    low, high = figure.interval
-    return Source(
-        value=figure.value, unit=figure.unit, status=figure.status, source=figure.source, low=low, high=high
-    )
+    return Fit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
 
 
 def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
     total = demand.total(resource)
     budget = int(part.resources[resource].value)
     items = tuple(
-        ResourceItem(name=item.name, amount=item.amount, status=item.status, source=item.source)
-        for item in demand.items
-        if item.resource == resource
+        ResourceItem(name=line.name, figure=line.figure) for line in demand.items if line.resource == resource
     )
     return ResourceUse(
         resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items

@@ -6,17 +6,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from codesign.figures import Figure
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.planners.job import Job
 from codesign.results.mission import LinkUse
-from codesign.results.result import DisplayUse, Power, Reason, Source, Times
+from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import fit, source
+from codesign.system.fit import fit
+from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
     from codesign.components import Component, VgaDisplay
@@ -71,7 +73,7 @@ def fitted(system: System) -> Fitted:
         limit = system.architecture.clock_limit(job)
         held = fit(demand, part, system.clock, limit)
         static, dynamic = system.architecture.power(demand, system.clock, part)
-        powers[system.component] = power = Power(static=source(static), dynamic=source(dynamic))
+        powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
     boards = board_powers(system, powers)
     fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
@@ -93,24 +95,30 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
         demand = style.demand(job)
         held = fit(demand, part, clock, style.clock_limit(job))
         static, dynamic = style.power(demand, clock, part)
-        powers[name] = power = Power(static=source(static), dynamic=source(dynamic))
+        powers[name] = power = Power(static=static, dynamic=dynamic)
         fields = {"resources": held.resources, "clock": held.clock, "power": power}
         reasons += held.reasons
     return fields, reasons, powers
 
 
-def _processor_figures(system: System) -> dict[str, Source]:
+def _processor_figures(system: System) -> dict[str, Figure]:
     """What the time and the energy of a processor rest on."""
     spec = system.platform.components[system.component]
     assert isinstance(spec, ProcessorComponent), "what has no part is a processor"
-    figures = {f"cost of {kernel}": source(cost) for kernel, cost in spec.costs.items()}
-    return figures | {"power busy": source(spec.power.busy), "power idle": source(spec.power.idle)}
+    figures = {
+        f"cost of {kernel}": cost.per(PICOSECONDS_PER_SECOND, "s") for kernel, cost in spec.costs.items()
+    }
+    return figures | {"power busy": spec.power.busy, "power idle": spec.power.idle}
 
 
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
     figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine, answer, memo)
-    times = Times(map_loaded_ps=answer.loaded, planned_ps=answer.planned, first_plan_ps=answer.answered)
+    times = Times(
+        map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
+        planned_s=answer.planned / PICOSECONDS_PER_SECOND,
+        first_plan_s=answer.answered / PICOSECONDS_PER_SECOND,
+    )
     return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
 
 

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from codesign.errors import Fault
+from codesign.figures import ResultFigure
 from codesign.inputs import Platform, Workload
-from codesign.inputs.exploration import DEFAULT_OBJECTIVES, ResultFigure
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.memo import Memo
 from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import LOWER_BOUND
-from codesign.planners.styles import RESOURCES, Architecture, Bound, Demand, Item, TaskStyle
+from codesign.planners.styles import Architecture, Demand, TaskStyle
 from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule
 
 CLOCK = 50_000_000
@@ -41,14 +41,15 @@ def _demand_is_sound(demand: Demand, style: Architecture | TaskStyle) -> None:
             f"item {item.name!r} of {of(style)} asks for {item.resource!r}: accepted are {', '.join(RESOURCES)}",
         )
         require(
-            int(item.amount) == item.amount and item.amount >= 0,
-            f"item {item.name!r} of {of(style)} asks for {item.amount!r} {item.resource}",
+            item.amount == item.figure.value >= 0,
+            f"item {item.name!r} of {of(style)} asks for {item.figure.value!r} {item.resource}",
         )
-    lines: tuple[Item | Bound, ...] = (*demand.items, *demand.bounds)
-    for line in lines:
-        require(line.name and line.source, f"a line of the demand of {of(style)} has no name or no source")
-        sound = isinstance(line.status, Status)
-        require(sound, f"{line.name!r} in the demand of {of(style)} has status {line.status!r}")
+    for line in (*demand.items, *demand.bounds):
+        require(
+            line.name and line.figure.source, f"a line of the demand of {of(style)} has no name or no source"
+        )
+        sound = isinstance(line.figure.status, Status)
+        require(sound, f"{line.name!r} in the demand of {of(style)} has status {line.figure.status!r}")
     strange = set(demand.levers) - set(RESOURCES)
     require(
         not strange, f"levers of {of(style)} are for {names(strange)}: accepted are {', '.join(RESOURCES)}"
@@ -193,7 +194,7 @@ def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
             f"{of(style)} asks for {names(item.name for item in more)} only where {case.answer!r} is elsewhere",
         )
         require(
-            [bound.demand for bound in left.bounds] == [bound.demand for bound in whole.bounds],
+            [bound.figure.value for bound in left.bounds] == [bound.figure.value for bound in whole.bounds],
             f"bounds of {of(style)} change where {case.answer!r} is elsewhere",
         )
         require(

@@ -45,9 +45,9 @@ def test_explore_lists_feasible_and_infeasible_points_with_all_figures(
     assert feasible
     assert infeasible
     for figures in feasible:
-        assert figures["time"]["first_plan_ps"] > 0
+        assert figures["time"]["first_plan_s"] > 0
         assert figures["quality"]["reachable_cells"] > 0
-        assert figures["energy"]["total_j"] > 0
+        assert figures["energy"]["energy_j"] > 0
     for figures in infeasible:
         assert figures["reasons"]
         assert figures["resources"]

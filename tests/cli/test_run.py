@@ -48,7 +48,7 @@ def test_run_prints_json_and_writes_a_trace(hwsw: Run, specs: Specs, tmp_path: P
     result = hwsw("run", *specs, "--json", "--trace", tmp_path / "run.mcap", "--html", tmp_path / "run.html")
     assert result.exit_code == 0, result.output
     told = json.loads(result.stdout)
-    assert told["schema_version"] == 1
+    assert told["schema_version"] == 2
     assert told["feasible"] is True
     info = json.loads(hwsw("trace", "info", tmp_path / "run.mcap", "--json").output)
     assert info["complete"] is True

@@ -141,12 +141,12 @@ def test_the_process_memory_moves_out_and_the_map_fits() -> None:
     assert beside.levers == {}
     bound = next(one for one in beside.bounds if one.name == "bits of sram")
     # A byte for each direction, three for each queue entry of 18 bits.
-    assert bound.demand == (1 + 3) * 8 * 512 * 512 <= bound.limit
+    assert bound.figure.value == (1 + 3) * 8 * 512 * 512 <= bound.limit
     everything = parameters.model_copy(update={"memory": MemoryPlace.EXTERNAL})
     outside = MACHINE.demand(Job(problem, everything, part=part, external=SRAM))
     assert outside.total("block_rams") == 0
-    assert next(one for one in outside.bounds if one.name == "bits of sram").demand == 5 * 8 * 512 * 512
-    assert all(item.status is Status.ASSUMED for item in beside.items if "memory" in item.name)
+    assert next(one for one in outside.bounds if one.name == "bits of sram").figure.value == 5 * 8 * 512 * 512
+    assert all(item.figure.status is Status.ASSUMED for item in beside.items if "memory" in item.name)
     # A static RAM needs less of a controller than a dynamic one.
     assert beside.total("lut4") < MACHINE.demand(Job(problem, parameters, part=part, external=DRAM)).total(
         "lut4"
@@ -157,11 +157,12 @@ def test_a_memory_too_small_says_what_would_do() -> None:
     problem, part = a_problem(2), load_part("XC2VP30-6")
     small = replace(SRAM, capacity=2000)
     bound = MACHINE.demand(Job(problem, SearchParameters(), part=part, external=small)).bounds[-1]
-    assert bound.demand == 2 * 8 * 256 > bound.limit == 2000
+    assert bound.figure.value == 2 * 8 * 256 > bound.limit == 2000
     assert [lever.parameter for lever in bound.levers] == ["sram.capacity", "search.queue_words"]
     short = SearchParameters(queue_words=64)
     assert (
-        MACHINE.demand(Job(problem, short, part=part, external=small)).bounds[-1].demand == 8 * 256 + 8 * 64
+        MACHINE.demand(Job(problem, short, part=part, external=small)).bounds[-1].figure.value
+        == 8 * 256 + 8 * 64
     )
 
 

@@ -8,8 +8,7 @@ from functools import cache
 import pytest
 from places import ROOT
 
-from codesign.figures import Status
-from codesign.planners.styles import RESOURCES
+from codesign.figures import RESOURCES, Status
 
 GLOSSARY = ROOT / "docs" / "glossary.md"
 TEXT = GLOSSARY.read_text(encoding="utf-8")

@@ -11,8 +11,7 @@ import jsonschema
 import pytest
 from click.testing import Result
 
-from codesign.figures import Status
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, Status
 from codesign.planners.reproduction import Use, row
 from codesign.reproduce import Plot, Reproduction, Series
 
@@ -42,12 +41,14 @@ def test_a_study_is_what_its_schema_says(hwsw: Run, specs: Specs) -> None:
         assert each["required"] == list(each["properties"])
     text = specs[1].read_text(encoding="utf-8")
     text = text.replace("[[12, 18], [24, 36], [6, 9]]", "[[24, 36]]").replace("[15, 255]", "[15, 31]")
-    text += "  constraints:\n    - {figure: slices, at_most: 20000}\n    - {figure: time, at_most: 5 s}\n"
+    text += (
+        "  constraints:\n    - {figure: slices, at_most: 20000}\n    - {figure: first_plan_s, at_most: 5 s}\n"
+    )
     specs[1].write_text(text, encoding="utf-8")
     study = told(hwsw("explore", *specs, "--json", "--workers", 1).stdout)
     assert {point["feasible"] for point in study["points"]} == {True, False}
-    assert study["units"] == {figure.value: figure.unit for figure in ResultFigure}
-    assert study["constraints"][1] == {"figure": "time", "at_least": None, "at_most": 5}
+    assert study["units"] == {figure.name: figure.unit for figure in FIGURES.values()}
+    assert study["constraints"][1] == {"figure": "first_plan_s", "at_least": None, "at_most": 5}
     check(study, schema)
     (failed, missing) = ({**study["points"][0], "feasible": False, "result": None} for _ in range(2))
     failed |= {"state": "failed", "failure": "out of memory"}

@@ -10,8 +10,10 @@ from doc_tables import fields, rows, says_default, section
 from places import ROOT
 
 from codesign.errors import SpecError
-from codesign.inputs import ResultFigure, cross_check, load_platform, load_workload
+from codesign.figures import FIGURES
+from codesign.inputs import cross_check, load_platform, load_workload
 from codesign.inputs.components import COMPONENTS
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES, MISSION_OBJECTIVES
 from codesign.inputs.links import LINKS
 from codesign.inputs.problem import MAPS
 from codesign.inputs.scenario import SCENARIOS, Fleet, PlanOnce
@@ -49,7 +51,7 @@ def test_the_faults_are_real(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert str(caught.value) in {block.strip() for block in BLOCKS}
 
 
-def test_every_generator_with_its_defaults_and_every_figure_stand_there() -> None:
+def test_every_generator_stands_there_with_its_defaults() -> None:
     for name, model in MAPS.items():
         (row,) = re.findall(rf"^\| `{name}` \| (.*) \|$", TEXT, re.M)
         expected = []
@@ -58,8 +60,17 @@ def test_every_generator_with_its_defaults_and_every_figure_stand_there() -> Non
                 default = list(info.default) if isinstance(info.default, tuple) else info.default
                 expected.append(f"`{field}`" if info.is_required() else f"`{field}: {default}`")
         assert set(re.findall(r"`[^`]+`", row)) == set(expected)
-    for figure in ResultFigure:
-        assert f"`{figure}`" in TEXT
+
+
+def test_the_table_of_figures_is_that_of_the_declarations() -> None:
+    """One line a figure: name, unit, what is best, description; and the objectives of files that name none."""
+    listed = re.findall(r"^\| `(\w+)` \| (\w*) ?\| (most|least) \| (.*) \|$", TEXT, re.M)
+    assert listed == [
+        (figure.name, "" if figure.unit == "1" else figure.unit, figure.aim.split()[0], figure.description)
+        for figure in FIGURES.values()
+    ]
+    for objectives in (DEFAULT_OBJECTIVES, MISSION_OBJECTIVES):
+        assert f"`{' '.join(figure.name for figure in objectives)}`" in TEXT
 
 
 @pytest.mark.parametrize("kind", COMPONENTS)

@@ -11,52 +11,59 @@ import pytest
 from explore_fakes import mission, result
 
 from codesign.exploration.study import Outcome, Study, figure_of, judged
-from codesign.inputs import Constraint, Exploration, ResultFigure
+from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs import Constraint, Exploration
 from codesign.report import front_table, reasons_table, render_text, study_table
 from codesign.report.chart import chart_data
 from codesign.report.study_tables import study_counts
 from codesign.results.result import Result
 
-F = ResultFigure
-TIME_FIGURES = (F.MISSION_TIME, F.MISSION_ENERGY, F.DISTANCE_RATIO)
+F = FIGURES
+TIME_FIGURES = (F["mission_time_s"], F["mission_energy_j"], F["distance_ratio"])
 
 
 def driven(*, seconds: float = 60.0, reached: bool = True, slices: int = 10) -> Result:
     return result(slices=slices).model_copy(update={"mission": mission(seconds=seconds, reached=reached)})
 
 
-def study(*outcomes: Outcome, objectives: tuple[ResultFigure, ...] = (F.MISSION_TIME, F.SLICES)) -> Study:
+def study(
+    *outcomes: Outcome, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
+) -> Study:
     return Study("bench", "maze", {"relax.iterations": tuple(range(len(outcomes)))}, objectives, (), outcomes)
 
 
 def test_every_figure_of_a_mission_in_its_unit() -> None:
-    told = {name: (figure_of(driven(), name), name.unit, name.maximise) for name in mission().figures()}
+    told = {
+        figure: (figure_of(driven(), figure), figure.unit, figure.maximise)
+        for figure in FIGURES.values()
+        if figure.within.startswith("mission")
+    }
     assert told == {
-        F.MISSION_TIME: (60.0, "s", False),
-        F.MISSION_ENERGY: (310.0, "J", False),
-        F.DISTANCE_RATIO: (1.2, "1", False),
-        F.REPLANS: (3.0, "1", False),
-        F.REPLAN_LATENCY: (0.02, "s", False),
-        F.MISSED_DEADLINES: (2.0, "1", False),
-        F.SAFETY_STOPS: (1.0, "1", False),
-        F.CONTACTS: (0.0, "1", False),
-        F.MISSION_CLEARANCE: (0.15, "m", True),
-        F.KNOWN_SHARE: (0.75, "1", True),
+        F["mission_time_s"]: (60.0, "s", False),
+        F["mission_energy_j"]: (310.0, "J", False),
+        F["distance_ratio"]: (1.2, "1", False),
+        F["replans"]: (3.0, "1", False),
+        F["replan_latency_95_s"]: (0.02, "s", False),
+        F["missed_deadlines"]: (2.0, "1", False),
+        F["safety_stops"]: (1.0, "1", False),
+        F["contacts"]: (0.0, "1", False),
+        F["clearance_least_m"]: (0.15, "m", True),
+        F["known_share"]: (0.75, "1", True),
     }
     # What the first plan took stands beside it; without a mission there is none of these.
-    assert figure_of(driven(), F.TIME) == 1.0
+    assert figure_of(driven(), F["first_plan_s"]) == 1.0
     assert [figure_of(result(), name) for name in told] == [None] * len(told)
 
 
 def test_a_mission_that_failed_early_gains_nothing_by_it() -> None:
     failed = driven(seconds=1.0, reached=False)
     assert [figure_of(failed, name) for name in TIME_FIGURES] == [None] * 3
-    assert figure_of(failed, F.MISSED_DEADLINES) == 2.0
+    assert figure_of(failed, F["missed_deadlines"]) == 2.0
     made = study(Outcome(0, {}, failed), Outcome(1, {}, driven(seconds=90.0)))
     assert (made.feasible, made.unreached, made.front) == ((0, 1), (0,), (1,))
     # Nor where the objectives are figures that it does have, and has better.
     by_slices = study(
-        Outcome(0, {}, driven(reached=False, slices=1)), Outcome(1, {}, driven()), objectives=(F.SLICES,)
+        Outcome(0, {}, driven(reached=False, slices=1)), Outcome(1, {}, driven()), objectives=(F["slices"],)
     )
     assert by_slices.front == (1,)
 
@@ -80,9 +87,12 @@ def test_tables_and_json_say_why_it_is_left_out() -> None:
     assert set(reasons) == {
         ("resource", "slices"),
         ("unreached", "no way for 30 s"),
-        ("no figure", "mission_time"),
+        ("no figure", "mission_time_s"),
     }
-    assert (reasons["no figure", "mission_time"].nearest, reasons["unreached", "no way for 30 s"].points) == (
+    assert (
+        reasons["no figure", "mission_time_s"].nearest,
+        reasons["unreached", "no way for 30 s"].points,
+    ) == (
         2,
         1,
     )
@@ -100,14 +110,14 @@ def test_tables_and_json_say_why_it_is_left_out() -> None:
 
 def test_no_constraint_on_the_time_of_a_mission_holds_where_it_failed() -> None:
     limits = (
-        Constraint(figure=F.MISSION_TIME, at_most=100.0),
-        Constraint(figure=F.MISSED_DEADLINES, at_most=1),
+        Constraint(figure=F["mission_time_s"], at_most=100.0),
+        Constraint(figure=F["missed_deadlines"], at_most=1),
     )
     late = judged(driven(), limits)
     assert [(reason.name, reason.demand) for reason in late.reasons] == [("missed_deadlines at most", 2)]
     failed = judged(driven(seconds=1.0, reached=False), limits)
     assert [reason.name for reason in failed.reasons] == [
-        "mission_time at most: goals not reached",
+        "mission_time_s at most: goals not reached",
         "missed_deadlines at most",
     ]
     point = Outcome(0, {}, failed)
@@ -118,10 +128,10 @@ def test_bounds_on_missions_have_units() -> None:
     section = Exploration.model_validate(
         {
             "constraints": [
-                {"figure": "mission_time", "at_most": "2 min"},
-                {"figure": "replan_latency", "at_most": "50 ms"},
-                {"figure": "mission_energy", "at_most": "1 kJ"},
-                {"figure": "mission_clearance", "at_least": "20 cm"},
+                {"figure": "mission_time_s", "at_most": "2 min"},
+                {"figure": "replan_latency_95_s", "at_most": "50 ms"},
+                {"figure": "mission_energy_j", "at_most": "1 kJ"},
+                {"figure": "clearance_least_m", "at_least": "20 cm"},
                 {"figure": "contacts", "at_most": 0},
             ]
         },
@@ -133,23 +143,31 @@ def test_bounds_on_missions_have_units() -> None:
 
 @pytest.mark.parametrize(
     ("figure", "expected"),
-    [(F.SLICES, 0.0), (F.BLOCK_RAMS, 0.0), (F.MULTIPLIERS, 0.0), (F.CYCLES, None), (F.POWER, None)],
+    [
+        (F["slices"], 0.0),
+        (F["block_rams"], 0.0),
+        (F["multipliers"], 0.0),
+        (F["cycles"], None),
+        (F["power"], None),
+    ],
 )
 def test_a_design_without_a_chip_takes_none_of_its_resources(
     figure: ResultFigure, expected: float | None
 ) -> None:
     host = result().model_copy(update={"resources": (), "component": "host"})
     assert figure_of(host, figure) == expected
-    assert figure_of(result(slices=7), F.SLICES) == 7
+    assert figure_of(result(slices=7), F["slices"]) == 7
     # A part with resources that were not counted is no proof that none are taken.
-    assert figure_of(host.model_copy(update={"part": "XC4VLX160-12"}), F.SLICES) is None
+    assert figure_of(host.model_copy(update={"part": "XC4VLX160-12"}), F["slices"]) is None
 
 
 def test_host_and_fpga_share_a_front() -> None:
     host = result(seconds=5.0).model_copy(update={"resources": ()})
-    made = study(Outcome(0, {}, host), Outcome(1, {}, result(seconds=1.0)), objectives=(F.TIME, F.SLICES))
+    made = study(
+        Outcome(0, {}, host), Outcome(1, {}, result(seconds=1.0)), objectives=(F["first_plan_s"], F["slices"])
+    )
     assert made.front == (0, 1)
-    limited = judged(host, (Constraint(figure=F.SLICES, at_most=5),))
+    limited = judged(host, (Constraint(figure=F["slices"], at_most=5),))
     assert limited.feasible
 
 
@@ -183,7 +201,7 @@ def test_drives_are_points_and_one_that_ran_out_of_time_says_so(
     assert done.exit_code == 0, done.output
     made = json.loads(done.stdout)
     assert [each["figure"] for each in made["objectives"]] == [
-        "mission_time", "mission_energy", "slices", "block_rams",
+        "mission_time_s", "mission_energy_j", "slices", "block_rams",
     ]  # fmt: skip
     points = made["points"]
     assert [point["feasible"] for point in points] == [True] * 4
@@ -191,7 +209,7 @@ def test_drives_are_points_and_one_that_ran_out_of_time_says_so(
     for point in points:
         ended = point["result"]["mission"]["ended"]
         assert point["unreached"] in (None, ended)
-        assert (point["figures"]["mission_time"] is None) == (point["unreached"] is not None)
+        assert (point["figures"]["mission_time_s"] is None) == (point["unreached"] is not None)
         assert point["result"]["mission"]["contacts"] == 0
     assert set(made["front"]) <= {1, 3}
     assert made["front"]

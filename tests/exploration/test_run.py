@@ -20,7 +20,8 @@ from codesign.exploration import FileStore, MemoryStore, Progress, Space, State,
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
-from codesign.inputs import Constraint, Platform, ResultFigure, Workload, design_point
+from codesign.figures import FIGURES
+from codesign.inputs import Constraint, Platform, Workload, design_point
 from codesign.memo import Memo
 from codesign.scenarios import simulate
 
@@ -127,7 +128,7 @@ def test_more_values_on_an_axis_cost_only_the_new_points(
     log, file = tmp_path / "log", tmp_path / "points.sqlite"
     few, more = {"a.slices": [1, 2]}, {"a.slices": [3, 2, 1]}
     explore(platform, exploring(labyrinth, few), workers=1, store=file, evaluate=Fake())
-    limits = (Constraint(figure=ResultFigure.SLICES, at_most=2),)
+    limits = (Constraint(figure=FIGURES["slices"], at_most=2),)
     study = explore(
         platform, exploring(labyrinth, more, constraints=limits), workers=1, store=file, evaluate=Fake(log)
     )
@@ -271,7 +272,7 @@ explore:
     relax.termination: [sound, published]
     fpga.part: [XC2V6000-4, XC4VLX160-12]
     fpga.clock: [100 MHz, 150 MHz]
-  objectives: [time, slices, energy]
+  objectives: [first_plan_s, slices, energy_j]
 """
 
 

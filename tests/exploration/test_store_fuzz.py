@@ -299,7 +299,7 @@ def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) ->
     file, _, key = kept(specs, tmp_path)
     with FileStore(file) as store:
         text = store.find([key])[key].text
-        changed = re.sub(r'"total_j":[^,}]*', f'"total_j":{number}', text)
+        changed = re.sub(r'"energy_j":[^,}]*', f'"energy_j":{number}', text)
         assert changed != text
         store.put([Entry(key, State.DONE, changed)])
     with pytest.raises(StoreError):

@@ -6,13 +6,14 @@ import pytest
 from explore_fakes import result
 
 from codesign.exploration.study import Outcome, Study, judged
-from codesign.inputs import Constraint, ResultFigure
+from codesign.figures import FIGURES
+from codesign.inputs import Constraint
 from codesign.results.result import Reason
 
-OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES, ResultFigure.SHARE_REACHING_GOAL)
+OBJECTIVES = (FIGURES["first_plan_s"], FIGURES["slices"], FIGURES["share_reaching_goal"])
 SHARE_AND_TIME = (
-    Constraint(figure=ResultFigure.SHARE_REACHING_GOAL, at_least=0.9),
-    Constraint(figure=ResultFigure.TIME, at_most=2.0),
+    Constraint(figure=FIGURES["share_reaching_goal"], at_least=0.9),
+    Constraint(figure=FIGURES["first_plan_s"], at_most=2.0),
 )
 
 
@@ -39,7 +40,7 @@ def test_front_is_of_the_feasible_points_in_each_objectives_direction() -> None:
 
 def test_a_feasible_point_without_an_objective_is_not_on_the_front() -> None:
     points = (Outcome(0, {}, result(path=None)), Outcome(1, {}, result(path=1.3)))
-    made = Study("bench", "maze", {}, (ResultFigure.PATH_LENGTH_RATIO,), (), points)
+    made = Study("bench", "maze", {}, (FIGURES["path_length_ratio_mean"],), (), points)
     assert (made.feasible, made.front) == ((0, 1), (1,))
 
 
@@ -61,19 +62,19 @@ def test_a_constraint_that_does_not_hold_is_a_reason() -> None:
         "1",
     )
     assert share.gap == pytest.approx(0.1)
-    assert (time.name, time.gap, time.unit) == ("time at most", 1.5, "s")
+    assert (time.name, time.gap, time.unit) == ("first_plan_s at most", 1.5, "s")
 
 
 def test_a_point_that_was_not_run_is_held_to_what_it_has() -> None:
-    limits = (*SHARE_AND_TIME, Constraint(figure=ResultFigure.SLICES, at_most=50))
+    limits = (*SHARE_AND_TIME, Constraint(figure=FIGURES["slices"], at_most=50))
     out = judged(result(slices=110, fits=False), limits)
     assert [reason.kind for reason in out.reasons] == ["resource", "constraint"]
     assert out.reasons[1].name == "slices at most"
 
 
 def test_a_figure_that_does_not_exist_satisfies_no_constraint() -> None:
-    out = judged(result(path=None), (Constraint(figure=ResultFigure.PATH_LENGTH_RATIO, at_most=1.2),))
-    assert [reason.name for reason in out.reasons] == ["path_length_ratio at most: no such figure"]
+    out = judged(result(path=None), (Constraint(figure=FIGURES["path_length_ratio_mean"], at_most=1.2),))
+    assert [reason.name for reason in out.reasons] == ["path_length_ratio_mean at most: no such figure"]
 
 
 def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
@@ -92,7 +93,7 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
     assert counts == [
         ("constraint", "share_reaching_goal at least", 3),
         ("resource", "slices", 2),
-        ("constraint", "time at most", 1),
+        ("constraint", "first_plan_s at most", 1),
         ("failure", "relax.block: too large", 1),
     ]
     assert (made.reasons[1].least_gap, made.reasons[1].nearest, made.reasons[1].levers) == (1, 3, ("shrink",))
@@ -107,7 +108,7 @@ def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
 
 def test_counts_are_integers_in_json_wherever_they_stand() -> None:
     """A constraint is read as a double and a figure handed over as one; both count slices."""
-    limits = (Constraint(figure=ResultFigure.SLICES, at_most=50.0), *SHARE_AND_TIME)
+    limits = (Constraint(figure=FIGURES["slices"], at_most=50.0), *SHARE_AND_TIME)
     made = study(Outcome(0, {}, judged(result(slices=60, share=0.8), limits)))
     (point,) = made.to_dict()["points"]
     slices, share = point["result"]["reasons"]
@@ -118,7 +119,7 @@ def test_counts_are_integers_in_json_wherever_they_stand() -> None:
     assert {name for name, kind in types.items() if kind is int} == {
         "slices", "local_maxima", "wrong_cells", "precision",
     }  # fmt: skip
-    assert types["time"] is types["share_reaching_goal"] is float
+    assert types["first_plan_s"] is types["share_reaching_goal"] is float
 
 
 def test_json_has_every_point_with_all_figures() -> None:
@@ -129,7 +130,7 @@ def test_json_has_every_point_with_all_figures() -> None:
         constraints=SHARE_AND_TIME,
     )
     text = json.loads(made.to_json())
-    assert text["schema_version"] == 1
+    assert text["schema_version"] == 2
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])
     assert text["counts"] == {
         "points": 3,
@@ -140,17 +141,17 @@ def test_json_has_every_point_with_all_figures() -> None:
         "front": 1,
     }
     assert text["objectives"][2] == {"figure": "share_reaching_goal", "unit": "1", "direction": "maximise"}
-    assert text["constraints"][1] == {"figure": "time", "at_least": None, "at_most": 2.0}
+    assert text["constraints"][1] == {"figure": "first_plan_s", "at_least": None, "at_most": 2.0}
     assert set(text["units"]) == set(text["points"][0]["figures"])
-    assert (text["units"]["time"], text["units"]["slices"]) == ("s", "1")
+    assert (text["units"]["first_plan_s"], text["units"]["slices"]) == ("s", "1")
     first, second, third = text["points"]
-    assert set(first["figures"]) == {figure.value for figure in ResultFigure}
-    assert (first["figures"]["time"], first["on_front"], first["axes"]) == (
+    assert set(first["figures"]) == {figure.name for figure in FIGURES.values()}
+    assert (first["figures"]["first_plan_s"], first["on_front"], first["axes"]) == (
         0.5,
         True,
         {"relax.block": [36, 66]},
     )
-    assert (second["figures"]["time"], second["figures"]["slices"]) == (None, 110)
+    assert (second["figures"]["first_plan_s"], second["figures"]["slices"]) == (None, 110)
     assert second["result"]["reasons"][0]["levers"] == ["shrink"]
     assert (third["state"], third["failure"], third["result"]) == ("failed", "no way", None)
 
@@ -165,6 +166,6 @@ def test_sharing_keeps_words_of_enumerations_what_they_are(recwarn: pytest.Warni
     plain = a_result().model_copy(update={"workload": "published"})
     for each in (plain, a_result()):
         made = shared.result(each)
-        assert all(type(item.status) is Status for use in made.resources for item in use.items)
+        assert all(type(item.figure.status) is Status for use in made.resources for item in use.items)
         made.model_dump_json()
     assert not recwarn.list

@@ -180,24 +180,33 @@ def test_workload_mistakes(change: tuple[str, str], expected: str) -> None:
     ("explore", "expected"),
     [
         (
-            "objectives: [time, slice, time]",
-            "w.yaml:18:22: explore.objectives[1]: 'slice' is not accepted\n  hint: did you mean slices? accepted: ",
+            "objectives: [first_plan_s, slice, first_plan_s]",
+            "w.yaml:18:30: explore.objectives[1]: 'slice' is not accepted\n  hint: did you mean slices? accepted: ",
         ),
         (
-            "objectives: [time, time]",
-            "w.yaml:18:22: explore.objectives[1]: time is listed twice\n  hint: list it once",
+            "objectives: [first_plan_s, first_plan_s]",
+            "w.yaml:18:30: explore.objectives[1]: first_plan_s is listed twice\n  hint: list it once",
         ),
         (
-            "constraints: [{figure: time, at_most: 5}]",
-            "w.yaml:18:41: explore.constraints[0].at_most: 5 has no unit\n"
+            "constraints: [{figure: first_plan_s, at_most: 5}]",
+            "w.yaml:18:49: explore.constraints[0].at_most: 5 has no unit\n"
             "  hint: write a number and a unit, such as 10 us",
+        ),
+        (
+            "objectives: [time, slices]",
+            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write first_plan_s",
+        ),
+        (
+            "constraints: [{figure: mission_clearance, at_least: 20 cm}]",
+            "w.yaml:18:26: explore.constraints[0].figure: 'mission_clearance' is not accepted\n"
+            "  hint: renamed: write clearance_least_m",
         ),
         (
             "constraints: [{figure: slices, at_most: many}]",
             "w.yaml:18:43: explore.constraints[0].at_most: 'many' is not a number",
         ),
         (
-            "constraints: [{figure: time}]",
+            "constraints: [{figure: first_plan_s}]",
             "w.yaml:18:17: explore.constraints[0]: bounds nothing\n  hint: give at_least, at_most, or both",
         ),
         (

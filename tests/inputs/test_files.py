@@ -13,10 +13,9 @@ from spec_texts import PLATFORM, TASKS, WORKLOAD
 
 from codesign import maps
 from codesign.errors import InputError, SpecError
-from codesign.figures import Status
+from codesign.figures import FIGURES, Status
 from codesign.inputs import (
     Platform,
-    ResultFigure,
     SpecModel,
     Workload,
     cross_check,
@@ -152,17 +151,18 @@ def test_a_workload_as_loaded(workload: Workload) -> None:
     assert workload.explore.points == 8
     assert list(workload.explore.axes) == ["relax.block", "relax.schedule.last", "fpga.clock"]
     assert [str(figure) for figure in workload.explore.objectives] == [
-        "time",
+        "first_plan_s",
         "slices",
         "block_rams",
-        "energy",
+        "energy_j",
         "share_reaching_goal",
     ]
 
 
 def test_constraints_are_held_in_base_units(tmp_path: Path) -> None:
     limits = (
-        "[{figure: time, at_most: 5 ms}, {figure: power, at_least: 200 mW}, {figure: slices, at_most: 1e4}]"
+        "[{figure: first_plan_s, at_most: 5 ms}, {figure: power, at_least: 200 mW},"
+        " {figure: slices, at_most: 1e4}]"
     )
     (tmp_path / "w.yaml").write_text(f"{WORKLOAD}  constraints: {limits}\n")
     explore = load_workload(tmp_path / "w.yaml", TASKS).explore
@@ -173,13 +173,13 @@ def test_constraints_are_held_in_base_units(tmp_path: Path) -> None:
 
 
 def test_result_figures_have_unit_and_direction() -> None:
-    assert (ResultFigure.TIME.unit, ResultFigure.TIME.direction) == ("s", "minimise")
-    assert (ResultFigure.SLICES.unit, ResultFigure.SLICES.maximise) == ("1", False)
-    assert {figure for figure in ResultFigure if figure.maximise} == {
+    assert (FIGURES["first_plan_s"].unit, FIGURES["first_plan_s"].direction) == ("s", "minimise")
+    assert (FIGURES["slices"].unit, FIGURES["slices"].maximise) == ("1", False)
+    assert {figure.name for figure in FIGURES.values() if figure.maximise} == {
         "share_reaching_goal",
-        "clearance",
+        "clearance_mean",
         "closest_approach",
-        "mission_clearance",
+        "clearance_least_m",
         "known_share",
     }
 

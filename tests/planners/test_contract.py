@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
+from codesign.figures import RESOURCES
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND
 from codesign.planners.plug_in import Samples
-from codesign.planners.styles import RESOURCES
 from codesign.system import catalog
 from codesign.testing import Case, PlugInContract, cases_of
 from codesign.testing.case import drained

@@ -79,7 +79,7 @@ def values(table: Table) -> dict[str, object]:
 def test_the_figures_of_a_mission_stand_in_its_table_with_plain_values() -> None:
     told = values(mission_table(a_mission()))
     assert told["ended"] == "reached"
-    assert told["simulated time"] == 100.0
+    assert told["mission time"] == 100.0
     assert told["distance over the shortest"] == 1.2
     assert told["replan latency, 95th percentile"] == 0.2
     assert told["missed deadlines"] == 2

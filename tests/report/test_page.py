@@ -15,7 +15,7 @@ import pytest
 from report_samples import SampleReproduction, SampleRow, a_result, a_study
 
 from codesign.exploration.study import Study
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
@@ -174,7 +174,7 @@ def test_the_data_of_the_page_are_the_figures_of_the_study() -> None:
     time = data["figures"][0]
     assert time["label"] == "time (ms)"
     for value, point in zip(time["values"], study.points, strict=True):
-        figure = point.figure(ResultFigure.TIME)
+        figure = point.figure(FIGURES["first_plan_s"])
         assert value == (None if figure is None else pytest.approx(1000 * figure, rel=1e-5))
     assert [i for i, on_front in enumerate(data["front"]) if on_front] == list(study.front)
     assert [bool(flag) for flag in data["feasible"]] == [point.feasible for point in study.points]
@@ -226,7 +226,7 @@ def test_a_study_with_nothing_feasible_says_so_and_needs_no_plot() -> None:
     assert len(html) < 100_000
 
 
-@pytest.mark.parametrize("objectives", [(), (ResultFigure.ENERGY,), (ResultFigure.TIME,)])
+@pytest.mark.parametrize("objectives", [(), (FIGURES["energy_j"],), (FIGURES["first_plan_s"],)])
 def test_a_plot_has_two_axes_whatever_the_objectives(objectives: tuple[ResultFigure, ...]) -> None:
     study = replace(a_study(), objectives=objectives, constraints=())
     data = data_of(study_html(study))

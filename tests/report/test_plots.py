@@ -8,7 +8,7 @@ import pytest
 from report_samples import a_study
 
 from codesign.errors import InputError
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
 from codesign.report import front_picture, map_picture, run_pictures
 from codesign.report.plots import _staircase
@@ -48,7 +48,7 @@ def test_a_dollar_in_a_name_is_no_formula() -> None:
 def test_other_figures_and_markers_can_be_chosen() -> None:
     study = a_study()
     picture = front_picture(
-        study, x=ResultFigure.SLICES, y=ResultFigure.ENERGY, colour=None, marker="relax.block", format="svg"
+        study, x=FIGURES["slices"], y=FIGURES["energy_j"], colour=None, marker="relax.block", format="svg"
     )
     assert picture.title == "energy against slices"
     assert picture.data != front_picture(study, format="svg").data
@@ -60,11 +60,11 @@ def test_a_front_of_nothing_is_refused() -> None:
     with pytest.raises(InputError, match="no feasible point has both time and slices"):
         front_picture(replace(study, points=points))
     with pytest.raises(InputError, match="needs two figures"):
-        front_picture(replace(study, objectives=(ResultFigure.TIME,)))
+        front_picture(replace(study, objectives=(FIGURES["first_plan_s"],)))
 
 
-@pytest.mark.parametrize("second", [ResultFigure.SLICES, ResultFigure.CLEARANCE])
-@pytest.mark.parametrize("first", [ResultFigure.TIME, ResultFigure.SHARE_REACHING_GOAL])
+@pytest.mark.parametrize("second", [FIGURES["slices"], FIGURES["clearance_mean"]])
+@pytest.mark.parametrize("first", [FIGURES["first_plan_s"], FIGURES["share_reaching_goal"]])
 def test_the_joined_line_is_the_best_that_can_be_had(first: ResultFigure, second: ResultFigure) -> None:
     values = np.random.default_rng(7).integers(0, 40, (60, 2)).astype(float)
     x, y = _staircase(values, (first, second))

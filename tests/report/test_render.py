@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from report_samples import a_study
 
 from codesign.errors import RunError
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES
 from codesign.report import render_csv, render_markdown, render_text, study_table, write_csv, write_study_csv
 from codesign.report.render import printable
 from codesign.report.table import Cell, Column, Table, left, words
@@ -106,8 +106,8 @@ def test_the_csv_of_a_study_has_every_point_and_axis(tmp_path: Path) -> None:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(study.points)
     for row, point in zip(rows, study.points, strict=True):
-        time = point.figure(ResultFigure.TIME)
-        assert row["time [s]"] == ("" if time is None else repr(time))
+        time = point.figure(FIGURES["first_plan_s"])
+        assert row["first_plan_s"] == ("" if time is None else repr(time))
         assert row["fpga.part"] == "XC2V6000-4"
         assert (row["why_not"] == "") == point.feasible
 

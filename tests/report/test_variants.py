@@ -10,19 +10,20 @@ import pytest
 from explore_fakes import mission, result
 
 from codesign.exploration.study import Outcome, Study
-from codesign.inputs.exploration import ResultFigure
+from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_table, winners_table
 from codesign.report.chart import chart_data
 from codesign.report.page import study_html
 from codesign.report.study_tables import axis_levels
 from codesign.results.result import Result
 
-F = ResultFigure
+F = FIGURES
 SIZES = (10, 100, 1000)
 
 
 def study(
-    cells: Mapping[tuple[str, int], Result | None], objectives: tuple[ResultFigure, ...] = (F.TIME, F.SLICES)
+    cells: Mapping[tuple[str, int], Result | None],
+    objectives: tuple[ResultFigure, ...] = (F["first_plan_s"], F["slices"]),
 ) -> Study:
     """A point for each variant and size; where there is none, one whose computation failed."""
     variants = tuple(dict.fromkeys(name for name, _ in cells))
@@ -78,7 +79,7 @@ def test_most_is_best_where_more_is_better() -> None:
         ("base", 10): result(share=0.9),
         ("on-host", 10): result(share=0.45),
     }
-    table = winners_table(study(cells), F.SHARE_REACHING_GOAL)
+    table = winners_table(study(cells), F["share_reaching_goal"])
     assert table is not None
     assert table.title.endswith("most share reaching goal")
     assert texts(table) == [["base", "90 %", "on-host", "45 %", "2"]]
@@ -106,7 +107,7 @@ def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
         ("b", 10): result(slices=9).model_copy(update={"mission": mission(seconds=80)}),
         ("c", 10): result(slices=5),
     }
-    for objective, best in ((F.SLICES, "c"), (F.MISSION_TIME, "b")):
+    for objective, best in ((F["slices"], "c"), (F["mission_time_s"], "b")):
         table = winners_table(study(cells), objective)
         assert table is not None
         assert table.rows[0][0].text == best
@@ -119,7 +120,7 @@ def test_a_figure_of_zero_has_no_ratio() -> None:
         ("base", 10): result(slices=0),
         ("b", 10): result(slices=9),
     }
-    table = winners_table(study(cells), F.SLICES)
+    table = winners_table(study(cells), F["slices"])
     assert table is not None
     assert texts(table) == [["base", "0", "b", "9", "–"]]
 
@@ -151,7 +152,7 @@ def test_of_whole_problems_only_what_differs_is_told() -> None:
         Outcome(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
         for index, values in enumerate(itertools.product(*axes.values()))
     )
-    made = Study("bench", "maze", axes, (F.TIME,), (), points)
+    made = Study("bench", "maze", axes, (F["first_plan_s"],), (), points)
     table = winners_table(made)
     assert table is not None
     assert [row[0] for row in texts(table)] == ["rows 10, goals 9, 3", "rows 20, goals 19, 3"]
@@ -171,7 +172,7 @@ def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
         "bench",
         "maze",
         axes,
-        (F.TIME,),
+        (F["first_plan_s"],),
         (),
         (Outcome(0, {"workload.scenario": {**same, "last": 1}}, result()),),
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from codesign.planners.breadth_first.plug_in import PLUG_IN
 from codesign.planners.styles import Step
-from codesign.plugin import Flow, Item, Job, Lever, PlugIn, Problem, Status
+from codesign.plugin import Flow, Job, Lever, Line, PlugIn, Problem, Status
 
 PLANNER: Any = PLUG_IN.planner
 COUNTER = count()
@@ -117,8 +117,8 @@ def raising(self: Any, *arguments: Any) -> Any:
     raise KeyError("left")
 
 
-def plus(kind: str, amount: int, status: Any = Status.ASSUMED) -> tuple[Item, ...]:
-    return (Item("more", kind, amount, status, "counted by hand"),)
+def plus(kind: str, amount: int, status: Any = Status.ASSUMED) -> tuple[Line, ...]:
+    return (Line.item("more", kind, amount, status, "counted by hand"),)
 
 
 STRAIGHT = planner(path_from=straight, trajectory=straight)

@@ -10,7 +10,8 @@ from typing import Any
 
 from codesign.errors import InputError
 from codesign.exploration.space import DesignPoint
-from codesign.inputs import Exploration, ResultFigure, Workload
+from codesign.figures import FIGURES
+from codesign.inputs import Exploration, Workload
 from codesign.planners.interface import Quality
 from codesign.results.mission import Mission, MissionEnergy
 from codesign.results.result import Reason, ResourceUse, Result, Times
@@ -42,7 +43,6 @@ def result(
             levers=("shrink",),
         )
         return Result(**head, feasible=False, reasons=(gap,))
-    picoseconds = round(seconds * 1e12)
     quality = Quality(
         reachable_cells=100,
         planned_cells=100,
@@ -56,7 +56,7 @@ def result(
         clearance_least=1.0,
         wrong_cells=0,
     )
-    time_ = Times(map_loaded_ps=0, planned_ps=picoseconds, first_plan_ps=picoseconds)
+    time_ = Times(map_loaded_s=0.0, planned_s=seconds, first_plan_s=seconds)
     return Result(**head, feasible=True, time=time_, quality=quality, precision=7)
 
 
@@ -65,7 +65,7 @@ def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> M
     figures: dict[str, Any] = {
         "ended": "reached" if reached else "no way for 30 s",
         "reached": reached,
-        "time_s": seconds,
+        "mission_time_s": seconds,
         "goals_reached": int(reached),
         "plans": 4,
         "replans": 3,
@@ -85,7 +85,12 @@ def mission(*, seconds: float = 60.0, reached: bool = True, **changes: Any) -> M
         "waiting_s": 1.0,
         "known_share": 0.75,
         "energy": MissionEnergy(
-            fpga_j=1, processors_j=2, links_j=3, memories_j=4, robot_j=5 * seconds, total_j=10 + 5 * seconds
+            fpga_j=1,
+            processors_j=2,
+            links_j=3,
+            memories_j=4,
+            robot_j=5 * seconds,
+            mission_energy_j=10 + 5 * seconds,
         ),
         "account": {},
     }
@@ -147,7 +152,7 @@ def computed(log: Path) -> list[int]:
 
 # Valid names of axes, which only the stand-in for the simulation reads.
 AXES = {"bench.slices": [10, 50, 2000], "bench.share": [0.5, 1.0], "bench.seconds": [1.0, 1e-3]}
-OBJECTIVES = (ResultFigure.TIME, ResultFigure.SLICES)
+OBJECTIVES = (FIGURES["first_plan_s"], FIGURES["slices"])
 
 
 def exploring(workload: Workload, axes: dict[str, list[Any]], **more: Any) -> Workload:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from codesign.exploration.study import Outcome, Study
-from codesign.figures import Status
-from codesign.inputs.exploration import Constraint, ResultFigure
+from codesign.figures import FIGURES, Figure, Status
+from codesign.inputs.exploration import Constraint
 from codesign.planners.interface import Quality
 from codesign.results.mission import (
     Account,
@@ -26,17 +26,16 @@ from codesign.results.result import (
     ResourceItem,
     ResourceUse,
     Result,
-    Source,
     StageUse,
     Times,
 )
 
 OBJECTIVES = (
-    ResultFigure.TIME,
-    ResultFigure.SLICES,
-    ResultFigure.BLOCK_RAMS,
-    ResultFigure.ENERGY,
-    ResultFigure.SHARE_REACHING_GOAL,
+    FIGURES["first_plan_s"],
+    FIGURES["slices"],
+    FIGURES["block_rams"],
+    FIGURES["energy_j"],
+    FIGURES["share_reaching_goal"],
 )
 LAW = "Girau et al. 2008, Tables 1 to 3"
 
@@ -45,13 +44,13 @@ BUDGET = 33_792
 
 CLOCK = Clock(
     hz=150_000_000,
-    limit=Source(
+    limit=Figure(
         value=151e6, unit="Hz", status=Status.CALIBRATED, source="three clocks", low=140e6, high=165e6
     ),
 )
 POWER = Power(
-    static=Source(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
-    dynamic=Source(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
+    static=Figure(value=0.6, unit="W", status=Status.ASSUMED, source="datasheet", low=0.3, high=1.2),
+    dynamic=Figure(value=0.71, unit="W", status=Status.ASSUMED, source="FPGA 2002", low=0.71, high=0.71),
 )
 QUALITY: dict[str, Any] = {
     "reachable_cells": 4800,
@@ -70,7 +69,7 @@ QUALITY: dict[str, Any] = {
 def a_result(
     *,
     slices: int = 31_500,
-    time_ps: int = 3_210_000_000,
+    time_s: float = 0.00321,
     share: float = 0.98765,
     energy: float = 0.0042,
     feasible: bool = True,
@@ -103,7 +102,7 @@ def a_result(
         "power": POWER,
     }
     if not over:
-        fields |= _run(time_ps, share, energy)
+        fields |= _run(time_s, share, energy)
     return Result(**(fields | changes))
 
 
@@ -112,7 +111,7 @@ def a_mission(**changes: Any) -> Mission:
     fields: dict[str, Any] = {
         "ended": "reached",
         "reached": True,
-        "time_s": 100.0,
+        "mission_time_s": 100.0,
         "goals_reached": 1,
         "plans": 5,
         "replans": 4,
@@ -132,7 +131,12 @@ def a_mission(**changes: Any) -> Mission:
         "waiting_s": 1.5,
         "known_share": 0.75,
         "energy": MissionEnergy(
-            fpga_j=50.0, processors_j=200.0, links_j=0.5, memories_j=0.0, robot_j=1749.5, total_j=2000.0
+            fpga_j=50.0,
+            processors_j=200.0,
+            links_j=0.5,
+            memories_j=0.0,
+            robot_j=1749.5,
+            mission_energy_j=2000.0,
         ),
         "account": {
             "host": Account(compute_s=2.0, transfer_s=0.0, wait_s=0.5, idle_s=98.0),
@@ -183,8 +187,8 @@ def _resources(slices: int) -> tuple[ResourceUse, ...]:
             budget=BUDGET,
             gap=max(0, slices - BUDGET),
             items=(
-                ResourceItem(name="nodes", amount=slices - 844, status=Status.PUBLISHED, source=LAW),
-                ResourceItem(name="control", amount=844, status=Status.PUBLISHED, source=LAW),
+                ResourceItem(name="nodes", figure=Figure(slices - 844, "1", Status.PUBLISHED, LAW)),
+                ResourceItem(name="control", figure=Figure(844, "1", Status.PUBLISHED, LAW)),
             ),
         ),
         ResourceUse(
@@ -192,21 +196,21 @@ def _resources(slices: int) -> tuple[ResourceUse, ...]:
             demand=144,
             budget=144,
             gap=0,
-            items=(ResourceItem(name="clusters", amount=144, status=Status.CALIBRATED, source="fit of 5.4"),),
+            items=(ResourceItem(name="clusters", figure=Figure(144, "1", Status.CALIBRATED, "fit of 5.4")),),
         ),
     )
 
 
-def _run(time_ps: int, share: float, energy: float) -> dict[str, Any]:
+def _run(time_s: float, share: float, energy: float) -> dict[str, Any]:
     """What a run gives."""
     first = {"stage": 0, "precision": 7, "sweeps": 5, "visits": 20, "iterations": 110, "cycles": 990}
     last = {"stage": 1, "precision": 15, "sweeps": 9, "visits": 36, "iterations": 204, "cycles": 3468}
     return {
-        "time": Times(map_loaded_ps=300_000_000, planned_ps=time_ps - 2_000_000, first_plan_ps=time_ps),
+        "time": Times(map_loaded_s=0.0003, planned_s=time_s - 2e-6, first_plan_s=time_s),
         "cycles": {"load": 9504, "relax": 435_000, "decide": 1_022},
         "stages": (StageUse(**first, local_maxima=41), StageUse(**last, local_maxima=0)),
         "precision": 15,
-        "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, total_j=energy),
+        "energy": Energy(fpga_j=energy * 0.75, processors_j=energy * 0.25, energy_j=energy),
         "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
         "quality": Quality(share_reaching_goal=share, **QUALITY),
     }
@@ -231,7 +235,7 @@ def a_study(points: int = 24, **changes: Any) -> Study:
         last = 63 if isinstance(schedule, dict) else 31
         result = a_result(
             slices=13 * cells + 3 * last + 1500,
-            time_ps=(24_000_000_000 // (1 + cells // 400) + 90_000_000 * abs(count - 11)) * last // 31,
+            time_s=(24_000_000_000 // (1 + cells // 400) + 90_000_000 * abs(count - 11)) * last // 31 / 1e12,
             share=1 - 1 / (last + count),
             energy=0.004 * last / 31 * (1 + cells / 3000),
         )
@@ -241,7 +245,7 @@ def a_study(points: int = 24, **changes: Any) -> Study:
         "workload": "labyrinth",
         "axes": axes,
         "objectives": OBJECTIVES,
-        "constraints": (Constraint(figure=ResultFigure.SHARE_REACHING_GOAL, at_least=0.9),),
+        "constraints": (Constraint(figure=FIGURES["share_reaching_goal"], at_least=0.9),),
         "points": tuple(outcomes),
     }
     return Study(**(fields | changes))

@@ -92,7 +92,7 @@ def test_fabric_plans_and_the_processor_answers(hwsw: Run, tmp_path: Path, chip:
     assert split["quality"]["starts_arrived"] == 1
     assert split["links"][link]["bits"] > whole["links"][link]["bits"] + 24 * 32
     assert len(set(whole["cycles"]) - set(split["cycles"])) == 1
-    assert split["time"]["planned_ps"] < split["time"]["first_plan_ps"]
+    assert split["time"]["planned_s"] < split["time"]["first_plan_s"]
     used = [{use["resource"]: use["demand"] for use in each["resources"]} for each in (whole, split)]
     spared = 3 * 31 + 682 if planner == "harmonic" else 0
     assert used[0]["slices"] - used[1]["slices"] == spared

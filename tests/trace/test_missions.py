@@ -113,7 +113,7 @@ def test_a_trace_is_whole_however_the_mission_ends(
     assert trace.record_messages == len(records)
     events = [record for record in trace.records(kinds=[MissionRecord]) if isinstance(record, MissionRecord)]
     assert (events[-1].event, events[-1].text) == ("ended", result.mission.ended)
-    assert events[-1].time == round(result.mission.time_s * 1e12)
+    assert events[-1].time == round(result.mission.mission_time_s * 1e12)
     # By the index of the file, as viewers read it.
     with path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)

@@ -101,7 +101,7 @@ def with_levers(
             break
     if progress is not None:
         progress(len(levers), len(levers), "")
-    runs.sort(key=lambda run: (run.refused is not None, not run.reached, run.time_s or 0.0, run.path))
+    runs.sort(key=lambda run: (run.refused is not None, not run.reached, run.mission_time_s or 0.0, run.path))
     moved = {"levers": tuple(runs), "bottleneck": _pace(mission, tuple(runs))}
     return result.model_copy(update={"mission": mission.model_copy(update=moved)})
 
@@ -123,8 +123,8 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
     return LeverRun(
         **names,
         reached=mission.reached,
-        time_s=mission.time_s,
-        energy_j=mission.energy.total_j,
+        mission_time_s=mission.mission_time_s,
+        mission_energy_j=mission.energy.mission_energy_j,
         missed_deadlines=mission.missed_deadlines,
         ended=mission.ended,
     )
@@ -132,7 +132,7 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
 
 def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
     """What sets the pace, from the runs of its levers; the observation alone where none was run."""
-    seen, tried = mission.bottleneck, [run for run in runs if run.time_s is not None]
+    seen, tried = mission.bottleneck, [run for run in runs if run.mission_time_s is not None]
     if seen is None or not tried:
         return seen
     helpful = [run for run in tried if _helps(mission, run)]
@@ -144,22 +144,24 @@ def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
     savings = "; ".join(_saving(mission, run) for run in helpful[:_LISTED])
     others = f"{len(helpful)} of the {len(tried)} levers that were run, one at a time, help"
     first = helpful[0]
-    assert first.time_s is not None, "it was run"
+    assert first.mission_time_s is not None, "it was run"
     name = first.path if first.path.startswith(SCENARIO) else first.path.partition(".")[0]
-    share = max(0.0, 1.0 - first.time_s / mission.time_s)
+    share = max(0.0, 1.0 - first.mission_time_s / mission.mission_time_s)
     return Bottleneck(name=name, kind="lever", share=share, text=f"{savings}. {others}. Seen: {seen.text}")
 
 
 def _helps(mission: Mission, run: LeverRun) -> bool:
     """Whether the mission ends earlier, or reaches goals that it did not reach."""
-    if not run.reached or run.time_s is None:
+    if not run.reached or run.mission_time_s is None:
         return False
-    return not mission.reached or run.time_s < (1.0 - HELPS) * mission.time_s
+    return not mission.reached or run.mission_time_s < (1.0 - HELPS) * mission.mission_time_s
 
 
 def _saving(mission: Mission, run: LeverRun) -> str:
-    without = f"{mission.time_s:.4g} s" if mission.reached else f"no end in {mission.time_s:.4g} s"
-    return f"{run.path} {run.before} → {run.after}: {run.time_s:.4g} s in place of {without}"
+    without = (
+        f"{mission.mission_time_s:.4g} s" if mission.reached else f"no end in {mission.mission_time_s:.4g} s"
+    )
+    return f"{run.path} {run.before} → {run.after}: {run.mission_time_s:.4g} s in place of {without}"
 
 
 def _of_components(system: System, result: Result) -> Iterator[Lever]:

@@ -72,7 +72,7 @@ def mission_of(
     return Mission(
         ended=log.ended or "",
         reached=log.reached,
-        time_s=span / PICOSECONDS_PER_SECOND,
+        mission_time_s=span / PICOSECONDS_PER_SECOND,
         goals_reached=log.goals_reached,
         plans=log.plans,
         broken_off=log.broken_off,
@@ -171,7 +171,7 @@ def _energy(machine: Machine, scene: Scene, boards: Mapping[str, Power]) -> Miss
         links_j=own.links_j,
         memories_j=own.memories_j,
         robot_j=robot,
-        total_j=own.total_j + robot,
+        mission_energy_j=own.energy_j + robot,
         not_declared=own.not_declared,
     )
 

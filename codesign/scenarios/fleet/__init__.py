@@ -17,7 +17,7 @@ which the next update is decided follows from that time.
 - ``free_running``: the robots are simulated by the boards themselves, as in the paper's test bed, so they stand still
   while the boards decide, and every update moves them by one time step. An update begins once all have decided the
   update before it and its message is in the line's FIFO. So the robots' clock is not that of the boards:
-  ``FleetFigures.robots_ps`` is the one and ``span_ps`` the other.
+  ``FleetFigures.robots_s`` is the one and ``span_s`` the other.
 
 The figures of a run that is stopped reach up to the end of its last complete update. FPGAs beyond the first are no
 components of the platform and make no records.

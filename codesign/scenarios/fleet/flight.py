@@ -222,10 +222,10 @@ class _Run:
             ended=ended,
             completed=completed,
             updates=updates,
-            span_ps=span,
-            robots_ps=steps * self.step_ps,
-            arrived_ps=None if last is None else self.begins[last] - self.loaded,
-            time_step_ps=self.step_ps,
+            span_s=span / PICOSECONDS_PER_SECOND,
+            robots_s=steps * self.step_ps / PICOSECONDS_PER_SECOND,
+            arrived_s=None if last is None else (self.begins[last] - self.loaded) / PICOSECONDS_PER_SECOND,
+            time_step_s=self.step_ps / PICOSECONDS_PER_SECOND,
             decide=spread(deciding),
             period=spread(periods),
             updates_a_second=updates * PICOSECONDS_PER_SECOND / span if span else 0.0,
@@ -234,7 +234,7 @@ class _Run:
             shares=shares,
             missed_updates=self.missed,
             frames=None if self.frames is None else self.frames.figures(self.step_ps),
-            fpga_busy_ps=sum(busy),
+            fpga_busy_s=sum(busy) / PICOSECONDS_PER_SECOND,
             fpga_utilisation=(min(busy) / whole, max(busy) / whole),
         )
 

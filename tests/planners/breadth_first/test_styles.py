@@ -32,7 +32,7 @@ from codesign.planners.breadth_first.styles.software import (
 from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Bound, Demand
+from codesign.planners.styles import Demand, Line
 
 MACHINE = StateMachine()
 BY_STYLE = {style.style: style for style in ARCHITECTURES}
@@ -66,7 +66,7 @@ def drained(steps: Any) -> tuple[dict[str, int], list[Any], Any]:
         told.append(step)
 
 
-def bound(demand: Demand, name: str) -> Bound:
+def bound(demand: Demand, name: str) -> Line:
     return next(one for one in demand.bounds if one.name == name)
 
 
@@ -201,12 +201,12 @@ def test_a_queue_too_short_is_refused_with_the_words_it_needs(part: Part, proble
     short = bound(
         MACHINE.demand(Job(problem, SearchParameters(queue_words=depth - 1), part=part)), "words of the queue"
     )
-    assert short.demand > short.limit
+    assert short.figure.value > short.limit
     assert f"at least {depth}" in short.levers[0].advice
     enough = bound(
         MACHINE.demand(Job(problem, SearchParameters(queue_words=depth), part=part)), "words of the queue"
     )
-    assert enough.demand <= enough.limit
+    assert enough.figure.value <= enough.limit
 
 
 @pytest.mark.parametrize(
@@ -224,10 +224,10 @@ def test_two_ports_are_shared(
 ) -> None:
     parameters = SearchParameters(micro_architecture=micro_architecture, display=display)  # type: ignore[arg-type]
     ports = bound(MACHINE.demand(Job(problem, parameters, part=part)), "ports of the cells' block RAM")
-    assert (ports.demand <= ports.limit) == fits
+    assert (ports.figure.value <= ports.limit) == fits
     # A display is a component of its own: its address is in the bound, not in the steps.
     most = max(step.ram_addresses for step in drained(MACHINE.work(Job(problem, parameters)))[1])
-    assert most + (display == "shared") == ports.demand
+    assert most + (display == "shared") == ports.figure.value
 
 
 def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem) -> None:
@@ -235,7 +235,7 @@ def test_a_display_cannot_share_an_external_memory(part: Part, problem: Problem)
         MACHINE.demand(Job(problem, SearchParameters(memory=MemoryPlace.EXTERNAL), part=part)),
         "ports of the cells' block RAM",
     )
-    assert ports.demand > ports.limit
+    assert ports.figure.value > ports.limit
     assert [lever.parameter for lever in ports.levers] == ["search.display", "search.memory"]
 
 
@@ -244,7 +244,7 @@ def test_a_map_larger_than_the_screen(part: Part) -> None:
         Job(empty(601, 401), SearchParameters(memory=MemoryPlace.PROCESS_EXTERNAL), part=part)
     )
     for name in ("rows on the screen", "columns on the screen"):
-        assert bound(demand, name).demand > bound(demand, name).limit
+        assert bound(demand, name).figure.value > bound(demand, name).limit
     alone = SearchParameters(memory=MemoryPlace.EXTERNAL, display=VgaController.NONE)
     assert MACHINE.demand(Job(empty(601, 401), alone, part=part)).bounds == ()
     assert MACHINE.memory(Job(empty(601, 401), alone)) is None
@@ -279,7 +279,7 @@ def test_software_counts_popped_cells(problem: Problem) -> None:
 
 
 def test_java_meets_its_wall_between_100_and_200() -> None:
-    assert heap_bound(100 * 100).demand <= JAVA_HEAP < heap_bound(200 * 200).demand
+    assert heap_bound(100 * 100).figure.value <= JAVA_HEAP < heap_bound(200 * 200).figure.value
     assert pytest.approx(1677.7, abs=0.1) == JAVA_BYTES_A_CELL_LOW
     assert pytest.approx(6710.9, abs=0.1) == JAVA_BYTES_A_CELL_HIGH
     java, compiled = BY_STYLE["software_java"], BY_STYLE["software"]

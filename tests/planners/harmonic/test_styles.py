@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.harmonic import published
@@ -22,7 +22,7 @@ from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, 
 from codesign.planners.harmonic.styles.software import block_cells, limbs
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import RESOURCES, Step
+from codesign.planners.styles import Step
 from codesign.records import StageRecord, VisitsRecord
 
 BIT_SERIAL, SOFTWARE, SOFTWARE_LIMBS = ARCHITECTURES
@@ -87,14 +87,14 @@ def test_whole_design_of_section_5_4() -> None:
     ] == 3 * 255 + 682
     assert not demand.levers
     (depth,) = demand.bounds
-    assert (depth.demand, depth.limit) == (1024, 1024)
+    assert (depth.figure.value, depth.limit) == (1024, 1024)
 
 
 @pytest.mark.parametrize(("last", "fits"), [(63, True), (64, False)])
 def test_sixteen_blocks_hold_63_bits_and_a_flag_but_not_64(last: int, fits: bool) -> None:
     demand = BIT_SERIAL.demand(Job(problem(192, 384), parameters((48, 96), last), part=part("XC4VLX160")))
     (depth,) = demand.bounds
-    assert (depth.demand <= depth.limit) is fits
+    assert (depth.figure.value <= depth.limit) is fits
     assert demand.total("slices") <= 67_584
 
 
@@ -148,7 +148,7 @@ def test_a_part_without_wide_block_ram_holds_no_word() -> None:
     narrow = part("XC2V6000").model_copy(update={"block_ram_shapes": ((2048, 9),)})
     (depth,) = BIT_SERIAL.demand(Job(problem(36, 66), parameters((36, 66), 7), part=narrow)).bounds
     assert depth.limit == 0
-    assert depth.demand == 8
+    assert depth.figure.value == 8
 
 
 @settings(max_examples=60, deadline=None)
@@ -174,7 +174,7 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
                 assert resources.totals(rows, columns, int(found[1]) + 1)[kind] > chip.resources[kind].value
     (depth,) = demand.bounds
     for lever in depth.levers:
-        assert depth.demand > depth.limit
+        assert depth.figure.value > depth.limit
         if found := re.match(r"end at (\d+) bits", lever.advice):
             assert resources.words(map_scale**2, int(found[1])) <= depth.limit
         if found := re.match(r"(\d+) × (\d+)", lever.advice):
@@ -369,4 +369,6 @@ def test_power_carries_the_intervals_of_the_part() -> None:
 
 def test_every_item_says_how_it_is_known() -> None:
     demand = BIT_SERIAL.demand(Job(problem(72, 132), parameters((36, 66), 255), part=part("XC2V6000")))
-    assert all(item.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items)
+    assert all(
+        item.figure.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items
+    )

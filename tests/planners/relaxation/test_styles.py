@@ -175,7 +175,9 @@ def test_a_direct_solution_has_a_cost_of_its_own(tmp_path: Path) -> None:
     result = direct_on(epyc)
     assert result.time is not None
     solved = direct_units(result.details["node_updates"]) * costs[DIRECT_KERNEL].value  # type: ignore[arg-type]
-    steps, rest = divmod(result.time.planned_ps - solved, SEARCH_UNITS * costs[SEQUENTIAL.kernel].value)
+    steps, rest = divmod(
+        round(result.time.planned_s * 1e12) - solved, SEARCH_UNITS * costs[SEQUENTIAL.kernel].value
+    )
     assert rest == 0
     assert 0 < steps < 600
 

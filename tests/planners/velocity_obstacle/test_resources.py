@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from codesign.figures import RESOURCES
 from codesign.inputs import load_part
 from codesign.part import Part
 from codesign.planners.job import Job
-from codesign.planners.styles import RESOURCES
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan import AvoidParameters, generate
 from codesign.planners.velocity_obstacle.plan.parameters import Responsibility, Unit
@@ -161,5 +161,5 @@ def test_the_mapper_packs_denser_only_near_the_end() -> None:
 def test_an_array_too_large_for_a_block_ram_is_a_bound(part: Part) -> None:
     large = AvoidParameters(directions=512, speeds=64)
     (bound,) = CIRCUITS["pipelined"].demand(Job(generate("circle", 2), large, part=part)).bounds
-    assert bound.demand == 512 * 64 > bound.limit == 16_384
+    assert bound.figure.value == 512 * 64 > bound.limit == 16_384
     assert "at most 32" in bound.levers[0].advice

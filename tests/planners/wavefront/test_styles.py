@@ -111,7 +111,7 @@ def test_a_register_that_is_too_narrow_says_how_many_bits(style: Architecture) -
     needed = register_bits(largest)
     for bits in (needed - 1, needed, needed + 3):
         (bound,) = style.demand(Job(problem, PropagateParameters(register_bits=bits), part=part)).bounds
-        assert (bound.demand, bound.limit) == (needed, bits)
+        assert (bound.figure.value, bound.limit) == (needed, bits)
         texts = [lever.advice for lever in bound.levers]
         assert any(f"at least {needed} bits" in text for text in texts) == (bits < needed)
 

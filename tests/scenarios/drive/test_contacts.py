@@ -34,7 +34,7 @@ def test_a_contact_is_in_the_result_its_table_and_the_trace(tmp_path: Path) -> N
     assert (point.row, point.column) == (pytest.approx(5.0), pytest.approx(4.5, abs=1e-5))
     # From rest, 0.35 m at 0.5 m/s² lead to no more than 0.5 m/s.
     assert point.speed_m_s == pytest.approx(0.5)
-    assert 0.0 < point.time_s < mission.time_s
+    assert 0.0 < point.time_s < mission.mission_time_s
     [event] = told(records, "contact")
     assert event.time == round(point.time_s * SECOND)
     assert event.text == "ran against (5, 5) at (5.000, 4.500), 0.5 m/s"

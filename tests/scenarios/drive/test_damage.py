@@ -260,7 +260,7 @@ def test_a_link_without_a_checksum_does_not_improve_a_noisy_mission(tmp_path: Pa
         runs = [noisy(ground, seed, 1e-3, checksum, placement=placement) for seed in range(5)]
         missions = [result.mission for result, _ in runs if result.mission is not None]
         assert len(missions) == len(runs)
-        times = [one.time_s if one.reached else 20.0 for one in missions]
+        times = [one.mission_time_s if one.reached else 20.0 for one in missions]
         figures.append(
             (sum(not one.reached for one in missions), sum(one.contacts for one in missions), sum(times))
         )

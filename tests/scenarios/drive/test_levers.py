@@ -60,19 +60,19 @@ def check_levers(platform: Platform, workload: Workload) -> None:
         lever = found[run.path]
         if lever.refused:
             assert run.refused == lever.refused
-            assert run.time_s is None
+            assert run.mission_time_s is None
             continue
         alone = simulate(*design_point(platform, workload, {lever.path: lever.value}))
         if not alone.feasible:
             assert run.refused
             continue
         moved = mission_of(alone)
-        figures = (run.reached, run.time_s, run.energy_j, run.missed_deadlines, run.ended)
+        figures = (run.reached, run.mission_time_s, run.mission_energy_j, run.missed_deadlines, run.ended)
         assert figures == (
-            moved.reached, moved.time_s, moved.energy.total_j, moved.missed_deadlines, moved.ended
+            moved.reached, moved.mission_time_s, moved.energy.mission_energy_j, moved.missed_deadlines, moved.ended
         )  # fmt: skip
-        if moved.reached and (not told.reached or moved.time_s < (1 - HELPS) * told.time_s):
-            helpful.append((moved.time_s, run.path))
+        if moved.reached and (not told.reached or moved.mission_time_s < (1 - HELPS) * told.mission_time_s):
+            helpful.append((moved.mission_time_s, run.path))
     assert told.bottleneck is not None
     if helpful:
         best = min(helpful)
@@ -80,7 +80,7 @@ def check_levers(platform: Platform, workload: Workload) -> None:
         assert told.bottleneck.text.startswith(f"{best[1]} ")
         assert f"{best[0]:.4g} s in place of" in told.bottleneck.text
         assert best[1].startswith(told.bottleneck.name)
-    elif any(run.time_s is not None for run in told.levers):
+    elif any(run.mission_time_s is not None for run in told.levers):
         assert "None of the levers that were run" in told.bottleneck.text
 
 
@@ -127,7 +127,7 @@ def test_where_no_lever_was_run_nothing_is_claimed(tmp_path: Path) -> None:
         assert mission.levers is None
         assert mission.bottleneck is not None
         assert not CLAIMS.search(mission.bottleneck.text), mission.bottleneck.text
-    explore = {"axes": {"fpga.clock": ["50 MHz"]}, "objectives": ["mission_time"]}
+    explore = {"axes": {"fpga.clock": ["50 MHz"]}, "objectives": ["mission_time_s"]}
     study = codesign.explore(*ground.point(workload={"explore": explore}))
     (point,) = study.points
     assert point.result is not None
@@ -144,7 +144,7 @@ def test_a_lever_at_its_limit_is_refused_with_the_reason(tmp_path: Path) -> None
     told = mission_of(codesign.simulate(*at_limit, levers=True))
     assert told.levers is not None
     (clock,) = [run for run in told.levers if run.path == "fpga.clock"]
-    assert clock.time_s is None
+    assert clock.mission_time_s is None
     assert clock.refused is not None
     assert "is the most that" in clock.refused
     assert told.levers[-1] == clock, "those that were run come first"
@@ -157,7 +157,7 @@ def test_the_command_runs_them_unless_it_is_told_not_to(hwsw: Hwsw, tmp_path: Pa
     assert {run["path"] for run in whole["mission"]["levers"]} >= {"fpga.clock", "robot.kinematics.speed"}
     bare = json.loads(hwsw("run", *files, "--json", "--no-levers").stdout)
     assert bare["mission"]["levers"] is None
-    assert bare["mission"]["time_s"] == whole["mission"]["time_s"]
+    assert bare["mission"]["mission_time_s"] == whole["mission"]["mission_time_s"]
     tables = [render_text(table) for table in result_tables(Result.model_validate(whole))]
     assert any("Levers, each run by itself" in table for table in tables)
     page = (tmp_path / "run.html").read_text(encoding="utf-8")
@@ -229,8 +229,8 @@ def test_the_office_on_a_slow_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     assert plain.bottleneck is not None
     assert not CLAIMS.search(plain.bottleneck.text)
     assert told.bottleneck is not None
-    if moved.time_s < (1 - HELPS) * plain.time_s:
-        said = f"{moved.time_s:.4g} s in place of {plain.time_s:.4g} s"
+    if moved.mission_time_s < (1 - HELPS) * plain.mission_time_s:
+        said = f"{moved.mission_time_s:.4g} s in place of {plain.mission_time_s:.4g} s"
         assert told.bottleneck.text.startswith(f"fpga.clock 25 MHz → 50 MHz: {said}")
     else:
         assert "None of the levers that were run ends the mission earlier" in told.bottleneck.text

@@ -20,7 +20,7 @@ def ended(tmp_path: Path, **settings: Any) -> tuple[str, float, float]:
     mission = Ground(tmp_path).run(**wanted).mission
     assert mission is not None
     assert not mission.reached
-    return mission.ended, mission.time_s, mission.driving_s
+    return mission.ended, mission.mission_time_s, mission.driving_s
 
 
 def test_walled_off_on_the_way(tmp_path: Path) -> None:

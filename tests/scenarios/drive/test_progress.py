@@ -61,7 +61,7 @@ def test_progress_rises_and_changes_nothing(tmp_path: Path) -> None:
     watched = simulate(*point, progress=told.append)
     assert watched == simulate(*point)
     assert watched.mission is not None
-    assert watched.mission.time_s == 200
+    assert watched.mission.mission_time_s == 200
     assert len(told) > 4
     assert all(0 < one.share <= 1 for one in told)
     for before, after in pairwise(told):

@@ -85,7 +85,7 @@ def test_a_robot_that_knows_few_cells_drives_no_faster_than_it_can_brake(
     for mission in (*runs.values(), whole):
         assert mission is not None
         assert (mission.reached, mission.contacts, mission.safety_stops) == (True, 0, 0)
-        times.append(mission.time_s)
+        times.append(mission.mission_time_s)
     # One cell is 0.1 m, in which 0.5 m/s² stops 0.32 m/s; to stop from 0.5 m/s takes 2.5 cells.
     assert times[0] > times[1] > times[2] == times[3]
 
@@ -98,7 +98,7 @@ def test_a_robot_that_stops_at_once_needs_the_next_cell_only(ground: Ground) -> 
     assert runs[0] is not None
     assert runs[1] is not None
     assert runs[0].distance_m == runs[1].distance_m
-    assert runs[0].time_s == runs[1].time_s
+    assert runs[0].mission_time_s == runs[1].mission_time_s
 
 
 def test_ways_that_cut_corners_are_refused_for_a_drive(ground: Ground) -> None:

@@ -136,7 +136,7 @@ def test_any_fleet(tmp_path: Path, fleet: dict[str, dict[str, Any]], clock: str,
         assert math.isfinite(quality.closest_approach)
         assert result.fleet.completed == (quality.robots_arrived == quality.robots)
         if fleet["scenario"]["pace"] == "real_time":
-            assert result.fleet.robots_ps == result.fleet.span_ps
+            assert result.fleet.robots_s == result.fleet.span_s
 
 
 SCALES = st.one_of(st.floats(1e-3, 4096.0), st.sampled_from([5e-324, 1e-300, 1e-30, 4096.0]))

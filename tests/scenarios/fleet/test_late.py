@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from avoidance_scenes import assert_same_run
-from fleet_specs import STEP, Ground
+from fleet_specs import SECOND, STEP, Ground
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -63,7 +63,7 @@ def test_a_fleet_in_real_time_is_the_reference_whose_decisions_act_when_their_cy
     assert_same_run(flight.plan, history)
     assert list(flight.ends) == by_hand.ends
     assert flight.figures.missed_updates == by_hand.late
-    assert flight.figures.robots_ps == flight.figures.span_ps == by_hand.now
+    assert flight.figures.robots_s == flight.figures.span_s == by_hand.now / SECOND
     if not by_hand.late:
         assert flight.plan.digest == avoid(problem, parameters).digest
 
@@ -90,22 +90,22 @@ def test_all_figures_of_a_fleet_are_on_the_clock_of_its_trace(
     assert fleet is not None
     assert result.time is not None
     arrivals = [one.time for one in records if isinstance(one, MissionRecord) and one.event == "goal_reached"]
-    loaded = result.time.map_loaded_ps
+    loaded = round(result.time.map_loaded_s * SECOND)
     assert worth.robots_arrived == len(arrivals)
-    assert fleet.arrived_ps == (max(arrivals) - loaded if arrivals else None)
+    assert fleet.arrived_s == ((max(arrivals) - loaded) / SECOND if arrivals else None)
     poses = [one for one in records if isinstance(one, PositionsRecord)]
     assert [one.time for one in poses] == sorted(one.time for one in poses)
-    assert poses[-1].time == loaded + fleet.span_ps
+    assert poses[-1].time == loaded + round(fleet.span_s * SECOND)
     assert len(poses) == 1 + fleet.updates + (fleet.missed_updates if pace == "real_time" else 0)
     if pace == "real_time":
-        assert fleet.robots_ps == fleet.span_ps
-        assert fleet.arrived_ps is None or worth.time_to_targets_s == pytest.approx(fleet.arrived_ps / 1e12)
+        assert fleet.robots_s == fleet.span_s
+        assert fleet.arrived_s is None or worth.time_to_targets_s == pytest.approx(fleet.arrived_s)
         # The clock alone says how long a robot drives: no pair of poses is farther apart than its speed allows.
         for before, after in pairwise(poses):
             far = np.hypot(*(after.positions - before.positions).T).max()
             assert far <= 6.0 * (after.time - before.time) / 1e12 + 0.1
     else:
-        assert fleet.robots_ps == fleet.updates * STEP
+        assert fleet.robots_s == fleet.updates * STEP / SECOND
 
 
 def test_no_robot_changes_its_velocity_before_the_last_of_them_has_decided(ground: Ground) -> None:
@@ -140,8 +140,8 @@ def test_a_slower_clock_brings_robots_to_their_targets_no_earlier_on_average(gro
                     seed=seed,
                 ).figures
                 assert figures.completed
-                assert figures.arrived_ps is not None
-                arrived.append(figures.arrived_ps)
+                assert figures.arrived_s is not None
+                arrived.append(figures.arrived_s)
         spent.append(float(np.mean(arrived)))
     assert spent == sorted(spent)
 

@@ -52,7 +52,7 @@ def test_each_robot_computes_on_an_fpga_of_its_own_for_its_own_cycles(ground: Gr
     assert cycles.shape == (plan.updates, 6)
     assert len({fpga.name for fpga in flight.fpgas}) == 6
     assert [fpga.busy for fpga in flight.fpgas] == [int(amount) * 20_000 for amount in cycles.sum(axis=0)]
-    assert flight.figures.fpga_busy_ps == int(cycles.sum()) * 20_000
+    assert flight.figures.fpga_busy_s == int(cycles.sum()) * 20_000 / SECOND
     assert sum(machine.cycles().values()) == int(cycles[:, 0].sum())
 
 
@@ -215,7 +215,7 @@ def test_the_rate_that_fpga_and_line_allow_is_a_bound_in_the_long_run(
     """Up to what fits the FIFO at the end, which nobody waits for."""
     figures = ground.fly(link=serial(baud, fifo), count=count, arrangement="random").figures
     spared = 2 + fifo // LineLaw(baud).characters(count)
-    assert (figures.updates - spared) * SECOND <= figures.span_ps * figures.reachable_a_second * (1 + 1e-9)
+    assert figures.updates - spared <= figures.span_s * figures.reachable_a_second * (1 + 1e-9)
 
 
 def test_a_short_fifo_and_uneven_decisions_keep_a_fleet_below_that_bound(ground: Ground) -> None:

@@ -26,7 +26,7 @@ from codesign.planners.breadth_first.styles.resources import address_bits
 from codesign.planners.breadth_first.styles.steps import expansions, pushes_of_each_pop
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Bound, Lever
+from codesign.planners.styles import Lever, Line
 
 BYTE = 8
 BUFFERED = 16
@@ -65,14 +65,14 @@ def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
     return {"cells": BYTE * words, **found} if parameters.memory is MemoryPlace.EXTERNAL else found
 
 
-def capacity(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> Bound:
+def capacity(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> Line:
     """What moves out, against what the memory holds."""
     outside = contents(problem, parameters)
     need = sum(outside.values())
     levers = [Lever(f"{memory.name}.capacity", f"at least {need:,} bits")]
     if parameters.queue_words is None:
         levers.append(Lever("search.queue_words", "a circular queue, shorter than the map"))
-    return Bound(
+    return Line.bound(
         name=f"bits of {memory.name}",
         demand=need,
         limit=memory.capacity,

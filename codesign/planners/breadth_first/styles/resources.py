@@ -15,7 +15,7 @@ from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchP
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Bound, Item, Lever
+from codesign.planners.styles import Lever, Line
 
 CELL_BITS = 2
 DIRECTION_BITS = 2
@@ -80,7 +80,7 @@ def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
 
 def items(
     problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
-) -> tuple[Item, ...]:
+) -> tuple[Line, ...]:
     """The demand of a design, item by item."""
     bits = address_bits(*problem.shape)
     logic = [
@@ -114,13 +114,13 @@ def items(
         slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
         packed = f"{SLICE_PACKING} × half of the LUT or flip-flops"
         found += [
-            Item(name, "slices", slices, Status.ASSUMED, packed),
-            Item(name, "lut4", lut4, status, source),
-            Item(name, "flip_flops", flip_flops, status, source),
+            Line.item(name, "slices", slices, Status.ASSUMED, packed),
+            Line.item(name, "lut4", lut4, status, source),
+            Line.item(name, "flip_flops", flip_flops, status, source),
         ]
     for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
-        found.append(Item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
+        found.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
     return tuple(found)
 
 
@@ -181,7 +181,7 @@ def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: P
     return 0
 
 
-def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | None) -> tuple[Bound, ...]:
+def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | None) -> tuple[Line, ...]:
     """Ports of the cells' memory, words of the queue, pixels of the display.
 
     ``queue_depth``: what the search of this problem needs, where the queue is shorter than the map.
@@ -192,7 +192,7 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
     if parameters.queue_words is not None and queue_depth is not None:
         enough = 1 << max(0, queue_depth - 1).bit_length()
         found.append(
-            Bound(
+            Line.bound(
                 "words of the queue",
                 queue_depth,
                 parameters.queue_words,
@@ -213,11 +213,11 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
             ("rows on the screen", problem.rows, published.DISPLAY_ROWS),
             ("columns on the screen", problem.columns, published.DISPLAY_COLUMNS // 2),
         ):
-            found.append(Bound(name, demand, limit, "cells", Status.PUBLISHED, pixels, advice))
+            found.append(Line.bound(name, demand, limit, "cells", Status.PUBLISHED, pixels, advice))
     return tuple(found)
 
 
-def _ports(parameters: SearchParameters) -> Bound:
+def _ports(parameters: SearchParameters) -> Line:
     on_chip = parameters.memory is not MemoryPlace.EXTERNAL
     search = timing.SEARCH_ADDRESSES[parameters.micro_architecture] if on_chip else 0
     levers = [Lever("search.display", "copy: the display reads a copy of its own; none: it is left out")]
@@ -232,7 +232,7 @@ def _ports(parameters: SearchParameters) -> Bound:
                 "search.display", "none, and a display of the platform beside the FPGA: it stalls the search"
             )
         )
-    return Bound(
+    return Line.bound(
         name="ports of the cells' block RAM",
         demand=search + (parameters.display is VgaController.SHARED),
         limit=PORTS if on_chip else 0,

@@ -25,7 +25,7 @@ from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step,
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Bound, Demand, Lever, Step
+from codesign.planners.styles import Demand, Lever, Line, Step
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""
@@ -37,10 +37,10 @@ JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
 """About 3,355: between what 200 × 200 asks for and what 100 × 100 allows."""
 
 
-def heap_bound(cells: int) -> Bound:
+def heap_bound(cells: int) -> Line:
     """Bytes that the Java program wants for a map, against its heap."""
     side = math.isqrt(int(JAVA_HEAP / JAVA_BYTES_A_CELL))
-    return Bound(
+    return Line.bound(
         name="heap of the Java program",
         demand=cells * JAVA_BYTES_A_CELL,
         limit=JAVA_HEAP,

@@ -18,7 +18,7 @@ from codesign.planners.breadth_first.styles.steps import PATH, TRACK, step
 from codesign.planners.host import HostTask
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Item, Step, TaskStyle
+from codesign.planners.styles import Demand, Line, Step, TaskStyle
 
 Path = tuple[NDArray[np.float64], bool]
 
@@ -43,11 +43,11 @@ class PathMachine(TaskStyle):
         return Demand(
             items=(
                 *(
-                    Item("path", item.resource, item.amount, Status.ASSUMED, bound)
+                    Line.item("path", item.resource, item.amount, Status.ASSUMED, bound)
                     for item in logic
                     if item.name == "state machine"
                 ),
-                Item("directions", "block_rams", rams, Status.MEASURED, law),
+                Line.item("directions", "block_rams", rams, Status.MEASURED, law),
             )
         )
 

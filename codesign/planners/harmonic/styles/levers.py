@@ -11,7 +11,7 @@ from codesign.planners.harmonic.styles.resources import (
     totals,
     words,
 )
-from codesign.planners.styles import Bound, Lever
+from codesign.planners.styles import Lever, Line
 
 Shape = tuple[int, int]
 
@@ -78,10 +78,10 @@ def resource_levers(
 
 def word_depth_bound(
     map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
-) -> Bound:
+) -> Line:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with its levers where it is broken."""
     blocks = block_count(map_shape, block)
-    return Bound(
+    return Line.bound(
         name="words of a block RAM",
         demand=words(blocks, precision),
         limit=depth,

@@ -17,7 +17,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.styles import Item
+from codesign.planners.styles import Line
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4
@@ -104,7 +104,7 @@ def or_tree_lut4(nodes: int) -> int:
     return -(-(nodes - 1) // 3)
 
 
-def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Item, ...]:
+def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Line, ...]:
     """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``.
 
     ``decision``: whether it has its decision module.
@@ -119,37 +119,41 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
     found = [
-        Item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
-        Item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
-        Item(
+        Line.item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
+        Line.item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
+        Line.item(
             "borders",
             "slices",
             logic["borders"],
             Status.CALIBRATED,
             f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node",
         ),
-        Item("border addresses", "slices", logic["border addresses"], Status.PUBLISHED, f"{text}: around 10"),
-        Item("control", "slices", logic["control"], Status.PUBLISHED, text),
-        Item("decision", "slices", logic["decision"], Status.PUBLISHED, f"{text}: 3p + 682"),
-        Item("nodes", "lut4", NODE_LUT4 * nodes, Status.PUBLISHED, table_1),
-        Item("array control", "lut4", ARRAY_LUT4, Status.CALIBRATED, table_3),
-        Item(
+        Line.item(
+            "border addresses", "slices", logic["border addresses"], Status.PUBLISHED, f"{text}: around 10"
+        ),
+        Line.item("control", "slices", logic["control"], Status.PUBLISHED, text),
+        Line.item("decision", "slices", logic["decision"], Status.PUBLISHED, f"{text}: 3p + 682"),
+        Line.item("nodes", "lut4", NODE_LUT4 * nodes, Status.PUBLISHED, table_1),
+        Line.item("array control", "lut4", ARRAY_LUT4, Status.CALIBRATED, table_3),
+        Line.item(
             "OR trees",
             "lut4",
             2 * or_tree_lut4(nodes),
             Status.MEASURED,
             "our RTL, Yosys: (N - 1) / 3 LUT a tree",
         ),
-        Item("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, Status.PUBLISHED, table_1),
-        Item("array control", "flip_flops", ARRAY_FLIP_FLOPS, Status.CALIBRATED, table_3),
-        Item(
+        Line.item("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, Status.PUBLISHED, table_1),
+        Line.item("array control", "flip_flops", ARRAY_FLIP_FLOPS, Status.CALIBRATED, table_3),
+        Line.item(
             "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
         ),
-        Item("borders", "block_rams", border_rams(rows, columns), Status.PUBLISHED, f"{text}: 12 for 36×66"),
+        Line.item(
+            "borders", "block_rams", border_rams(rows, columns), Status.PUBLISHED, f"{text}: 12 for 36×66"
+        ),
     ]
     bound = "upper bound: two a slice; published in slices only"
     for kind in ("lut4", "flip_flops"):
-        found += [Item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
+        found += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
     return tuple(item for item in found if decision or item.name != "decision")
 
 

@@ -26,7 +26,7 @@ from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Item, Step, TaskStyle
+from codesign.planners.styles import Demand, Line, Step, TaskStyle
 
 Path = tuple[NDArray[np.float64], bool]
 
@@ -55,10 +55,10 @@ class DecisionModule(TaskStyle):
         law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
         return Demand(
             items=(
-                Item("decision", "slices", slices, Status.PUBLISHED, text),
-                Item("decision", "lut4", 2 * slices, Status.ASSUMED, bound),
-                Item("decision", "flip_flops", 2 * slices, Status.ASSUMED, bound),
-                Item("field", "block_rams", rams, Status.ASSUMED, law),
+                Line.item("decision", "slices", slices, Status.PUBLISHED, text),
+                Line.item("decision", "lut4", 2 * slices, Status.ASSUMED, bound),
+                Line.item("decision", "flip_flops", 2 * slices, Status.ASSUMED, bound),
+                Line.item("field", "block_rams", rams, Status.ASSUMED, law),
             )
         )
 

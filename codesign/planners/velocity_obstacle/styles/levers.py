@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Bound, Lever
+from codesign.planners.styles import Lever, Line
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources
@@ -61,12 +61,12 @@ def resource_levers(
     }
 
 
-def array_bound(parameters: AvoidParameters, part: Part) -> Bound:
+def array_bound(parameters: AvoidParameters, part: Part) -> Line:
     """Speeds × directions ≤ words of a block RAM, one array for each component."""
     words = parameters.speeds * parameters.directions
     _, depth = resources.array_rams(parameters, part)
     most = depth // parameters.directions
-    return Bound(
+    return Line.bound(
         name="velocities of the array",
         demand=words,
         limit=depth,
@@ -77,13 +77,13 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Bound:
     )
 
 
-def unit_bounds(style: Style, parameters: AvoidParameters) -> tuple[Bound, ...]:
+def unit_bounds(style: Style, parameters: AvoidParameters) -> tuple[Line, ...]:
     """One unit of each kind where one datapath does all: a count given above that would change nothing."""
     if style is not Style.SEQUENTIAL:
         return ()
     counts = {"update_units": parameters.update_units, "detect_units": parameters.detect_units}
     return tuple(
-        Bound(
+        Line.bound(
             name=f"{name} of the sequential style",
             demand=count,
             limit=1,

@@ -33,7 +33,7 @@ import math
 
 from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.styles import Item
+from codesign.planners.styles import Line
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import (
     AvoidParameters,
@@ -199,21 +199,21 @@ def ram_width(words: int) -> int:
     return next((width for depth, width in shapes if words <= depth), 1)
 
 
-def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> tuple[Item, ...]:
+def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> tuple[Line, ...]:
     """All lines of the demand."""
     units = units_of(style, robots, parameters)
     rest = rest_style(style, units)
-    found: list[Item] = []
+    found: list[Line] = []
     for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
         found += _unit_items(module, count, parameters)
     if parameters.range is not None:
         text = "a LUT for each bit of |r|², beside the detector's own comparison"
         amount = units.detect * factor_bits(parameters)["r_sq"]
-        found.append(Item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
+        found.append(Line.item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
     found += _rest_items(rest, robots, parameters)
     rams, _ = array_rams(parameters, part)
     found.append(
-        Item(
+        Line.item(
             "array of velocities",
             "block_rams",
             rams,
@@ -227,11 +227,11 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
         f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"
         " logic is packed together (Xilinx answer record 2666)"
     )
-    found.append(Item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
+    found.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
     return tuple(found)
 
 
-def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[Item]:
+def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[Line]:
     name = f"{count} × {module}"
     as_measured = parameters.width == UNIT_WIDTH and parameters.detector is Detector.PUBLISHED
     status = Status.MEASURED if as_measured else Status.ASSUMED
@@ -241,24 +241,28 @@ def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[It
     wide = "⌈a/17⌉ · ⌈b/17⌉ for a product of a and b bits; met by synthesis at 16 and 18 bits"
     unit, width = parameters.unit, parameters.width
     return [
-        Item(name, "lut4", count * unit_lut4(module, unit, width), status, source),
-        Item(name, "flip_flops", count * unit_flip_flops(module, unit, width), status, source),
-        Item(name, "multipliers", count * unit_multipliers(module, parameters), Status.MEASURED, wide),
+        Line.item(name, "lut4", count * unit_lut4(module, unit, width), status, source),
+        Line.item(name, "flip_flops", count * unit_flip_flops(module, unit, width), status, source),
+        Line.item(name, "multipliers", count * unit_multipliers(module, parameters), Status.MEASURED, wide),
     ]
 
 
-def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[Item]:
+def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[Line]:
     name = "selector, checks, control, states"
     listed = published.TABLE_I[rest][1]
     law = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less its units"
     lut4 = round(rest_lut4(rest))
     found = [
-        Item(name, "lut4", lut4, Status.CALIBRATED, law),
-        Item(name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"),
+        Line.item(name, "lut4", lut4, Status.CALIBRATED, law),
+        Line.item(
+            name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"
+        ),
     ]
     stores = -(-robots // STORE_DEPTH) - 1
     if stores:
         amount = stores * 2 * STATE_COMPONENTS * parameters.width
         text = "two LUTs for each bit of the states of 16 robots more, as dual-port memory"
-        found.append(Item(f"states of robots beyond {STORE_DEPTH}", "lut4", amount, Status.ASSUMED, text))
+        found.append(
+            Line.item(f"states of robots beyond {STORE_DEPTH}", "lut4", amount, Status.ASSUMED, text)
+        )
     return found

@@ -14,7 +14,7 @@ from codesign.memo import Memo
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Item, Step
+from codesign.planners.styles import Line, Step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
@@ -49,7 +49,7 @@ class AdderComparator(ArrayStyle):
         """The largest potential of the whole map: nothing stops the updates before."""
         return self._whole(job)[0]
 
-    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes, counter, select lines, and the tree that tells whether any potential changed."""
         layout = self.layout(job)
         node = resources.adder_node(layout)

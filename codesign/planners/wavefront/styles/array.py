@@ -12,7 +12,7 @@ from codesign.part import Part
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Bound, Demand, Item, Step
+from codesign.planners.styles import Architecture, Demand, Line, Step
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -36,7 +36,7 @@ class ArrayStyle(Architecture):
         """The largest potential that a register has to hold."""
 
     @abstractmethod
-    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """The demand of the array."""
 
     @abstractmethod
@@ -78,12 +78,12 @@ class ArrayStyle(Architecture):
         largest = self.largest_potential(job)
         needed = register_bits(largest)
         items = self.items(job)
-        bounds: tuple[Bound, ...] = (levers.register_bound(needed, layout.bits, largest),)
+        bounds: tuple[Line, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
         whole = replace(layout, shape=map_shape)
         delay_line = resources.array_items(resources.delay_line_node(whole), whole)
 
-        def in_tiles(tile: tuple[int, int]) -> tuple[Item, ...]:
+        def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
             return resources.tiled_items(layout, map_shape, tile, part)
 
         other = levers.Alternatives({"delay_line": delay_line}, in_tiles, map_shape, spare)

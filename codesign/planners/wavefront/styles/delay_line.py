@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Item, Step
+from codesign.planners.styles import Line, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import known_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, stop_cycle
@@ -26,7 +26,7 @@ class DelayLine(ArrayStyle):
         """D_stop, or the largest potential of the map where the wave runs to its end."""
         return known_plan(job.problem, sizing_parameters(job.problem, job.parameters)).largest_potential
 
-    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes, counter, select lines."""
         layout = self.layout(job)
         return resources.array_items(resources.delay_line_node(layout), layout)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Bound, Item, Lever
+from codesign.planners.styles import Lever, Line
 from codesign.planners.wavefront.styles.resources import totals
 
 Shape = tuple[int, int]
-ItemsOf = Callable[[Shape], tuple[Item, ...]]
+ItemsOf = Callable[[Shape], tuple[Line, ...]]
 
 
-def short_resources(items: tuple[Item, ...], part: Part) -> dict[str, int]:
+def short_resources(items: tuple[Line, ...], part: Part) -> dict[str, int]:
     """What each resource that the part lacks is asked for."""
     return {
         kind: need
@@ -45,13 +45,13 @@ class Alternatives:
     ``spare_bits``: bits of the register and the fewer that are enough, or None.
     """
 
-    whole: Mapping[str, tuple[Item, ...]]
+    whole: Mapping[str, tuple[Line, ...]]
     tiled: ItemsOf
     map_shape: Shape
     spare_bits: tuple[int, int] | None
 
 
-def resource_levers(items: tuple[Item, ...], part: Part, other: Alternatives) -> dict[str, tuple[Lever, ...]]:
+def resource_levers(items: tuple[Line, ...], part: Part, other: Alternatives) -> dict[str, tuple[Lever, ...]]:
     """For each resource that the part lacks: a style or a tile that fits it, a narrower register, another part."""
     short = short_resources(items, part)
     if not short:
@@ -75,7 +75,7 @@ def resource_levers(items: tuple[Item, ...], part: Part, other: Alternatives) ->
     }
 
 
-def register_bound(needed: int, given: int, largest: int) -> Bound:
+def register_bound(needed: int, given: int, largest: int) -> Line:
     """Registers hold potentials up to the largest, and infinity."""
     levers: tuple[Lever, ...] = ()
     if given < needed:
@@ -86,7 +86,7 @@ def register_bound(needed: int, given: int, largest: int) -> Bound:
             ),
             Lever("problem", f"a map whose largest potential is at most {2**given - 2}"),
         )
-    return Bound(
+    return Line.bound(
         name="register",
         demand=needed,
         limit=given,

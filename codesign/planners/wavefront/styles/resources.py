@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.styles import Item
+from codesign.planners.styles import Line
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.published import PAPER, RTL
 
@@ -129,20 +129,20 @@ def adder_node(layout: ArrayLayout) -> Node:
     return Node(tuple(flip_flops), tuple(lut4))
 
 
-def array_items(node: Node, layout: ArrayLayout) -> tuple[Item, ...]:
+def array_items(node: Node, layout: ArrayLayout) -> tuple[Line, ...]:
     """All nodes of an array, with the counter and the lines that select a node."""
     count, bits = layout.nodes, layout.bits
     select = sum(layout.shape)
     return (
-        Item(
+        Line.item(
             "nodes",
             "slices",
             count * node.slices,
             Status.MEASURED,
             "two LUT and two flip-flops a slice, none shared",
         ),
-        Item("counter", "slices", -(-bits // 2), Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
-        Item(
+        Line.item("counter", "slices", -(-bits // 2), Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
+        Line.item(
             "select lines",
             "slices",
             -(-select // 2),
@@ -150,27 +150,30 @@ def array_items(node: Node, layout: ArrayLayout) -> tuple[Item, ...]:
             "one LUT a row and a column, as of a RAM",
         ),
         *(
-            Item(name, "flip_flops", count * amount, status, source)
+            Line.item(name, "flip_flops", count * amount, status, source)
             for name, amount, status, source in node.flip_flops
         ),
-        Item("counter", "flip_flops", bits, Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
-        *(Item(name, "lut4", count * amount, status, source) for name, amount, status, source in node.lut4),
-        Item("counter", "lut4", bits, Status.ASSUMED, "one a bit"),
-        Item("select lines", "lut4", select, Status.ASSUMED, "one a row and a column"),
+        Line.item("counter", "flip_flops", bits, Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
+        *(
+            Line.item(name, "lut4", count * amount, status, source)
+            for name, amount, status, source in node.lut4
+        ),
+        Line.item("counter", "lut4", bits, Status.ASSUMED, "one a bit"),
+        Line.item("select lines", "lut4", select, Status.ASSUMED, "one a row and a column"),
     )
 
 
-def or_tree_items(nodes: int, what: str) -> tuple[Item, ...]:
+def or_tree_items(nodes: int, what: str) -> tuple[Line, ...]:
     """An OR over a bit of every node: (N - 1) / 3 LUT."""
     # Three signals less for each LUT of four inputs, from N to 1.
     lut4 = -(-(nodes - 1) // 3)
     return (
-        Item(what, "lut4", lut4, Status.ASSUMED, "(N - 1) / 3 LUT a tree"),
-        Item(what, "slices", -(-lut4 // 2), Status.ASSUMED, "two LUT a slice"),
+        Line.item(what, "lut4", lut4, Status.ASSUMED, "(N - 1) / 3 LUT a tree"),
+        Line.item(what, "slices", -(-lut4 // 2), Status.ASSUMED, "two LUT a slice"),
     )
 
 
-def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Item, ...]:
+def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Line, ...]:
     """What a tiled array has beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
     rows, columns = layout.shape
     # The cells around a tile, corners included, since the wave enters diagonally as well:
@@ -187,14 +190,14 @@ def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple
     earliest = "the earliest change of each tile, scanned one a cycle"
     rams = columns * -(-words // max(1, word_depth(part, bits + RAM_FLAG_BITS)))
     return (
-        Item("halo", "flip_flops", halo * (bits + 1), Status.ASSUMED, around),
-        Item("halo", "lut4", halo * compare, Status.ASSUMED, around),
-        Item("halo", "slices", halo * -(-max(bits + 1, compare) // 2), Status.ASSUMED, around),
-        Item("scheduler", "flip_flops", scheduler, Status.ASSUMED, earliest),
-        Item("scheduler", "lut4", scheduler, Status.ASSUMED, earliest),
-        Item("scheduler", "slices", -(-scheduler // 2), Status.ASSUMED, earliest),
-        Item("scheduler", "block_rams", 1, Status.ASSUMED, f"{earliest}; {tiles} tiles"),
-        Item(
+        Line.item("halo", "flip_flops", halo * (bits + 1), Status.ASSUMED, around),
+        Line.item("halo", "lut4", halo * compare, Status.ASSUMED, around),
+        Line.item("halo", "slices", halo * -(-max(bits + 1, compare) // 2), Status.ASSUMED, around),
+        Line.item("scheduler", "flip_flops", scheduler, Status.ASSUMED, earliest),
+        Line.item("scheduler", "lut4", scheduler, Status.ASSUMED, earliest),
+        Line.item("scheduler", "slices", -(-scheduler // 2), Status.ASSUMED, earliest),
+        Line.item("scheduler", "block_rams", 1, Status.ASSUMED, f"{earliest}; {tiles} tiles"),
+        Line.item(
             "column memories",
             "block_rams",
             rams,
@@ -210,7 +213,7 @@ def word_depth(part: Part, bits: int) -> int:
     return max((depth for depth, width in part.block_ram_shapes if width >= bits), default=0)
 
 
-def totals(items: Sequence[Item]) -> dict[str, int]:
+def totals(items: Sequence[Line]) -> dict[str, int]:
     """The demand by resource, without its items."""
     sums: dict[str, int] = {}
     for item in items:
@@ -223,7 +226,7 @@ def tile_count(map_shape: Shape, tile: Shape) -> int:
     return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
 
 
-def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Item, ...]:
+def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
     """The demand of a tile's array with its memories, at the widths of ``layout``.
 
     p^d of safe paths goes to the memories too and needs no second register.

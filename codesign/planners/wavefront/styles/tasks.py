@@ -15,7 +15,7 @@ from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import cell_of
-from codesign.planners.styles import Demand, Item, Step, TaskStyle
+from codesign.planners.styles import Demand, Line, Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
@@ -54,10 +54,10 @@ class Tracker(TaskStyle):
         rams = memories.block_rams(1 << address, width, job.chip)
         return Demand(
             items=(
-                Item("tracker", "slices", -(-max(lut4, flip_flops) // 2), Status.ASSUMED, by_hand),
-                Item("tracker", "lut4", lut4, Status.ASSUMED, by_hand),
-                Item("tracker", "flip_flops", flip_flops, Status.ASSUMED, by_hand),
-                Item(
+                Line.item("tracker", "slices", -(-max(lut4, flip_flops) // 2), Status.ASSUMED, by_hand),
+                Line.item("tracker", "lut4", lut4, Status.ASSUMED, by_hand),
+                Line.item("tracker", "flip_flops", flip_flops, Status.ASSUMED, by_hand),
+                Line.item(
                     "potentials",
                     "block_rams",
                     rams,

@@ -15,7 +15,7 @@ from codesign.memo import Memo
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Item, Memory, Step, beyond_map
+from codesign.planners.styles import Line, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (
@@ -59,7 +59,7 @@ class Tiled(ArrayStyle):
         """Rows and columns of a tile."""
         return job.parameters.tile_shape(*job.problem.shape)
 
-    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Item, ...]:
+    def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """A tile's nodes and cells around, the memories of its columns, a scheduler."""
         layout = self.layout(job)
         return resources.tiled_items(layout, job.problem.shape, layout.shape, job.chip)
