@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from explore_fakes import result
 from places import ROOT
-from report_samples import a_mission_result, a_result
+from report_samples import a_fleet_result, a_mission_result, a_result
 from spec_texts import WORKLOAD
 
 import codesign
@@ -24,7 +24,6 @@ from codesign.report import render_csv
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.study_tables import front_table, study_table
 from codesign.results.result import Result
-from tests.report.test_fleets import a_fleet_result
 
 NEW = ResultFigure(
     "reachable_cells",

@@ -337,6 +337,6 @@ def test_where_every_point_failed_the_run_failed(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("broken")
 
-    monkeypatch.setattr("codesign.system.simulate", fail)
+    monkeypatch.setattr("codesign.scenarios.simulate", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1

@@ -11,70 +11,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from report_samples import a_result, a_study
+from report_samples import FRAMES, a_fleet, a_fleet_result, a_result, a_study, spans
 
 from benchmarks.velocity_obstacle_pace import LineLaw
-from codesign.planners.interface import RobotsQuality
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table
 from codesign.report.fleet_tables import fleet_headline, fleet_tables, pace_text
 from codesign.report.page import result_html
 from codesign.report.table import Table
 from codesign.results.fleet import FleetFigures, Frames, Spread
-from codesign.results.result import Result
-
-SECOND = 10**12
-
-
-def spans(median: int, share_95: int, worst: int) -> Spread:
-    """Spans given in ps."""
-    return Spread(median_s=median / SECOND, share_95_s=share_95 / SECOND, worst_s=worst / SECOND)
-
-
-FRAMES = Frames(
-    receiver="pc", bits=256, made=100, skipped=7, dropped={"link down": 3}, shown=88, late=5, under_way=2,
-    age=spans(11, 12, 13),
-)  # fmt: skip
-
-
-def a_fleet(
-    decide_s: float = 0.001, message_s: float = 0.02, period_s: float | None = None, **changes: Any
-) -> FleetFigures:
-    """A free-running fleet of 100 updates, by its mean times in s."""
-    period = max(decide_s, message_s) if period_s is None else period_s
-    fields: dict[str, Any] = {
-        "robots": 8,
-        "fpgas": 8,
-        "ended": "all robots stand at their targets",
-        "completed": True,
-        "updates": 100,
-        "span_s": 100 * period,
-        "robots_s": 10.0,
-        "arrived_s": 90 * period,
-        "time_step_s": 0.1,
-        "decide": spans(101, 102, 103),
-        "period": spans(201, 202, 203),
-        "updates_a_second": 1 / period,
-        "reachable_a_second": 1 / max(decide_s, message_s),
-        "pace": "line" if period > 2 * decide_s else "fpga",
-        "shares": {"fpga": decide_s / period, "line": 1 - decide_s / period, "time_step": 0.0},
-        "missed_updates": 0,
-        "frames": FRAMES,
-        "fpga_busy_s": 12345 / SECOND,
-        "fpga_utilisation": (0.011, 0.022),
-    }
-    return FleetFigures(**(fields | changes))
 
 
 def in_real_time(decide_s: float = 0.001, **changes: Any) -> FleetFigures:
     shares = {"fpga": 10 * decide_s, "line": 0.0, "time_step": 1 - 10 * decide_s}
     return a_fleet(decide_s, period_s=0.1, **({"pace": "time_step", "shares": shares} | changes))
-
-
-def a_fleet_result(fleet: FleetFigures | None = None, collisions: int = 2) -> Result:
-    quality = RobotsQuality(8, 7, 100, collisions, -0.25, 12.5, 31, 1.1, 1.3)
-    fleet = a_fleet() if fleet is None else fleet
-    return a_result(planner="velocity_obstacle", fleet=fleet, quality=quality, stages=None)
 
 
 def values(table: Table) -> dict[str, object]:

@@ -15,6 +15,7 @@ from mission_specs import COSTS, PLACEMENTS, Ground, merged, rectangle
 
 import codesign
 from codesign.memo import Memo
+from codesign.planners.job import Job
 from codesign.records import Record
 from codesign.scenarios import bind, simulate
 from codesign.system.chain import Answer, plan_chain
@@ -193,7 +194,7 @@ def test_a_start_below_the_answer_changes_no_bit_of_it(
     system = bind(*point)
     planner = system.planner
     for answer in answers:
-        alone = planner.identity(planner.plan(answer.problem, system.planning))
+        alone = planner.identity(planner.plan(Job(answer.problem, system.planning)))
         assert policy == "continue" or planner.identity(answer.plan) == alone
     # Who makes the start: the host always, for the first plan alone, or also the plan before.
     assert [warm for warm, _ in starts] == [

@@ -195,7 +195,7 @@ def test_a_signal_during_the_levers_keeps_the_mission(
     ended = hwsw("run", board, plan, "--json", "--html", page, "--trace", trace)
     assert ended.exit_code == EXIT_TERMINATED
     assert [lever["path"] for lever in json.loads(ended.stdout)["mission"]["levers"]] == [done[0].path]
-    assert "terminated; the mission is done, not all of its levers were run" in ended.stderr
+    assert "terminated; the mission is complete, but not all of its levers were run" in ended.stderr
     assert page.exists()
     assert trace.exists()
     monkeypatch.setattr(interrupts._ending, "struck", None)

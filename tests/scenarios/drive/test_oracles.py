@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from mission_specs import IDEAL, POINT, ROOMS, SECOND, Ground, rectangle
 
 from codesign.components.path import NEAR, Polyline
+from codesign.planners.job import Job
 from codesign.records import MissionRecord, PoseRecord, Record, TaskRecord
 from codesign.results.mission import Mission
 from codesign.scenarios import bind, simulate
@@ -64,7 +65,7 @@ def test_a_drive_over_links_that_take_no_time_is_the_planner_run_alone(
     point = ground.point(placement, platform=[IDEAL, POINT])
     system = bind(*point)
     planner, problem = system.planner, system.problem
-    plan = planner.plan(problem, system.planning)
+    plan = planner.plan(Job(problem, system.planning))
     points, arrives = planner.trajectory(problem, plan, problem.starts[0])
     assert arrives
     way = Polyline(around_corners(points, problem.free))
