@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
 
+def _cores() -> int:
+    """The cores of this machine; the help names them by this word, so that it is the same on every machine."""
+    return os.cpu_count() or 1
+
+
 @click.command(short_help="Evaluate every point of an exploration.")
 @click.argument("platform")
 @click.argument("workload")
@@ -30,7 +35,13 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
     metavar="AXIS=VALUE",
     help="Settle an axis, or override, for all points.",
 )
-@click.option("--workers", type=click.IntRange(1, 256), default=os.cpu_count() or 1, show_default=True)
+@click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    default=_cores,
+    show_default="the number of cores",
+    help="Processes that evaluate points.",
+)
 @memory_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
