@@ -21,7 +21,7 @@ from codesign.planners.interface import (
     RobotsQuality,
 )
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce
-from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
+from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     RESOURCES,
     Architecture,
@@ -53,6 +53,7 @@ __all__ = [
     "ExternalMemoryLaw",
     "FieldRecord",
     "Figure",
+    "Finding",
     "Flow",
     "HostStyle",
     "HostTask",

@@ -15,6 +15,7 @@ from report_samples import SampleReproduction, SampleRow, a_result, a_study
 
 from codesign.exploration.study import Study
 from codesign.inputs.exploration import ResultFigure
+from codesign.planners.reproduction import Finding
 from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
@@ -78,7 +79,7 @@ def evil_pages() -> dict[str, str]:
         "study": study_html(evil_study(), pictures=[PICTURE], command=EVIL),
         "result": result_html(result, pictures=[PICTURE], command=EVIL),
         "reproduction": reproduction_html(
-            SampleReproduction(rows, (EVIL,)), pictures=[PICTURE], command=EVIL
+            SampleReproduction(rows, (Finding(EVIL, {EVIL: EVIL}),), EVIL), pictures=[PICTURE], command=EVIL
         ),
     }
 
