@@ -24,7 +24,7 @@ from codesign.planners.interface import (
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
-from codesign.planners.reproduction import Plot, Reproduction, Row, Series, row
+from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     Architecture,
     Demand,
@@ -52,6 +52,7 @@ __all__ = [
     "ExternalMemoryLaw",
     "FieldRecord",
     "Figure",
+    "Finding",
     "Flow",
     "HostStyle",
     "HostTask",

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
 
+def _cores() -> int:
+    """The cores of this machine; the help names them by this word, so that it is the same on every machine."""
+    return os.cpu_count() or 1
+
+
 @click.command(short_help="Evaluate every point of an exploration.")
 @click.argument("platform")
 @click.argument("workload")
@@ -33,8 +38,8 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option(
     "--workers",
     type=click.IntRange(1, 256),
-    default=os.cpu_count() or 1,
-    show_default=True,
+    default=_cores,
+    show_default="the number of cores",
     help="The number of worker processes.",
 )
 @memory_option

@@ -31,7 +31,7 @@ def reproduce(
     """
     from codesign import reproduce as papers
     from codesign.cli.outputs import check_folder, check_outputs
-    from codesign.report import Picture, render_text, reproduction_page, reproduction_table
+    from codesign.report import Picture, findings_table, render_text, reproduction_page, reproduction_table
     from codesign.system import catalog
 
     check_outputs({"--html": page})
@@ -68,11 +68,9 @@ def reproduce(
     for each in reproductions:
         click.echo(each.paper)
         click.echo(render_text(reproduction_table(each)))
-    click.echo("Findings")
-    for each in reproductions:
-        click.echo(f"{each.paper}:")
-        for finding in each.findings:
-            click.echo(f"- {finding}")
+        if each.note:
+            click.echo(each.note)
+        click.echo(render_text(findings_table(each)))
     for path in (*written, *([page] if page else [])):
         click.echo(f"written: {printable(str(path), None)}")
 

@@ -17,17 +17,17 @@ class _Model(BaseModel):
 class Objective(_Model):
     """A figure that spans the front, its unit, and whether less or more of it is better."""
 
-    figure: FigureName
-    unit: str
-    direction: Literal["minimise", "maximise"]
+    figure: FigureName = Field(description="the figure")
+    unit: str = Field(description="its unit; 1 for a number of things or a share")
+    direction: Literal["minimise", "maximise"] = Field(description="whether less or more of it is better")
 
 
 class Bounds(_Model):
     """A constraint; a bound that is null does not bind."""
 
-    figure: FigureName
-    at_least: float | None
-    at_most: float | None
+    figure: FigureName = Field(description="the figure that is bounded")
+    at_least: float | None = Field(description="its lower bound, in its unit")
+    at_most: float | None = Field(description="its upper bound, in its unit")
 
 
 class Counts(_Model):
@@ -36,12 +36,12 @@ class Counts(_Model):
     ``unreached`` counts those among the feasible whose mission ended before its goals.
     """
 
-    points: int
-    feasible: int
-    unreached: int
-    failed: int
-    missing: int
-    front: int
+    points: int = Field(description="all points")
+    feasible: int = Field(description="those that fit and satisfy every constraint")
+    unreached: int = Field(description="those of the feasible with a mission that ended before its goals")
+    failed: int = Field(description="those that could not be simulated")
+    missing: int = Field(description="those that were not computed")
+    front: int = Field(description="those on the front")
 
 
 class Point(_Model):
@@ -50,34 +50,34 @@ class Point(_Model):
     ``result`` is null where ``state`` is not ``done``, and ``failure`` says why where it is ``failed``.
     """
 
-    index: int
+    index: int = Field(description="its number in the enumeration, from 0")
     axes: dict[str, Any] = Field(description="value of each axis, as the workload gives it")
-    state: Literal["done", "failed", "missing"]
-    feasible: bool
-    on_front: bool
+    state: Literal["done", "failed", "missing"] = Field(description="what became of it")
+    feasible: bool = Field(description="whether it fits and satisfies every constraint")
+    on_front: bool = Field(description="whether it is on the front")
     unreached: str | None = Field(
         description="why the mission of a feasible point ended before its goals; null where it reached them"
     )
     figures: dict[FigureName, int | float | None] = Field(
         description="each in its unit of ``units``; counts are integers"
     )
-    failure: str | None
-    result: Result | None
+    failure: str | None = Field(description="why it failed")
+    result: Result | None = Field(description="all of its figures")
 
 
 class StudyDocument(_Model):
     """Every point of an exploration with all its figures, and the front among them."""
 
-    schema_version: Literal[2] = 2
-    platform: str
-    workload: str
+    schema_version: Literal[2] = Field(default=2, description="version of this form")
+    platform: str = Field(description="name of the platform")
+    workload: str = Field(description="name of the workload")
     axes: dict[str, list[Any]] = Field(description="the values of each axis, in the order of the workload")
     units: dict[FigureName, str] = Field(
         description="the unit of each figure; 1 for a number of things or a share"
     )
-    objectives: list[Objective]
-    constraints: list[Bounds]
-    counts: Counts
+    objectives: list[Objective] = Field(description="figures that span the front")
+    constraints: list[Bounds] = Field(description="bounds that a feasible point satisfies")
+    counts: Counts = Field(description="how many points there are of each kind")
     points: list[Point] = Field(description="in the order of enumeration: points[i].index is i")
     front: list[int] = Field(description="indices of the points on the front")
 

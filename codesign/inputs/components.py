@@ -34,8 +34,13 @@ class FpgaComponent(SpecModel):
     """A programmable chip with one clock."""
 
     type: Literal["fpga"] = Field(description="An FPGA.")
-    part: str = Field(description="Name and speed grade of the part, such as XC4VLX160-12.")
-    clock: FrequencyFigure = Field(description="Clock of the design, at most the part's block RAM limit.")
+    part: str = Field(
+        description="Name and speed grade of the part, such as XC4VLX160-12. It is looked for in the folder parts"
+        " beside the platform file, then among the shipped parts.",
+    )
+    clock: FrequencyFigure = Field(
+        description="Clock of the design, at most the part's block RAM limit (its high, where that is given)."
+    )
     _chip: Part = PrivateAttr()
 
     @property
@@ -81,13 +86,17 @@ class ProcessorPower(SpecModel):
 class ProcessorComponent(SpecModel):
     """A processor that runs named kernels."""
 
-    type: Literal["processor"] = Field(description="A processor: the robot's host, a PC.")
+    type: Literal["processor"] = Field(
+        description="A processor: the robot's host, a PC, or a processor in the FPGA's own chip."
+    )
     clock: FrequencyFigure = Field(description="Clock of the processor.")
     costs: dict[Name, TimeFigure] = Field(
-        default={}, description="Time for one unit of each named kernel, such as harmonic_node_update."
+        default={},
+        description="Time for one unit of each named kernel, such as harmonic_node_update. hwsw calibrate host"
+        " measures it.",
     )
     cores: Annotated[int, Field(ge=1, le=1024)] = Field(
-        default=1, description="How many tasks it runs at once."
+        default=1, description="How many tasks it runs at once. On each core, control runs before planning."
     )
     power: ProcessorPower = Field(description="Power, busy and idle.")
 
@@ -100,26 +109,32 @@ class BusyPower(SpecModel):
 
 
 class MemoryComponent(SpecModel):
-    """External memory: SRAM, or DRAM with rows that must be opened."""
+    """External memory for what does not fit in block RAM; the key ``external_memory`` of a task names it.
+
+    It is SRAM, or DRAM with rows that must be opened.
+    """
 
     type: Literal["memory"] = Field(description="Memory outside of the FPGA.")
-    technology: Literal["sram", "dram"] = Field(description="sram or dram.")
-    beside: Name = Field(description="The FPGA whose pins it hangs on.")
+    technology: Literal["sram", "dram"] = Field(
+        description="Kind of memory. A dram needs row_words and row_cycles; an sram has neither."
+    )
+    beside: Name = Field(description="The FPGA that it is connected to.")
     capacity: DataFigure = Field(description="How much it holds.")
     width: PositiveFigure = Field(description="Bits a word.")
     clock: FrequencyFigure = Field(
-        description="Clock of its interface: the FPGA's design runs no faster beside it."
+        description="Clock of its interface. The design on the FPGA runs no faster than this."
     )
     latency_cycles: CountFigure = Field(description="Cycles from an address to its word, in an open row.")
-    row_words: PositiveFigure | None = Field(default=None, description="dram: words of a row.")
+    row_words: PositiveFigure | None = Field(default=None, description="Words of a row; of a dram only.")
     row_cycles: CountFigure | None = Field(
-        default=None, description="dram: cycles more where another row is opened."
+        default=None, description="Additional cycles when another row is opened; of a dram only."
     )
     refresh_share: Annotated[float, Field(ge=0, lt=1)] = Field(
-        default=0.0, description="dram: share of the time that refreshing takes."
+        default=0.0, description="Share of the time that refreshing takes; of a dram only."
     )
     power: BusyPower | None = Field(
-        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
+        default=None,
+        description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
     )
 
     @model_validator(mode="after")
@@ -133,7 +148,11 @@ class MemoryComponent(SpecModel):
 
 
 class DisplayComponent(SpecModel):
-    """A display that reads its picture from memory, pixel by pixel (VGA)."""
+    """A display that reads its picture from memory, pixel by pixel (VGA), and so competes with the search for reads.
+
+    The result reports for each display (``displays``) the frames drawn, the words that came too late, and its share of
+    the memory's cycles.
+    """
 
     type: Literal["display"] = Field(description="A display that scans a memory.")
     beside: Name = Field(description="The FPGA or memory that it reads its picture from.")
@@ -191,7 +210,7 @@ class RaySensor(SpecModel):
     """Rays in all directions, each up to the first obstacle."""
 
     type: Literal["rays"] = Field(description="Rays, each up to the first obstacle.")
-    range: LengthFigure = Field(description="How far it sees; 0 sees nothing.")
+    range: LengthFigure = Field(description="How far it senses; at 0 m it senses nothing.")
     rays: Annotated[int, Field(ge=1, le=MAX_RAYS)] = Field(description="Rays of one turn.")
 
 
@@ -199,7 +218,7 @@ class RadiusSensor(SpecModel):
     """Everything within a radius, behind walls too."""
 
     type: Literal["radius"] = Field(description="All within a radius, behind walls too.")
-    range: LengthFigure = Field(description="How far it sees; 0 sees nothing.")
+    range: LengthFigure = Field(description="How far it senses; at 0 m it senses nothing.")
 
 
 SENSORS: dict[str, type[SpecModel]] = {"rays": RaySensor, "radius": RadiusSensor}
@@ -214,7 +233,7 @@ class RobotPower(SpecModel):
 
 
 class RobotComponent(SpecModel):
-    """The robot's body: what moves, and what sees."""
+    """The body of a robot, for missions: it moves and senses."""
 
     type: Literal["robot"] = Field(description="The robot's body.")
     radius: LengthFigure = Field(
@@ -222,8 +241,10 @@ class RobotComponent(SpecModel):
         description="Radius of its outline; 0 m is a point.",
     )
     kinematics: Kinematics = Field(description="How it moves.")
-    sensor: Sensor = Field(description="What it sees.")
-    power: RobotPower = Field(description="Power, moving and standing.")
+    sensor: Sensor = Field(description="How it senses.")
+    power: RobotPower = Field(
+        description="Power of the drives and of everything that is no component of its own."
+    )
 
     @model_validator(mode="after")
     def _moves(self) -> Self:

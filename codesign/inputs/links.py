@@ -21,7 +21,7 @@ Ends = Annotated[tuple[Name, ...], Field(min_length=2, max_length=MAX_ENDS)]
 class Late(SpecModel):
     """Messages that come late."""
 
-    share: Probability = Field(description="Share of the messages.")
+    share: Probability = Field(description="Share of the messages that come late.")
     delay: Duration = Field(description="How much later they come.")
 
 
@@ -30,7 +30,8 @@ class LinkErrors(SpecModel):
 
     bit_error_rate: Probability = Field(default=0.0, description="Probability that a bit arrives wrong.")
     checksum_bits: Annotated[int, Field(ge=0, le=64)] = Field(
-        default=16, description="Bits of the checksum of each message; 0: none, and damage is not seen."
+        default=16,
+        description="Bits of the checksum of each message. With 0 there is none, and damage is not detected.",
     )
     retries: Annotated[int, Field(ge=0, le=1000)] = Field(
         default=3, description="How often a damaged or lost message is sent again."
@@ -38,14 +39,16 @@ class LinkErrors(SpecModel):
     timeout: Duration = Field(default=10**9, description="Wait before it is sent again.")
     drop: Probability = Field(default=0.0, description="Probability that a message is lost on the way.")
     late: Late | None = Field(default=None, description="Messages that come late.")
-    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = Field(default=0, description="Chooses which messages.")
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = Field(
+        default=0, description="Chooses the messages that go wrong."
+    )
 
 
 class Outage(SpecModel):
     """A span in which the link is down."""
 
-    begin: Duration = Field(description="From when.")
-    end: Duration | None = Field(default=None, description="Until when; for good without.")
+    begin: Duration = Field(description="When it begins.")
+    end: Duration | None = Field(default=None, description="When it ends. Without it, the link stays down.")
 
     @model_validator(mode="after")
     def _ends_later(self) -> Self:
@@ -54,14 +57,19 @@ class Outage(SpecModel):
         return self
 
 
-class _Link(SpecModel):
-    between: Ends = Field(description="The components that it joins.")
-    errors: LinkErrors | None = Field(default=None, description="What goes wrong on it; nothing without.")
+class AnyLink(SpecModel):
+    """The keys that every link has."""
+
+    between: Ends = Field(description="Names of the components that it joins.")
+    errors: LinkErrors | None = Field(
+        default=None, description="What goes wrong on it. Without it, nothing does."
+    )
     outages: Annotated[tuple[Outage, ...], Field(max_length=MAX_OUTAGES)] = Field(
-        default=(), description="When it is down."
+        default=(), description="Spans of time in which it is down, in order."
     )
     power: BusyPower | None = Field(
-        default=None, description="Power, busy and idle; without, it counts as 0 J and results say so."
+        default=None,
+        description="Power, busy and idle. Without it, the energy counts as 0 J and results say so.",
     )
 
     @field_validator("outages", mode="after")
@@ -74,7 +82,7 @@ class _Link(SpecModel):
         return value
 
 
-class BusLink(_Link):
+class BusLink(AnyLink):
     """A parallel bus: ``width`` bits a clock, after ``setup_cycles`` at the start of each burst."""
 
     type: Literal["bus"] = Field(description="A parallel bus, shared by the components that it joins.")
@@ -88,8 +96,11 @@ class BusLink(_Link):
     )
 
 
-class SerialLink(_Link):
-    """A serial line (UART): each character framed by start, parity and stop bits; both ways at once."""
+class SerialLink(AnyLink):
+    """A serial line (UART), which sends in both directions at once.
+
+    Each character is framed by start, parity and stop bits.
+    """
 
     type: Literal["serial"] = Field(description="A serial line, framed character by character.")
     baud: PositiveFigure = Field(description="Bits a second on the line, frame included.")
@@ -107,8 +118,8 @@ class SerialLink(_Link):
         return float(value)
 
 
-class IdealLink(_Link):
-    """A link that takes no time: for what is not to be studied, and for checks."""
+class IdealLink(AnyLink):
+    """A link that takes no time, for links that are not studied, and for checks."""
 
     type: Literal["ideal"] = Field(description="A link that takes no time.")
 

@@ -33,12 +33,14 @@ class Resources(SpecModel):
     of 36 kbit counts as two.
     """
 
-    slices: CountFigure
-    lut4: CountFigure | None = None
-    lut6: CountFigure | None = None
-    flip_flops: CountFigure
-    block_rams: CountFigure
-    multipliers: CountFigure
+    slices: CountFigure = Field(description="Slices.")
+    lut4: CountFigure | None = Field(
+        default=None, description="LUTs of four inputs; this or lut6 is required."
+    )
+    lut6: CountFigure | None = Field(default=None, description="LUTs of six inputs, four of them in a slice.")
+    flip_flops: CountFigure = Field(description="Flip-flops.")
+    block_rams: CountFigure = Field(description="Block RAMs of 18 kbit; one of 36 kbit counts as two.")
+    multipliers: CountFigure = Field(description="Multipliers.")
 
     @model_validator(mode="after")
     def _one_make_of_lut(self) -> Self:
@@ -74,20 +76,20 @@ class BlockRam(SpecModel):
     shapes: Annotated[
         tuple[tuple[Annotated[int, Field(ge=1, le=2**24)], Annotated[int, Field(ge=1, le=4096)]], ...],
         Field(min_length=1, max_length=64),
-    ]
+    ] = Field(description="Shapes that one block RAM can have: [depth, width], in words and bits.")
 
 
 class PartPower(SpecModel):
     """Power: ``static`` of the chip, ``dynamic`` of one occupied slice of it at 1 MHz and typical activity."""
 
-    static: PowerFigure
-    dynamic: SlicePowerFigure
+    static: PowerFigure = Field(description="Of the chip, whatever it does.")
+    dynamic: SlicePowerFigure = Field(description="Of one occupied slice at 1 MHz and typical activity.")
 
 
 class SpeedGrade(SpecModel):
     """Limits of one speed grade."""
 
-    block_ram_clock: FrequencyFigure
+    block_ram_clock: FrequencyFigure = Field(description="Fastest clock of a block RAM.")
 
 
 SpeedGradeName = Annotated[str, Field(pattern=SPEED_GRADE_PATTERN, max_length=8)]
@@ -96,14 +98,16 @@ SpeedGradeName = Annotated[str, Field(pattern=SPEED_GRADE_PATTERN, max_length=8)
 class PartFile(Spec):
     """A part file: one chip in all its speed grades."""
 
-    kind: Literal["part"]
-    name: Name
-    family: str
-    description: str = ""
-    resources: Resources
-    block_ram: BlockRam
-    power: PartPower
-    speed_grades: Annotated[dict[SpeedGradeName, SpeedGrade], Field(min_length=1)]
+    kind: Literal["part"] = Field(description="This file is a part.")
+    name: Name = Field(description="Name of the part, which is that of its file.")
+    family: str = Field(description="Family of the chip, such as Virtex-4.")
+    description: str = Field(default="", description="What it is, for readers.")
+    resources: Resources = Field(description="Budgets of the part.")
+    block_ram: BlockRam = Field(description="What one block RAM can be.")
+    power: PartPower = Field(description="Power, static and dynamic.")
+    speed_grades: Annotated[dict[SpeedGradeName, SpeedGrade], Field(min_length=1)] = Field(
+        description='Limits by speed grade, such as "-12".'
+    )
 
     def part(self, speed_grade: str) -> Part:
         """The chip in one of its speed grades."""

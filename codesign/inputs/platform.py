@@ -23,13 +23,13 @@ MAX_NAMES = 256
 
 
 class Platform(Spec):
-    """Components and links."""
+    """The hardware: components, and the links between them."""
 
     kind: Literal["platform"] = Field(description="This file is a platform.")
-    name: Name = Field(description="Name of the platform.")
-    description: str = Field(default="", description="What it is, for humans.")
+    name: Name = Field(description="Name of the platform, which results show.")
+    description: str = Field(default="", description="What it is, for readers.")
     components: Annotated[dict[Name, Component], Field(min_length=1, max_length=MAX_NAMES)] = Field(
-        description="Components by name."
+        description="Components by name, at least one."
     )
     links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."

@@ -53,7 +53,9 @@ class MazeMap(_Sized):
     corridor: Side = Field(default=1, description="Width of the corridors, cells.")
     wall: Side = Field(default=1, description="Thickness of the walls, cells.")
     seed: Seed = Field(default=0, description="Chooses one of the possible mazes.")
-    loops: Share = Field(default=0.0, description="Share of the remaining walls opened, which makes loops.")
+    loops: Share = Field(
+        default=0.0, description="Share of the remaining walls that are opened, which makes loops."
+    )
 
 
 class RoomsMap(_Sized):
@@ -72,7 +74,7 @@ class RandomMap(_Sized):
 
     generate: Literal["random"] = Field(description="Random obstacles.")
     density: Share = Field(description="Share of the map that obstacles cover.")
-    seed: Seed = Field(default=0, description="Chooses where they lie.")
+    seed: Seed = Field(default=0, description="Chooses the places of the obstacles.")
     size: Annotated[int, Field(ge=1, le=256)] = Field(default=1, description="Side of an obstacle, cells.")
 
 
@@ -187,8 +189,8 @@ Map = Annotated[
 class SampledStarts(SpecModel):
     """Starts drawn at random from the free cells with a path to a goal across the sides of cells."""
 
-    count: Annotated[int, Field(ge=1, le=100_000)] = Field(default=64, description="How many.")
-    seed: Seed = Field(default=0, description="Chooses which.")
+    count: Annotated[int, Field(ge=1, le=100_000)] = Field(default=64, description="How many starts.")
+    seed: Seed = Field(default=0, description="Chooses which cells.")
 
 
 def _choose_starts(value: Any, handler: Any, info: ValidationInfo) -> Any:
@@ -209,10 +211,12 @@ class ProblemSpec(SpecModel):
     """What is to be planned: a map, goals, and starts that judge the plan."""
 
     map: Map = Field(description="The map: generated, or read from a file.")
-    goals: Cells = Field(description="Goals: a list of [row, column], from 0 at the top left.")
+    goals: Cells = Field(description="Goals: a list of [row, column], counted from 0 at the top left.")
     starts: Starts = Field(
         default=SampledStarts(),
-        description="Starts that judge the plan: {count, seed} draws them, [[row, column], ...] names them.",
+        description="Starts that judge the plan. {count, seed} draws them from the cells with a path across the sides"
+        " of cells to a goal. A list [[row, column], ...] names them; the planner's own moves must lead"
+        " each of them to a goal.",
     )
 
     @field_validator("goals", "starts", mode="after")

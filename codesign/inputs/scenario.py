@@ -50,7 +50,7 @@ class AppearingObstacle(Rectangle):
     """Cells that become an obstacle at some time."""
 
     at: Duration = Field(description="When it appears.")
-    until: Duration | None = Field(default=None, description="When it is gone again; never without.")
+    until: Duration | None = Field(default=None, description="When it disappears. Without it, it stays.")
 
     @model_validator(mode="after")
     def _goes_later(self) -> Self:
@@ -60,14 +60,14 @@ class AppearingObstacle(Rectangle):
 
 
 class MovingObstacle(SpecModel):
-    """A rectangle that goes to and fro along a route, and waits for the robot."""
+    """A rectangle that moves to and fro along a route, and waits for the robot."""
 
     size: tuple[Count, Count] = Field(default=(1, 1), description="Its rows and columns.")
     route: Annotated[tuple[Cell, ...], Field(min_length=2, max_length=1000)] = Field(
-        description="Cells that its first row and column go through, straight from one to the next, then back."
+        description="Cells of its first row and column: it moves straight from one to the next, then back."
     )
-    speed: Speed = Field(description="How fast it goes.")
-    begin: Duration = Field(default=0, description="When it sets out.")
+    speed: Speed = Field(description="How fast it moves.")
+    begin: Duration = Field(default=0, description="When it begins to move.")
 
     @model_validator(mode="after")
     def _goes(self) -> Self:
@@ -81,11 +81,11 @@ class MovingObstacle(SpecModel):
 class RandomObstacles(SpecModel):
     """Squares that appear at random times and places."""
 
-    count: Annotated[int, Field(ge=1, le=MAX_OBSTACLES)] = Field(description="How many.")
+    count: Annotated[int, Field(ge=1, le=MAX_OBSTACLES)] = Field(description="How many obstacles.")
     size: Count = Field(default=1, description="Side of each, cells.")
-    begin: Duration = Field(default=0, description="When the first may appear.")
-    end: Duration = Field(description="When the last has appeared.")
-    stay: Duration | None = Field(default=None, description="How long each stays; for good without.")
+    begin: Duration = Field(default=0, description="When the first one may appear.")
+    end: Duration = Field(description="When the last one has appeared.")
+    stay: Duration | None = Field(default=None, description="How long each stays. Without it, they stay.")
     seed: Seed = Field(default=0, description="Chooses when and where.")
 
     @model_validator(mode="after")
@@ -98,7 +98,7 @@ class RandomObstacles(SpecModel):
 
 
 class Obstacles(SpecModel):
-    """Obstacles that come after the start. Those that the robot does not know at the start are ``hidden``."""
+    """Obstacles that appear after the start."""
 
     appearing: Annotated[tuple[AppearingObstacle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
         default=(), description="Obstacles that appear at given times."
@@ -136,16 +136,18 @@ class Replan(SpecModel):
 
     policy: ReplanPolicy | None = Field(
         default=None,
-        description="restart: from nothing; lower_bound: from a start that the host makes; continue: from the old"
-        " values; by default the planner's first.",
+        description="What a new plan begins with. restart: nothing; lower_bound: a start from below, which task"
+        " lower_bound makes; continue: the old values. Without it, the planner's first policy.",
     )
     trigger: ReplanTrigger = Field(
         default=ReplanTrigger.BLOCKED,
-        description="blocked: when the way is blocked; change: when anything new was seen.",
+        description="When a new plan is asked for. blocked: when something new lies on the path; change: when"
+        " anything new was seen.",
     )
     when_busy: WhenBusy = Field(
         default=WhenBusy.FINISH,
-        description="finish: a plan under way is ended first; restart: it is broken off.",
+        description="What happens to a plan under way. finish: it is ended first; restart: it is broken off. Where"
+        " something new is seen more often than a plan is made, restart never ends a plan.",
     )
 
 
@@ -166,25 +168,29 @@ class Drive(_Mission):
     tasks = ("sense", "load", "command", "move", "display")
 
     type: Literal["drive"] = Field(description="One robot senses, plans, drives, discovers and plans again.")
-    robot: Name | None = Field(default=None, description="The robot; by default the platform's only one.")
+    robot: Name | None = Field(
+        default=None, description="Name of the robot that drives. Without it, the only one of the platform."
+    )
     purpose: Literal["reach", "explore"] = Field(
-        default="reach", description="reach: the goals; explore: go on until no unknown cell can be reached."
+        default="reach",
+        description="reach: drive to the goals; explore: drive to the frontiers of the known map until none can be"
+        " reached.",
     )
     known: Literal["all", "none"] = Field(
         default="all", description="What the robot knows of the map at the start."
     )
     hidden: Annotated[tuple[Rectangle, ...], Field(max_length=MAX_OBSTACLES)] = Field(
-        default=(), description="Obstacles that stand there from the start and that the robot does not know."
+        default=(), description="Obstacles that are there from the start, and that the robot does not know."
     )
     resolution: Length | None = Field(
-        default=None, description="Metres a cell; by default what the map says."
+        default=None, description="Metres a cell. It is required where the map does not say it."
     )
     control_period: Duration = Field(
         default=100 * _MILLISECOND, description="Time between two turns of the control loop."
     )
     deadline: Duration = Field(
         default=300 * _MILLISECOND,
-        description="A turn that has had no answer by then is missed, and the robot brakes.",
+        description="Time in which a turn must have its answer. Otherwise the turn is missed, and the robot brakes.",
     )
     tour: Annotated[tuple[Cell, ...], Field(max_length=MAX_TOUR)] = Field(
         default=(), description="Further goals, one after another, once the first is reached."
@@ -193,7 +199,7 @@ class Drive(_Mission):
     replan: Replan = Field(default=Replan(), description="When and how a new plan is made.")
     patience: Duration = Field(
         default=30 * PICOSECONDS_PER_SECOND,
-        description="How long the robot may stand without a way before the mission is given up.",
+        description="How long the robot may stand without a path before the mission is given up.",
     )
 
     @model_validator(mode="after")
@@ -206,18 +212,19 @@ class Drive(_Mission):
 
 
 class Fleet(_Mission):
-    """n robots, each with its own FPGA, update by update, with a line that carries all coordinates to a display."""
+    """Many robots, each with an FPGA of its own, update by update. A line carries all coordinates to a display."""
 
     tasks = ("load", "command", "display")
 
     type: Literal["fleet"] = Field(description="Robots with an FPGA each, update by update.")
     pace: Literal["real_time", "free_running"] = Field(
         default="real_time",
-        description="real_time: an update each time step of the planner; free_running: as fast as it goes.",
+        description="real_time: an update in each time step of the planner, and decisions that take longer act late;"
+        " free_running: simulated robots, as fast as FPGAs and line allow.",
     )
     report: Literal["all", "none"] = Field(
         default="all",
-        description="Whether each update's coordinates are sent to the component of task display.",
+        description="Whether the coordinates of each update are sent to the component of task display.",
     )
 
 

@@ -33,16 +33,17 @@ Bits = Annotated[int, Field(ge=1, le=MAX_BITS)]
 
 
 class ExtraTask(SpecModel):
-    """A task that follows others and gives nothing back: logging, drawing, supervision.
+    """A task that follows others and returns nothing: logging, drawing, supervision.
 
-    It runs each time a task that it comes after has ended, ``units`` of ``kernel`` on its processor.
+    It runs ``units`` of ``kernel`` on its processor each time a task that it follows has ended. Without an entry in the
+    mapping it runs where the plan is asked for.
     """
 
-    name: Name = Field(description="Its name, which the mapping places.")
+    name: Name = Field(description="Name of the task, which the mapping places.")
     after: Annotated[dict[Name, Bits], Field(min_length=1, max_length=MAX_TASKS)] = Field(
-        description="The tasks that it follows, each with the bits that it is sent."
+        description="Tasks that it follows, each with the bits that it receives from it."
     )
-    kernel: Name = Field(description="The kernel that it runs; its processor gives the cost.")
+    kernel: Name = Field(description="Kernel that it runs each time. Its processor gives the cost.")
     units: Annotated[int, Field(ge=0, le=10**12)] = Field(default=1, description="Units of the kernel.")
 
     @field_validator("after", mode="before")

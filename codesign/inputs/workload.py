@@ -56,14 +56,16 @@ class RawParameters(TaskParameters):
 
 
 class TaskMapping(SpecModel):
-    """Where a task runs, in which style, with which parameters."""
+    """Where a task runs, in which style, and with which parameters."""
 
     component: Name = Field(description="The component that runs the task.")
     style: Name | None = Field(
-        default=None, description="The architecture style; by default the component's own."
+        default=None,
+        description="Architecture style. Without it, the component's own is taken. hwsw list shows all.",
     )
     external_memory: Name | None = Field(
-        default=None, description="The external memory that holds what does not fit in block RAM."
+        default=None,
+        description="Of the planning task: the external memory that holds what does not fit in block RAM.",
     )
     parameters: SerializeAsAny[TaskParameters] = Field(description="Parameters of planner and style.")
 
@@ -109,34 +111,41 @@ class Variant(SpecModel):
     Planner, mapping and scenario are raw: the workload with the variant put in is what is validated.
     """
 
-    description: str = Field(default="", description="What it is, for humans.")
-    planner: Name | None = Field(default=None, description="Its planner; by default the workload's.")
+    description: str = Field(default="", description="What it is, for readers.")
+    planner: Name | None = Field(default=None, description="Its planner. Without it, that of the workload.")
     mapping: dict[str, Any] | None = Field(
-        default=None, description="Where its tasks run; by default as in the workload, else wholly its own."
+        default=None, description="Where its tasks run. It replaces the whole mapping of the workload."
     )
     scenario: dict[str, Any] | None = Field(
-        default=None, description="Keys of the scenario that differ; the rest is the workload's."
+        default=None, description="Keys of the scenario that differ. The others stay as in the workload."
     )
 
 
 class Workload(Spec):
-    """Planner, problem, scenario, mapping, variants and exploration."""
+    """The job: planner, problem, scenario, mapping, variants and exploration."""
 
     kind: Literal["workload"] = Field(description="This file is a workload.")
-    name: Name = Field(description="Name of the workload.")
-    description: str = Field(default="", description="What it is, for humans.")
-    planner: Name = Field(description="The planner, such as harmonic.")
-    problem: SerializeAsAny[ProblemSpec | SpecModel] = Field(description="What is to be planned.")
-    scenario: Scenario = Field(default=PlanOnce(), description="How the plan is used.")
-    tasks: Annotated[tuple[ExtraTask, ...], Field(max_length=MAX_TASKS)] = Field(
-        default=(), description="Tasks beside those of planner and scenario, which nothing waits for."
+    name: Name = Field(description="Name of the workload, which results show.")
+    description: str = Field(default="", description="What it is, for readers.")
+    planner: Name = Field(
+        description="Name of the planner, such as harmonic. hwsw list shows those that are installed."
     )
-    mapping: dict[Name, TaskMapping] = Field(description="Where each task of the planner runs, and how.")
+    problem: SerializeAsAny[ProblemSpec | SpecModel] = Field(
+        description="What is to be planned: a map with goals, or robots."
+    )
+    scenario: Scenario = Field(default=PlanOnce(), description="What the plan is used for.")
+    tasks: Annotated[tuple[ExtraTask, ...], Field(max_length=MAX_TASKS)] = Field(
+        default=(), description="Further tasks, which nothing waits for."
+    )
+    mapping: dict[Name, TaskMapping] = Field(
+        description="Where each task runs, and how. The task that plans is required; others have a default place."
+    )
     variants: Annotated[dict[Name, Variant], Field(max_length=MAX_VARIANTS)] = Field(
-        default={}, description="Other planners or mappings for the same, which axis workload.variant tries."
+        default={},
+        description="Other planners, mappings or settings for the same problem. Axis workload.variant tries them.",
     )
     explore: Exploration | None = Field(
-        default=None, description="What hwsw explore tries, and what is good."
+        default=None, description="What hwsw explore tries, and which figures decide."
     )
 
     @property

@@ -116,13 +116,32 @@ class Plot:
 
 
 @dataclass(frozen=True)
+class Finding:
+    """A statement about a paper that a person has written, and the figures of a run that it rests on.
+
+    Attributes:
+        statement: one sentence without a computed figure; ``docs/findings.md`` has it too.
+        figures: measured figures by name, each with its unit.
+        holds: whether this run bears the statement out.
+    """
+
+    statement: str
+    figures: dict[str, str]
+    holds: bool = True
+
+
+@dataclass(frozen=True)
 class Reproduction:
-    """A paper held against the model: rows in the paper's order, plots, and what they come to in words."""
+    """A paper held against the model: rows in the paper's order, plots, and statements that the run checks.
+
+    ``note`` says what a quick run leaves out.
+    """
 
     paper: str
     rows: tuple[Row, ...]
     figures: tuple[Plot, ...]
-    findings: tuple[str, ...]
+    findings: tuple[Finding, ...]
+    note: str = ""
 
     def to_json(self) -> str:
         """Everything as one JSON object, as ``reproduction_schema`` describes it."""
@@ -162,8 +181,14 @@ def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
         for row in each.rows
     )
     figures = tuple(figure for each in reproductions for figure in each.figures)
-    findings = tuple(f"{_short(each.paper)}: {text}" for each in reproductions for text in each.findings)
-    return Reproduction("; ".join(_short(each.paper) for each in reproductions), rows, figures, findings)
+    findings = tuple(
+        replace(finding, statement=f"{_short(each.paper)}: {finding.statement}")
+        for each in reproductions
+        for finding in each.findings
+    )
+    papers = "; ".join(_short(each.paper) for each in reproductions)
+    notes = "; ".join(f"{_short(each.paper)}: {each.note}" for each in reproductions if each.note)
+    return Reproduction(papers, rows, figures, findings, notes)
 
 
 def _short(paper: str) -> str:

@@ -22,7 +22,7 @@ from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures, timeline_picture
 from codesign.report.plots import Picture, front_picture, map_picture
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
-from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
+from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import result_tables
 from codesign.report.study_tables import (
     best_table,
@@ -45,6 +45,7 @@ __all__ = [
     "best_table",
     "comparison_table",
     "drive_picture",
+    "findings_table",
     "front_picture",
     "front_table",
     "infeasible_table",

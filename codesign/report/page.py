@@ -22,7 +22,7 @@ from codesign.report.cost_tables import sources_table
 from codesign.report.fleet_tables import pace_text
 from codesign.report.mission_pictures import account_picture
 from codesign.report.mission_tables import bottleneck_text
-from codesign.report.reproduction_tables import reproduction_sources_table, reproduction_table
+from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, headline, result_reasons_table
 from codesign.report.study_tables import (
     best_table,
@@ -120,7 +120,7 @@ def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: st
 def reproduction_page(
     reproduction: Reproduction, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
 ) -> None:
-    """Write the page of a reproduction: rows, findings in words, plots, sources.
+    """Write the page of a reproduction: rows, findings, plots, sources.
 
     Raises:
         RunError: the file cannot be written.
@@ -136,7 +136,8 @@ def reproduction_html(
         "reproduction.html.j2",
         title="Published against modelled",
         rows=reproduction_table(reproduction),
-        findings=reproduction.findings,
+        findings=findings_table(reproduction) if reproduction.findings else None,
+        note=reproduction.note,
         sources=reproduction_sources_table(reproduction),
         pictures=pictures,
         command=command or "hwsw reproduce harmonic --html report.html",

@@ -38,6 +38,24 @@ def reproduction_table(reproduction: Reproduction) -> Table:
     return Table("Published against modelled", columns, tuple(rows))
 
 
+def findings_table(reproduction: Reproduction) -> Table:
+    """Each statement, whether the run bears it out, and the figures that it rests on, one a row."""
+    rows = []
+    for finding in reproduction.findings:
+        holds = "yes" if finding.holds else "no"
+        for index, (name, measured) in enumerate(finding.figures.items() or [("", "")]):
+            first = index == 0
+            rows.append(
+                (
+                    Cell(finding.statement if first else "", finding.statement),
+                    Cell(holds if first else "", finding.holds),
+                    Cell(name, name),
+                    Cell(measured, measured),
+                )
+            )
+    return Table("Findings", left("statement", "holds", "figure", "measured"), tuple(rows))
+
+
 def reproduction_sources_table(reproduction: Reproduction) -> Table:
     """Each source once, with the tables, figures and sections of the paper that rest on it."""
     tables: dict[tuple[str, str], dict[str, None]] = {}

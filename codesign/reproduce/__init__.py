@@ -4,10 +4,19 @@ Nothing is tuned to look right: a row that does not fit stays in the table with 
 law was fitted to it. ``codesign.system.catalog.papers`` lists what can be reproduced.
 """
 
-from codesign.planners.reproduction import Plot, Reproduction, Row, Series, joined, reproduction_schema
+from codesign.planners.reproduction import (
+    Finding,
+    Plot,
+    Reproduction,
+    Row,
+    Series,
+    joined,
+    reproduction_schema,
+)
 from codesign.reproduce.plots import plot_svg, write_plots
 
 __all__ = [
+    "Finding",
     "Plot",
     "Reproduction",
     "Row",

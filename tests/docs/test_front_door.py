@@ -29,7 +29,9 @@ def test_links_lead_somewhere(page: Path, target: str) -> None:
 
 def test_the_index_lists_every_page() -> None:
     listed = set(LINK.findall(INDEX))
-    assert listed >= {page.name for page in (ROOT / "docs").glob("*.md")} - {"index.md"}
+    docs = ROOT / "docs"
+    pages = {page.relative_to(docs).as_posix() for page in docs.glob("**/*.md")}
+    assert listed >= pages - {"index.md"}
 
 
 def test_contributing_has_what_a_newcomer_looks_for() -> None:

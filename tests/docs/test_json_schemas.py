@@ -13,7 +13,7 @@ from click.testing import Result
 
 from codesign.figures import FIGURES, Status
 from codesign.planners.reproduction import Use, row
-from codesign.reproduce import Plot, Reproduction, Series
+from codesign.reproduce import Finding, Plot, Reproduction, Series
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]
@@ -82,7 +82,10 @@ def test_a_reproduction_is_what_its_schema_says(hwsw: Run) -> None:
         ),
     )
     plot = Plot("figure-3", "Figure 3", "falls", "p", "cells", (Series("a", (1.0, 2.0), (3.0, 4.0)),))
-    check(told(Reproduction("Girau 2008", rows, (plot,), ("It fits.",)).to_json()), schema)
+    check(
+        told(Reproduction("Girau 2008", rows, (plot,), (Finding("It fits.", {"rows": "3"}),)).to_json()),
+        schema,
+    )
 
 
 def test_what_is_not_in_a_schema_is_refused(hwsw: Run) -> None:

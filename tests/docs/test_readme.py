@@ -23,7 +23,13 @@ COMMANDS = [
 
 def test_the_readme_has_files_and_commands() -> None:
     assert [name for name, _ in FILES] == ["board.yaml", "rooms.yaml"]
-    assert len(COMMANDS) == 5
+    assert [command.split()[1] for command in COMMANDS] == [
+        "compare",
+        "check",
+        "run",
+        "trace",
+        "explore",
+    ]
     assert sum(text.count("\n") for _, text in FILES) <= 20
 
 
@@ -35,7 +41,30 @@ def test_files_and_commands_work_in_order(hwsw: Callable[..., Result], tmp_path:
         assert program == "hwsw"
         result = hwsw(*arguments)
         assert result.exit_code == 0, f"{command}\n{result.output}"
+        if arguments == ["compare"]:
+            assert shown_figures() == printed_figures(result.stdout)
     assert (tmp_path / "front.html").stat().st_size > 10_000
+
+
+def shown_figures() -> list[list[str]]:
+    """The README's table of results, a row for each planner."""
+    table = [line.strip("|").split(" | ") for line in README.splitlines() if line.startswith("| ")]
+    return [[cell.strip() for cell in row[1:]] for row in table[1:]]
+
+
+def printed_figures(text: str) -> list[list[str]]:
+    """The same figures as ``hwsw compare`` prints them, a row for each design."""
+    lines = dict(re.split(r"  +", line.strip(), maxsplit=1) for line in text.splitlines() if "  " in line)
+    figures = ["part", "time", "slices", "energy", "starts that arrive", "path length ratio"]
+    columns = [re.split(r"  +", re.sub(r" \(×[^)]*\)", "", lines[figure])) for figure in figures]
+    rows = [list(row) for row in zip(*columns, strict=True)]
+    rows[-1][0] = "a host of 3.4 GHz"  # a host has no part
+    return rows
+
+
+def test_it_takes_one_screen_and_a_half_and_has_a_picture() -> None:
+    assert README.count("\n") <= 90
+    assert "](docs/front.png)" in README
 
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(((?!http)[^)]+)\)", README))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from report_samples import FRAMES, a_fleet, a_fleet_result, a_result, a_study, spans
+from report_samples import FRAMES, SECOND, a_fleet, a_fleet_result, a_result, a_study, spans
 
 from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord

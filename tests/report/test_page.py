@@ -16,6 +16,7 @@ from report_samples import SampleReproduction, SampleRow, a_result, a_study
 
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
+from codesign.planners.reproduction import Finding
 from codesign.report import Picture, study_page
 from codesign.report import chart as chart_module
 from codesign.report.chart import chart_data
@@ -80,7 +81,7 @@ def evil_pages() -> dict[str, str]:
         "study": study_html(evil_study(), pictures=[PICTURE], command=EVIL),
         "result": result_html(result, pictures=[PICTURE], command=EVIL),
         "reproduction": reproduction_html(
-            SampleReproduction(rows, (EVIL,)), pictures=[PICTURE], command=EVIL
+            SampleReproduction(rows, (Finding(EVIL, {EVIL: EVIL}),), EVIL), pictures=[PICTURE], command=EVIL
         ),
     }
 

@@ -14,6 +14,7 @@ from codesign.planners.interface import Quality
 from codesign.report import (
     best_table,
     comparison_table,
+    findings_table,
     front_table,
     infeasible_table,
     nearest_table,
@@ -95,6 +96,9 @@ def test_resources_and_reasons_read_as_agreed() -> None:
 
 def test_the_reproduction_reads_as_agreed() -> None:
     assert render_text(reproduction_table(SampleReproduction())) == REPRODUCTION
+    assert render_text(findings_table(SampleReproduction())).splitlines()[3:] == [
+        "Tables 1 to 3 are met exactly.   yes     rows     12"
+    ]
     assert values(reproduction_sources_table(SampleReproduction()), "tables") == [
         "Table 3, Section 5.4",
         "Section 5.4",

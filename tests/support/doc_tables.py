@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any, get_args
 
@@ -29,35 +28,6 @@ def rows(text: str) -> dict[str, tuple[str, str]]:
             assert key not in found, f"{key} stands there twice"
             found[key] = default, meaning
     return found
-
-
-def section(text: str, heading: str) -> str:
-    """What stands below a heading, up to the next of any level."""
-    begin = text.index(f"\n{heading}\n") + len(heading) + 2
-    return re.split(r"^#", text[begin:], maxsplit=1, flags=re.MULTILINE)[0]
-
-
-def inner_models(info: FieldInfo) -> list[type[BaseModel]]:
-    """The models of a field's value: itself, those it may be one of, those of a list's entries."""
-    pending, found = [info.annotation], list[type[BaseModel]]()
-    while pending:
-        each = pending.pop()
-        if isinstance(each, type) and issubclass(each, BaseModel):
-            found.append(each)
-        pending += get_args(each)
-    return found
-
-
-def fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
-    """The keys of a model and of those inside it, dotted, but ``type`` of a model that a table is of."""
-    for name, info in model.model_fields.items():
-        if name == "type" and not prefix:
-            continue
-        inner = inner_models(info)
-        if not inner or not info.is_required():
-            yield f"{prefix}{name}", info
-        for each in inner:
-            yield from fields(each, f"{prefix}{name}.")
 
 
 def says_default(info: FieldInfo, written: str) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from codesign.exploration.study import Outcome, Study
 from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs.exploration import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.planners.reproduction import Finding
 from codesign.results.fleet import FleetFigures, Frames, Spread
 from codesign.results.mission import (
     Account,
@@ -292,7 +293,8 @@ class SampleReproduction:
             "held out",
         ),
     )
-    findings: tuple[str, ...] = field(default=("Tables 1 to 3 are met exactly.",))
+    findings: tuple[Finding, ...] = (Finding("Tables 1 to 3 are met exactly.", {"rows": "12"}),)
+    note: str = ""
 
 
 SECOND = 10**12

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
 from codesign.figures import Status
@@ -69,13 +70,10 @@ def test_cells_that_faster_circuits_would_need() -> None:
 
 
 def test_findings_are_made_from_the_data(quick: Reproduction) -> None:
-    text = "\n".join(quick.findings)
-    assert "b = 14" in text
-    assert "100×100, 50% gives 84" in text
-    assert "98 Hz; 1024×768 gives 60.0 Hz" in text
-    assert "5.4% at 10×10" in text
-    assert "256×256" in text
-    assert "two cycles, pipelined, pipelined with Init timed" in text
+    check_statements(quick)
+    same = ["The two clocks", "With half", "Obstacles of", '"At least', "65 MHz", '"80 %', "Maps larger"]
+    check_figures(quick, same)
+    assert figures(quick, "Three cycles")["b"] == "14"
 
 
 def test_rows_say_where_they_come_from(quick: Reproduction) -> None:

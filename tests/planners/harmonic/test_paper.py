@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from findings_page import check_figures, check_statements, figures
 from places import ROOT
 
 from codesign.errors import InputError
@@ -21,7 +22,7 @@ from codesign.planners.harmonic.paper.figures import (
     settled_spread,
     slope,
 )
-from codesign.planners.harmonic.paper.findings import _shares_finding
+from codesign.planners.harmonic.paper.findings import share_findings
 from codesign.planners.harmonic.paper.speed import software_seconds
 from codesign.planners.harmonic.paper.tables import table_rows
 from codesign.planners.harmonic.paper.theory import largest_eigenvalue
@@ -127,22 +128,22 @@ def test_fitted_rows_are_those_the_laws_were_made_from(quick: Reproduction) -> N
 
 
 def test_findings_speak_of_the_data(quick: Reproduction) -> None:
-    text = "\n".join(quick.findings)
+    check_statements(quick)
+    check_figures(quick, ["The clock law"])
     flat = next(one for one in quick.rows if "flat software" in one.quantity)
-    assert "does not reach it on any own maze" in text
-    assert f"{flat.modelled:.0f} with steps of 16 bits" in text
-    assert "+11%" in text
+    assert figures(quick, "Software of flat cost")["mean with steps of 16 bits"] == f"{flat.modelled:.0f}"
     powers = [one for one in quick.rows if one.table == "Figure 4"]
-    assert all(f"exponent {one.modelled:.2f})" in text for one in powers)
+    measured = figures(quick, "Iterations grow").values()
+    assert all(f"{one.modelled:.2f}" in measured for one in powers)
 
 
 def test_the_headline_leaves_no_miss_out(quick: Reproduction) -> None:
-    headline = next(text for text in quick.findings if text.startswith("Laws were fitted"))
+    headline = figures(quick, "The laws meet")
     assumed = [one for one in quick.rows if one.status is Status.ASSUMED and one.error is not None]
     assert len(assumed) == 5
     for one in assumed:
-        assert f"{one.quantity} {one.error:+.0%}" in headline
-    assert "The other 14 need none: 8 are met exactly" in headline
+        assert headline[one.quantity] == f"{one.error:+.0%}"
+    assert (headline["rows that need none"], headline["of these exact"]) == ("14", "8")
 
 
 def test_figure_6_gets_a_verdict_on_each_claim() -> None:
@@ -150,15 +151,13 @@ def test_figure_6_gets_a_verdict_on_each_claim() -> None:
     assert plateau(Series("k=2", tuple(range(20)), level)) == (0.1, 0.9)
     larger = Series("k=3", tuple(range(20)), (0.7,) * 20)
     curves = Plot("figure-6", "", "", "", "", (Series("k=2", tuple(range(20)), level), larger))
-    told = _shares_finding(curves)
-    assert 'rapidly reaches a constant value": agrees' in told
-    assert '"Until convergence": does not agree, it leaves that level at 90% to 100%' in told
-    assert "the more iterations: agrees, the mean of Î/I goes from 0.44" in told
+    soon, before_the_end, fewer = share_findings(curves)
+    assert (soon.holds, before_the_end.holds, fewer.holds) == (True, True, False)
+    assert before_the_end.figures == {"earliest": "90%", "latest": "100%"}
+    assert fewer.figures["mean Î/I, largest blocks"] == "0.44"
     slow = Series("k=2", tuple(range(20)), tuple(index / 20 for index in range(20)))
-    assert 'rapidly reaches a constant value": does not agree' in _shares_finding(
-        replace(curves, series=(slow,))
-    )
-    assert "the more iterations: does not agree" in _shares_finding(replace(curves, series=(larger, slow)))
+    assert not share_findings(replace(curves, series=(slow,)))[0].holds
+    assert share_findings(replace(curves, series=(larger, slow)))[2].holds
 
 
 def test_estimates_of_section_4_stand_beside_what_is_counted(quick: Reproduction) -> None:

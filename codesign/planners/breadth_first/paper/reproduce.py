@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from statistics import fmean
-
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import Fit, fit, java_cell_seconds, least_popped
 from codesign.planners.breadth_first.paper.tables import (
@@ -13,9 +11,9 @@ from codesign.planners.breadth_first.paper.tables import (
     hardware_microseconds,
 )
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
-from codesign.planners.reproduction import Plot, Progress, Reproduction, Row, Series, Use
+from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Row, Series, Use
 
-QUICK = ("A quick run: fewer maps and families than in the full one, whose choice may differ.",)
+QUICK = "A quick run: fewer maps and families than in the full one, whose choice may differ."
 
 
 def breadth_first(quick: bool = False, progress: Progress | None = None) -> Reproduction:
@@ -31,7 +29,8 @@ def breadth_first(quick: bool = False, progress: Progress | None = None) -> Repr
         paper="Vacariu, Roman, Timar, Stanciu, Banabic, Cret 2008, Mobile robot path-planning in software and hardware",
         rows=rows,
         figures=(times_plot(chosen),),
-        findings=(*QUICK * quick, *_fit_findings(chosen, rows), *_clash_findings(chosen, rows)),
+        findings=(*_fit_findings(chosen, rows), *_clash_findings(chosen, rows)),
+        note=QUICK if quick else "",
     )
 
 
@@ -58,39 +57,56 @@ def times_plot(chosen: Fit) -> Plot:
     )
 
 
-def _percent(values: list[float]) -> str:
-    return ", ".join(f"{value:+.1%}" for value in values)
+def _errors(rows: tuple[Row, ...], name: str) -> dict[str, str]:
+    return {f"{name}, {one.quantity.split(', ')[1]}": f"{one.error or 0.0:+.1%}" for one in rows}
 
 
-def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[str, ...]:
+def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
+    """How the choice of maps and micro-architecture fares, and what the Java program takes."""
     best = chosen.candidate
-    timed = [name for name, on in (("Init", best.init_timed), ("Path", best.path_timed)) if on]
     second = [one for one in rows if one.table == "Table 2" and one.error is not None]
-    fitted = [one.error or 0.0 for one in second if one.use is Use.FITTED]
-    held_out = [one.error or 0.0 for one in second if one.use is Use.HELD_OUT]
+    fitted = tuple(one for one in second if one.use is Use.FITTED)
+    held_out = tuple(one for one in second if one.use is Use.HELD_OUT)
     sparse = chosen.sample(30, 0.25)
-    spread = float(sparse.popped.std() / sparse.popped.mean())
     first = [one for one in rows if one.table == "Table 1"]
     apart = [one for one in first if one.use is Use.HELD_OUT]
-    outside = [one.quantity.split(", ", 1)[1] for one in apart if one.note.startswith("outside")]
-    reading = f"{len(apart) - len(outside)} of the {len(apart)} times held out"
+    outside = [one for one in apart if one.note.startswith("outside")]
     return (
-        f"Tables 2 and 3 are best explained, of {chosen.candidates} candidates, by maps of {best.sparse} for 25 % and"
-        f" {best.dense} for 50 %, b = {expansion_cycles(chosen)} ({str(best.micro_architecture).replace('_', ' ')} a"
-        f" neighbour), and {' and '.join(timed) or 'neither Init nor Path'} in the timed part. Errors on Table 2:"
-        f" {_percent(fitted)} on the rows that chose it, {_percent(held_out)} on those held out.",
-        f"That is a calibration on three numbers with {chosen.candidates} candidates, and one map a row: on such maps"
-        f" the cycles at 30×30 scatter by {spread:.0%} (one standard deviation). State ±10 % on means of many"
-        " maps, and nothing on one map.",
-        f"Java: {java_cell_seconds(chosen) * 1e6:.1f} µs a popped cell, from the two 100×100 rows, which it misses by"
-        f" {_percent([one.error or 0.0 for one in first if one.use is Use.FITTED])}; {reading} are met within the tick"
-        f" of {published.SOFTWARE_TICK_MS} ms" + (f"; {' and '.join(outside)} is not." if outside else "."),
+        Finding(
+            "Three cycles a neighbour, without Init and Path in the timed part, explain Tables 2 and 3 best.",
+            {
+                "candidates": str(chosen.candidates),
+                "maps for 25 %": str(best.sparse),
+                "maps for 50 %": str(best.dense),
+                "b": str(expansion_cycles(chosen)),
+                **_errors(fitted, "error, fitted"),
+                **_errors(held_out, "error, held out"),
+            },
+            best.micro_architecture is MicroArchitecture.THREE_CYCLES
+            and not best.init_timed
+            and not best.path_timed,
+        ),
+        Finding(
+            "One map says nothing: the cycles scatter from map to map.",
+            {"standard deviation at 30×30": f"{float(sparse.popped.std() / sparse.popped.mean()):.0%}"},
+            float(sparse.popped.std()) > 0.3 * float(sparse.popped.mean()),
+        ),
+        Finding(
+            "One cost for each popped cell does not fit both Java rows of 100×100.",
+            {
+                "cost of a popped cell": f"{java_cell_seconds(chosen) * 1e6:.1f} µs",
+                **{one.quantity: f"{one.error or 0.0:+.1%}" for one in first if one.use is Use.FITTED},
+                "times held out": str(len(apart)),
+                "of these within the tick": str(len(apart) - len(outside)),
+            },
+            max(abs(one.error or 0.0) for one in first if one.use is Use.FITTED) > 0.3,
+        ),
     )
 
 
-def _clash_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[str, ...]:
+def _clash_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
     """What in the paper cannot hold together."""
-    apart = {one.side: one.cycles_at_120 / one.cycles_at_150 - 1 for one in published.HARDWARE}
+    apart = {one.side: abs(one.cycles_at_120 / one.cycles_at_150 - 1) for one in published.HARDWARE}
     dense = [one for one in published.HARDWARE if one.obstacles >= 0.5]
     too_fast = [
         f"{str(micro).replace('_', ' ')}{' with Init timed' if init else ''}"
@@ -100,33 +116,51 @@ def _clash_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[str, ...]:
     ]
     slow = [one for one in rows if one.table == "Section 4" and "less" in one.note]
     filled = chosen.sample(100, 0.5).filled
-    refresh = [one.modelled for one in rows if one.table == "Section 3.1.1"]
+    refresh = [float(one.modelled or 0) for one in rows if one.table == "Section 3.1.1"]
     java = {(one.side, one.obstacles): one.milliseconds for one in published.SOFTWARE}
     ratio = java[100, 0.25] / java[100, 0.5]
     popped = chosen.sample(100, 0.25).popped.mean() / chosen.sample(100, 0.5).popped.mean()
     largest = next(one.modelled for one in rows if one.quantity.startswith("side of the largest"))
     shortest = next(one.modelled for one in rows if one.quantity.startswith("share of paths"))
     return (
-        "The two clocks disagree on the cycles of one map, by "
-        + ", ".join(f"{abs(share):.1%} at {side}×{side}" for side, share in apart.items())
-        + ': "the execution time diminishes proportionally" does not hold to better than that, and no deterministic'
-        " model can.",
-        "No map whatever with half of its cells free has cells enough to pop for these times with"
-        f" {', '.join(too_fast)}: the circuit was not that fast, or the share of obstacles was lower than stated."
-        if too_fast
-        else "Every micro-architecture has maps that it could have taken these times on.",
-        f'"50 %" of obstacles thrown singly and uniformly leaves no way between corners: a 4-connected grid falls apart'
-        f" above about 41 %. The maps chosen here have {filled:.0%} of the 100×100 covered, border included.",
-        f'"At least two orders of magnitude": {", ".join(one.quantity.split(", ", 1)[1] for one in slow)} gives'
-        f" {fmean(float(one.published or 0) for one in slow):.0f} by the paper's own Tables 1 and 2."
-        if slow
-        else "Two orders of magnitude hold in every row that both tables have.",
-        f"65 MHz and 60 Hz are not 800×600: its timing would refresh at {refresh[0]:.0f} Hz; 1024×768 gives"
-        f" {refresh[1]:.1f} Hz. Either the screen or the clock is another one.",
-        f'"80 % of the times optimal" cannot be said of breadth-first search on cells of equal cost: {shortest:.0f} %'
-        " of the paths are shortest here, as they must be.",
-        f"Java at 100×100 takes {ratio:.0f} times as long with 25 % as with 50 % of obstacles, where the maps that"
-        f" explain the circuit give {popped:.1f} times the popped cells: not the same maps at one cost a cell.",
-        f'"A lot larger maps cannot be stored into the BlockRAMs": {largest}×{largest} can, a size that the Java'
-        " program ran out of memory on.",
+        Finding(
+            "The two clocks disagree on the cycles of one map.",
+            {f"{side}×{side}": f"{share:.1%}" for side, share in apart.items()},
+            max(apart.values()) > 0.01,
+        ),
+        Finding(
+            "With half of the cells free, no map has enough cells to pop for these times on a faster circuit.",
+            {"circuits": ", ".join(too_fast)},
+            bool(too_fast),
+        ),
+        Finding(
+            'Obstacles of "50 %" cannot be thrown singly and uniformly: no path would join the corners.',
+            {"covered on the chosen maps of 100×100": f"{filled:.0%}"},
+            filled < 0.5,
+        ),
+        Finding(
+            '"At least two orders of magnitude" does not hold in every row.',
+            {one.quantity.split(", ", 1)[1]: f"{float(one.published or 0):.0f}" for one in slow},
+            bool(slow),
+        ),
+        Finding(
+            "65 MHz and 60 Hz are not 800×600.",
+            {"refresh of 800×600": f"{refresh[0]:.0f} Hz", "refresh of 1024×768": f"{refresh[1]:.1f} Hz"},
+            refresh[0] > 65,
+        ),
+        Finding(
+            '"80 % of the times optimal" cannot be said of breadth-first search on cells of equal cost.',
+            {"shortest paths": f"{shortest:.0f} %"},
+            shortest == 100,
+        ),
+        Finding(
+            "The Java times and the circuit's times cannot be of the same maps at one cost for each cell.",
+            {"time of 25 % over 50 %": f"{ratio:.0f}", "popped cells of 25 % over 50 %": f"{popped:.1f}"},
+            bool(popped < 0.5 * ratio),
+        ),
+        Finding(
+            "Maps larger than 100×100 do fit into the block RAMs.",
+            {"largest map": f"{largest}×{largest}"},
+            float(largest or 0) > 100,
+        ),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codesign.planners.reproduction import Progress, Reproduction
 
-QUICK = ("A quick run: fewer and smaller maps than those of the full one, whose figures may differ.",)
+QUICK = "A quick run: fewer and smaller maps than those of the full one, whose figures may differ."
 
 
 def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduction:
@@ -46,10 +46,10 @@ def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduct
         rows=(*laws, *theory_rows(estimates), *figure_rows(*figures)),
         figures=(bits, iterations, still.plot, shares),
         findings=(
-            *QUICK * quick,
             *law_findings(laws),
             *speed_findings(speed),
             *theory_findings(estimates),
             *figure_findings(*figures),
         ),
+        note=QUICK if quick else "",
     )

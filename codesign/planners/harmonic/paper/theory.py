@@ -21,7 +21,7 @@ from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.paper.figures import WHOLE_MAP_ITERATIONS, Environment, labyrinth
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
 from codesign.planners.interface import Problem
-from codesign.planners.reproduction import Progress, Row, row
+from codesign.planners.reproduction import Finding, Progress, Row, row
 
 CORRIDORS = (10, 100, 300)
 MARGIN = 1.0
@@ -281,27 +281,37 @@ def equation_6(stages: int, gain: float) -> float:
     return theory.stages_time(steps, a, b, 2, 1) / theory.stages_time([LAST], a, b, 2, 1)
 
 
-def theory_findings(found: Sequence[Counted]) -> tuple[str, ...]:
+def theory_findings(found: Sequence[Counted]) -> tuple[Finding, ...]:
     """What the estimates are worth, from the data."""
     by_sides = [theory.first_iterations(LAST, one.estimated_gain, MARGIN) / one.first for one in found]
     by_map = [theory.first_iterations(LAST, one.gain, MARGIN) / one.first for one in found]
     later = [theory.next_iterations(ADDED, one.estimated_gain, MARGIN) for one in found]
-    counts = "; ".join(
-        f"{one.later:,} for {k:,.0f} ({one.name})" for one, k in zip(found, later, strict=True)
-    )
-    exceeded = any(one.later > k for one, k in zip(found, later, strict=True))
     equal = [min(ratio for _, ratio in one.ratios) for one in found]
     return (
-        f"Section 4.4.2, k_1 from the sides of the map, over what was counted: {_each(found, by_sides)}; from the"
-        f" largest eigenvalue of the map itself: {_each(found, by_map)}. Obstacles make a map contract faster than the"
-        " rectangle around it: K by equation (5) is for open ground.",
-        f"Section 4.4.2, k_i, counted for estimated: {counts}. The estimate is"
-        f" {'exceeded: it is no bound' if exceeded else 'nowhere exceeded'}.",
-        f"Section 4.4.2, time roughly divided by 2: the best of {STAGES[0]} to {STAGES[-1]} equal stages to {LAST} bits"
-        f" takes {_each(found, equal)} of the time of one stage, the fastest of all schedules"
-        f" {_each(found, [one.best_ratio for one in found])}. 1/2 is the limit of many bits.",
+        Finding(
+            "Obstacles make a map contract faster than the rectangle around it: K by equation (5) is for open ground.",
+            {
+                **_each(found, by_sides, "estimate by the sides over the count"),
+                **_each(found, by_map, "estimate by the largest eigenvalue over the count"),
+            },
+            max(by_map) < 1.2 < max(by_sides),
+        ),
+        Finding(
+            "The estimate of k_i is no bound.",
+            {f"counted, {one.name}": f"{one.later:,}" for one in found}
+            | {f"estimated, {one.name}": f"{k:,.0f}" for one, k in zip(found, later, strict=True)},
+            any(one.later > k for one, k in zip(found, later, strict=True)),
+        ),
+        Finding(
+            "Stages take more than half of the time of one stage.",
+            {
+                **_each(found, equal, "best of equal stages"),
+                **_each(found, [one.best_ratio for one in found], "fastest of all schedules"),
+            },
+            min(*equal, *(one.best_ratio for one in found)) > 0.5,
+        ),
     )
 
 
-def _each(found: Sequence[Counted], values: Sequence[float]) -> str:
-    return ", ".join(f"{value:.2f} ({one.name})" for one, value in zip(found, values, strict=True))
+def _each(found: Sequence[Counted], values: Sequence[float], name: str) -> dict[str, str]:
+    return {f"{name}, {one.name}": f"{value:.2f}" for one, value in zip(found, values, strict=True)}

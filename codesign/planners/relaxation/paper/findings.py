@@ -1,4 +1,4 @@
-"""What the runs of Saudi and Sulaiman (2016) come to, in words made from the data."""
+"""What the runs of Saudi and Sulaiman (2016) come to, as statements with the figures that they rest on."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from codesign.planners.relaxation.paper.runs import (
 )
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.styles.costs import FITTED, mean_units, seconds_an_iteration
-from codesign.planners.reproduction import Progress, Row, Use
+from codesign.planners.reproduction import Finding, Progress, Row, Use
 
 SMALL_OMEGA = 1.5
 """The least ω of Table I, for AM as a means to find ways, not to meet a tolerance."""
@@ -24,18 +24,19 @@ FAR_OFF = 0.05
 """A published time is pointed at where the cost law misses it by more."""
 
 
-def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | None) -> tuple[str, ...]:
+def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | None) -> tuple[Finding, ...]:
     """How well the fits do, how the methods compare, what the tolerance is worth, what the paper contradicts."""
     return (
         *_fit_findings(rows),
         *_method_findings(outcomes),
-        *_precision_findings(outcomes, progress),
+        _followed_finding(outcomes, progress),
+        *_precision_findings(outcomes),
         *_paper_findings(outcomes),
     )
 
 
-def _errors(rows: tuple[Row, ...], table: str, word: str, *, misprint: bool = False) -> list[float]:
-    """Errors held out of any fit, in the rows of a table whose quantity has ``word`` in it."""
+def _errors(rows: tuple[Row, ...], table: str, word: str) -> list[float]:
+    """Errors held out of any fit, in the rows of a table whose quantity has ``word`` in it, without the misprint."""
     return [
         abs(one.error)
         for one in rows
@@ -43,86 +44,84 @@ def _errors(rows: tuple[Row, ...], table: str, word: str, *, misprint: bool = Fa
         and word in one.quantity
         and one.use is Use.HELD_OUT
         and one.error is not None
-        and (misprint or not one.note.startswith("misprinted"))
+        and not one.note.startswith("misprinted")
     ]
 
 
-def _fit_findings(rows: tuple[Row, ...]) -> tuple[str, ...]:
+def _fit_findings(rows: tuple[Row, ...]) -> tuple[Finding, ...]:
     """How the map and the cost law fare on rows that they were not fitted to."""
     first, second = _errors(rows, "Table I", ", iterations"), _errors(rows, "Table II", ", iterations")
     times = _errors(rows, "Table I", ", time") + _errors(rows, "Table II", ", time")
     gs = next(one for one in rows if one.quantity == "GS, iterations")
     assert gs.error is not None
     return (
-        f"Iterations: the size of one hall was fitted to the Gauss-Seidel row ({gs.error:+.1%}). The other rows are"
-        f" held out. Their errors in Table I are {sum(first) / len(first):.1%} on average and {max(first):.0%} at"
-        f" worst, in Table II {sum(second) / len(second):.1%} and {max(second):.0%}. The paper does not publish its"
-        " map. On other maps the iterations differ, and so do the best ω and r.",
-        f"Time: two costs were fitted, one to the Gauss-Seidel row and one to {len(FITTED)} rows of AM"
-        f" ({mean_units().value:.2f} Gauss-Seidel iterations each). The errors of the {len(times)} rows held out are"
-        f" {sum(times) / len(times):.1%} on average and {max(times):.0%} at worst, without the misprinted row.",
+        Finding(
+            "A floor plan fitted to the Gauss-Seidel row comes near the iterations of the other rows.",
+            {
+                "fitted row": f"{gs.error:+.1%}",
+                "Table I, mean": f"{sum(first) / len(first):.1%}",
+                "Table I, worst": f"{max(first):.0%}",
+                "Table II, mean": f"{sum(second) / len(second):.1%}",
+                "Table II, worst": f"{max(second):.0%}",
+            },
+            max(sum(first) / len(first), sum(second) / len(second)) < 0.1,
+        ),
+        Finding(
+            "Two costs, fitted to ten rows, give the times of the others.",
+            {
+                "rows of AM that were fitted": str(len(FITTED)),
+                "iteration of AM over Gauss-Seidel": f"{mean_units().value:.2f}",
+                "rows held out": str(len(times)),
+                "mean": f"{sum(times) / len(times):.1%}",
+                "worst": f"{max(times):.0%}",
+            },
+            sum(times) / len(times) < 0.05,
+        ),
     )
 
 
-def _method_findings(outcomes: MethodRuns) -> tuple[str, ...]:
+def _method_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
     """MAM against methods that the paper leaves out, all on the own floor plan."""
     _, mam = best(outcomes, Method.MAM)
     sor_key, sor = best(outcomes, Method.SOR, followed=True)
     mam_seconds, sor_seconds = seconds(Method.MAM, mam.iterations), seconds(Method.SOR, sor.iterations)
     two = seconds(Method.MAM, mam.iterations, cores=2)
-    versus = "is faster" if sor_seconds < mam_seconds else "is not faster"
-    still = "slower" if two > sor_seconds else "faster"
     half_key, half = best(outcomes, Method.HALF_SWEEP_AM, followed=True)
-    unknowns = outcomes[Key(Method.DIRECT)].updates
+    direct = direct_seconds(outcomes[Key(Method.DIRECT)].updates)
+    half_seconds = seconds(Method.HALF_SWEEP_AM, half.iterations)
     return (
-        f"On the own floor plan plain SOR {versus} than MAM. The paper does not compare the two."
-        f" At ω = {sor_key.omega:g} SOR takes {sor.iterations:,}"
-        f" iterations and {sor_seconds:.1f} s on the paper's machine; MAM at its best takes"
-        f" {mam.iterations:,} iterations and {mam_seconds:.1f} s. An iteration of MAM is two sweeps of SOR and a"
-        " mean. This ω was chosen on this map. On others SOR at ω = 1.95 leaves cells that lead nowhere"
-        " (docs/relaxation.md).",
-        f"On two cores, with levels 1 and 2 side by side, MAM takes {two:.1f} s: {still} than SOR on one core.",
-        f"Half sweeps are the paper's outlook. AM by half sweeps at ω = {half_key.omega:g} takes {half.iterations:,}"
-        f" iterations of half the work, {seconds(Method.HALF_SWEEP_AM, half.iterations):.1f} s. A passage one cell"
-        " wide is closed to them.",
-        f"A sparse direct solver takes about {direct_seconds(unknowns):.1f} s on that machine, by its measured ratio"
-        " to a sweep. It has no parameter to search for.",
+        Finding(
+            "On our floor plan SOR is faster than MAM.",
+            {
+                "ω of SOR": f"{sor_key.omega:g}",
+                "iterations of SOR": f"{sor.iterations:,}",
+                "time of SOR": f"{sor_seconds:.1f} s",
+                "iterations of MAM": f"{mam.iterations:,}",
+                "time of MAM": f"{mam_seconds:.1f} s",
+            },
+            sor_seconds < mam_seconds,
+        ),
+        Finding(
+            "On two cores MAM is slower than SOR on one.", {"time of MAM": f"{two:.1f} s"}, two > sor_seconds
+        ),
+        Finding(
+            "Half sweeps make AM faster than MAM.",
+            {
+                "ω": f"{half_key.omega:g}",
+                "iterations": f"{half.iterations:,}",
+                "time": f"{half_seconds:.1f} s",
+            },
+            half_seconds < mam_seconds,
+        ),
+        Finding(
+            "A sparse direct solver is faster than all of them.",
+            {"time": f"{direct:.1f} s"},
+            direct < min(sor_seconds, mam_seconds, half_seconds),
+        ),
     )
 
 
-def _precision_findings(outcomes: MethodRuns, progress: Progress | None) -> tuple[str, ...]:
-    """What the tolerance and the boundary mean for the search."""
-    flat = [
-        (run.omega, outcome.flat)
-        for run, outcome in sorted(outcomes.items())
-        if run.method is Method.SOR and run.boundary is Boundary.LOW_GOAL and outcome.flat
-    ]
-    high = {run: outcome for run, outcome in outcomes.items() if run.boundary is Boundary.HIGH_WALLS}
-    stalled = sum(outcome.stagnated for outcome in high.values())
-    most = max(outcome.flat for outcome in high.values())
-    found = [
-        _followed_finding(outcomes, progress),
-        f"With obstacles at 1 and the goal at 0, {stalled} of {len(high)} over-relaxed runs stall above 1e-15 and"
-        f" never end by the paper's test. Up to {most:,} cells then have no lower neighbour, because doubles next to"
-        " 1 lie too far apart. With obstacles at 0 and the goal at -1, values far from the goal are near 0, where"
-        " doubles lie close together.",
-    ]
-    if flat:
-        listed = ", ".join(f"{cells} at ω = {omega:g}" for omega, cells in flat)
-        others = (
-            ""
-            if _means_flat(outcomes)
-            else " On this map GS, AM and MAM leave none; on others each of them does."
-        )
-        found.append(
-            "A run that meets the tolerance may leave cells that lead nowhere. SOR meets 1e-15 on this map with cells"
-            f" that have no lower neighbour ({listed}), in rooms where the potential is smaller than the error."
-            f"{others} docs/relaxation.md counts them on 18 maps."
-        )
-    return tuple(found)
-
-
-def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> str:
+def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> Finding:
     """After how many iterations each cell leads to the goal, against how many the tolerance takes."""
     runs = (
         ("Gauss-Seidel", Key(Method.GS)),
@@ -130,22 +129,45 @@ def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> str:
         ("AM", Key(Method.AM, SMALL_OMEGA)),
         ("MAM", best(outcomes, Method.MAM)[0]),
     )
-    told: list[tuple[float, str]] = []
+    spent: dict[str, float] = {}
+    figures: dict[str, str] = {}
     for name, key in runs:
         shown = name if key.omega is None else f"{name} at ω = {key.omega:g}"
         if progress is not None:
             progress(f"relaxation of the floor plan: {shown} until every cell leads to the goal")
         iterations = until_followed(key, MOST_FOLLOWED)
         if iterations is not None:
-            spent = seconds(key.method, iterations)
-            told.append((spent, f"{iterations:,} of {shown} ({spent:.2f} s)"))
-    _, first = min(told)
-    whole = outcomes[Key(Method.GS)].iterations
+            spent[name] = seconds(key.method, iterations)
+            figures[shown] = f"{iterations:,}"
+            figures[f"{shown}, time"] = f"{spent[name]:.2f} s"
+    figures["Gauss-Seidel to the tolerance"] = f"{outcomes[Key(Method.GS)].iterations:,}"
+    return Finding(
+        "Every cell leads to the goal long before the tolerance is met, first with AM.",
+        figures,
+        min(spent, key=spent.__getitem__) == "AM",
+    )
+
+
+def _precision_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
+    """What the tolerance and the boundary mean for the search."""
+    flat = {
+        f"SOR at ω = {run.omega:g}": str(outcome.flat)
+        for run, outcome in sorted(outcomes.items())
+        if run.method is Method.SOR and run.boundary is Boundary.LOW_GOAL and outcome.flat
+    }
+    high = [outcome for run, outcome in outcomes.items() if run.boundary is Boundary.HIGH_WALLS]
+    stalled = sum(outcome.stagnated for outcome in high)
     return (
-        "Section V asks for 1e-15 so that no flat areas remain. On this map every cell leads to the goal after far"
-        f" fewer iterations (and less time on the paper's machine): {', '.join(text for _, text in told)}. The first"
-        f" is {first}. Gauss-Seidel needs {whole:,} iterations to meet the tolerance. Ordered by what the search"
-        " needs, the methods stand in another order than by the tolerance."
+        Finding(
+            "With obstacles at 1 and the goal at 0, over-relaxed runs stall above 1e-15.",
+            {
+                "runs that stall": f"{stalled} of {len(high)}",
+                "most cells without a lower neighbour": f"{max(outcome.flat for outcome in high):,}",
+            },
+            stalled == len(high),
+        ),
+        Finding("SOR may meet the tolerance and leave cells that lead nowhere.", flat, bool(flat)),
+        Finding("On this map GS, AM and MAM leave no such cell.", {}, not _means_flat(outcomes)),
     )
 
 
@@ -158,36 +180,42 @@ def _means_flat(outcomes: MethodRuns) -> bool:
     )
 
 
-def _paper_findings(outcomes: MethodRuns) -> tuple[str, ...]:
+def _paper_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
     """What in the paper cannot hold together."""
     am = {run.omega: run.iterations for run in published.AM}
     losing = sum(run.iterations > am[run.r] for run in published.MAM_COARSE)
     best_am, best_mam = min(am.values()), min(run.iterations for run in published.MAM_FINE)
-    gs = seconds_an_iteration(published.GS) * mean_units().value
-    odd = [
-        run
-        for run in published.MAM_FINE
-        if run is not published.MISPRINT and abs(run.iterations * gs / run.seconds - 1.0) > FAR_OFF
-    ]
-    shown = "; ".join(
-        f"ω = {run.omega:g}, r = {run.r:g}: {run.iterations:,} iterations in {run.seconds:.2f} s, which is time for"
-        f" {run.seconds / gs:,.0f}" + _own(outcomes, run)
-        for run in odd
-    )
     return (
-        f'"MAM against AM" of Table III compares MAM at (ω, ω + 0.05) with AM at ω. Compared with AM at ω + 0.05,'
-        f" MAM needs more iterations in {losing} of the {len(published.MAM_COARSE)} published pairs: the gain there"
-        f" comes from the larger parameter. Between the two optima the gain is {1.0 - best_mam / best_am:.0%}"
-        f" ({best_am:,} to {best_mam:,}).",
-        f"Some times of Table II do not fit their iterations: {shown}. The time of ω = 1.975, r = 1.99 is misprinted:"
-        " it repeats the number of iterations.",
-        f"Smaller slips: 64.99 % in Table III is"
-        f" {reduction(published.AM[0].iterations, published.GS.iterations):.2f} %; the matrices after equation 15"
-        ' have the signs of T and L reversed against equation 13; a double reaches 1.7e308, not 1.7e-308; "1.0^-15"'
-        " is 1e-15.",
+        Finding(
+            "The gain of MAM in Table III comes from its larger parameter.",
+            {
+                "pairs in which AM with that parameter needs fewer": f"{losing} of {len(published.MAM_COARSE)}",
+                "best AM": f"{best_am:,}",
+                "best MAM": f"{best_mam:,}",
+                "gain between the two": f"{1.0 - best_mam / best_am:.0%}",
+            },
+            losing == len(published.MAM_COARSE),
+        ),
+        _times_finding(outcomes),
+        Finding(
+            "64.99 % in Table III is a slip.",
+            {"reduction": f"{reduction(published.AM[0].iterations, published.GS.iterations):.2f} %"},
+            round(reduction(published.AM[0].iterations, published.GS.iterations), 2) != 64.99,
+        ),
     )
 
 
-def _own(outcomes: MethodRuns, run: published.Run) -> str:
-    key = key_of(run)
-    return f" (own map: {outcomes[key].iterations:,})" if key in outcomes else ""
+def _times_finding(outcomes: MethodRuns) -> Finding:
+    """Times of Table II that the cost law misses."""
+    gs = seconds_an_iteration(published.GS) * mean_units().value
+    figures: dict[str, str] = {}
+    for run in published.MAM_FINE:
+        if run is published.MISPRINT or abs(run.iterations * gs / run.seconds - 1.0) <= FAR_OFF:
+            continue
+        name = f"ω = {run.omega:g}, r = {run.r:g}"
+        figures[f"{name}: iterations"] = f"{run.iterations:,}"
+        figures[f"{name}: time"] = f"{run.seconds:.2f} s"
+        figures[f"{name}: iterations for which this is time"] = f"{run.seconds / gs:,.0f}"
+        if key_of(run) in outcomes:
+            figures[f"{name}: iterations on our map"] = f"{outcomes[key_of(run)].iterations:,}"
+    return Finding("Some times of Table II do not fit their iterations.", figures, bool(figures))

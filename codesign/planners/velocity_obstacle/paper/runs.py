@@ -9,7 +9,7 @@ import numpy as np
 
 from codesign.figures import Status
 from codesign.planners.interface import RobotsQuality
-from codesign.planners.reproduction import Plot, Progress, Row, Series, Use, row
+from codesign.planners.reproduction import Finding, Plot, Progress, Row, Series, Use, row
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare
 from codesign.planners.velocity_obstacle.plan import (
@@ -35,7 +35,7 @@ PUBLISHED_RULE = AvoidParameters(
 )
 RULES = {
     "equation 4 alone, others passive": PUBLISHED_RULE,
-    "and only who approaches": AvoidParameters(responsibility=Responsibility.FULL, margin=0.0),
+    "and only robots that approach": AvoidParameters(responsibility=Responsibility.FULL, margin=0.0),
     "and each takes half": AvoidParameters(margin=0.0),
     "and a margin of one cell": AvoidParameters(),
 }
@@ -227,14 +227,9 @@ def ways_plot(run: Run) -> Plot:
 
 def run_findings(
     runs: dict[int, Run], counted: dict[str, Tally], verdicts: Counter[Verdict]
-) -> tuple[str, ...]:
+) -> tuple[Finding, ...]:
     """What the runs come to."""
     total = sum(verdicts.values())
-    rules = "; ".join(
-        f"{name}: {one.collisions} collisions, {one.arrived} of {one.robots} robots arrived"
-        + (f", {one.overflows} runs left the range of 16 bits" if one.overflows else "")
-        for name, one in counted.items()
-    )
     run = runs[8]
     cycles = timing.run_cycles(Style.PIPELINED, run.plan, AvoidParameters())
     verify = int(cycles.trials.sum()) * cycles.costs.trial
@@ -243,17 +238,49 @@ def run_findings(
     computed = float(cycles.each.mean()) / CLOCK
     reload = CONFIGURATION_BITS / CONFIGURATION_RATE
     return (
-        f"Over {next(iter(counted.values())).runs} runs of 2, 4 and 8 robots, from what is written to what works,"
-        f" one change at a time: {rules}. Equation 4 tests a line, not a ray: robots that have passed each other"
-        " still count as on a collision course, and brake.",
-        f"Table II is the cost of one candidate. Along a run of 8 robots the slowest robot of an update tries"
-        f" {float(np.mean(cycles.trials)):.1f} on the average and {int(cycles.trials.max())} at most, and by the"
-        f" assumed cycles of the other modules update and detection are {share:.0%} of the circuit's time.",
-        f"The serial port, not the circuit, bounds the experiment: 8 robots' coordinates take {sent * 1e3:.1f} ms at"
-        f" 115,200 baud (assumed), an update {computed * 1e6:.1f} µs.",
-        f"Reconfiguring the part between steps, as section VI proposes, takes {reload * 1e3:.1f} ms for the whole part,"
-        f" {reload / computed:,.0f} updates: no part of it that matters comes near one.",
-        f"{verdicts[Verdict.SAME] / total:.1%} of {total:,} choices at 16 bits are those of doubles; every other one"
-        f" is within the stated bound of a threshold ({verdicts[Verdict.BEYOND_BOUND]} beyond it). Robots slide along"
-        " each other's thresholds, so wider words move the bound, and not the share.",
+        _rules_finding(counted),
+        Finding(
+            "Table II is the cost of one candidate, and an update tries several.",
+            {
+                "candidates, mean": f"{float(np.mean(cycles.trials)):.1f}",
+                "candidates, most": str(int(cycles.trials.max())),
+                "share of update and detection": f"{share:.0%}",
+            },
+            float(np.mean(cycles.trials)) > 1,
+        ),
+        Finding(
+            "The serial port limits the experiment, not the circuit.",
+            {"coordinates of 8 robots": f"{sent * 1e3:.1f} ms", "update": f"{computed * 1e6:.1f} µs"},
+            sent > computed,
+        ),
+        Finding(
+            "Reconfiguring the part between steps takes far longer than a step.",
+            {"whole part": f"{reload * 1e3:.1f} ms", "in updates": f"{reload / computed:,.0f}"},
+            reload > 100 * computed,
+        ),
+        Finding(
+            "Where 16 bits choose another velocity than doubles, a threshold is within the stated bound.",
+            {
+                "same choice": f"{verdicts[Verdict.SAME] / total:.1%}",
+                "choices": f"{total:,}",
+                "beyond the bound": str(verdicts[Verdict.BEYOND_BOUND]),
+            },
+            verdicts[Verdict.BEYOND_BOUND] == 0,
+        ),
+    )
+
+
+def _rules_finding(counted: dict[str, Tally]) -> Finding:
+    """From what is written to what works, one change at a time."""
+    figures = {"runs": str(next(iter(counted.values())).runs)}
+    for name, one in counted.items():
+        figures[f"{name}: collisions"] = str(one.collisions)
+        figures[f"{name}: robots that arrived"] = f"{one.arrived} of {one.robots}"
+        if one.overflows:
+            figures[f"{name}: runs beyond 16 bits"] = str(one.overflows)
+    first, *_, last = counted.values()
+    return Finding(
+        "Equation 4 alone lets robots collide; three changes prevent it.",
+        figures,
+        first.collisions > 0 and last.collisions == 0,
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from codesign.figures import Status
 from codesign.inputs import load_part
 from codesign.part import Part
-from codesign.planners.reproduction import Plot, Row, Series, Use, row
+from codesign.planners.reproduction import Finding, Plot, Row, Series, Use, row
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detector, Unit
 from codesign.planners.velocity_obstacle.published import CLOCK, Style
@@ -205,7 +205,7 @@ def power_plot() -> Plot:
     )
 
 
-def table_findings() -> tuple[str, ...]:
+def table_findings() -> tuple[Finding, ...]:
     """What the tables say about themselves."""
     fit, chip = power.power_fit(), part()
     energy = {
@@ -222,21 +222,39 @@ def table_findings() -> tuple[str, ...]:
     unit = resources.MEASURED[UPDATE, Unit.SERIAL][0]
     crossed = module_cycles(DETECT, Unit.SERIAL, Detector.CROSS_PRODUCT)
     return (
-        f"Power law {fit.base:.1f} mW + q·{fit.form} on two thirds of Table III; the rows with 8 robots, held out, are"
-        f" missed by {power.power_miss():.1%} at worst. Two numbers held out say little: the interval is twice that.",
-        "The sequential circuit draws the least power and spends the most energy: with 4 robots a trial takes "
-        + ", ".join(f"{energy[style]:.0f} nJ {style}" for style in Style)
-        + ", from Tables II and III alone, with the leakage in between left out.",
-        f"With 2 robots the pipelined circuit takes {published.TABLE_II[Style.PIPELINED][2]} cycles as the sequential"
-        ' one does, at more area and power: it is not "always better".',
-        f"One more update unit is all that the hybrid circuit for 2 robots has over the pipelined one. Table I charges"
-        f" {extra:,.0f} LUTs for it, own synthesis {unit}. Charged for each unit, 4 robots would not fit; they ran."
-        " So the price belongs to the style, once.",
-        f"The hybrid circuit for 8 robots misses three budgets at once, multipliers by the most (36 of 20)."
-        f" {lanes.update_units} update and {lanes.detect_units} detect units fit and take"
-        f" {timing.cycles_of_trial(Style.HYBRID, 8, lanes)} cycles, against"
-        f" {published.TABLE_II[Style.PIPELINED][8]} for the pipelined circuit that the paper fell back on.",
-        f"Figure 6 forms nine products; |r|²|V|² - (r·V)² = (r × V)² gives the same bit with six: {crossed} cycles in"
-        f" place of {published.DETECT_CYCLES} (nine with the sign of r·V, where one asks for that too).",
-        '"10476 logic cells" is a figure of the catalogue, 2.25 for each of 4,656 slices; the part has 9,312 LUTs.',
+        Finding(
+            f"A power law of {fit.form} meets the rows with 8 robots, which it has not seen.",
+            {"base": f"{fit.base:.1f} mW", "worst miss": f"{power.power_miss():.1%}"},
+            power.power_miss() < 0.05,
+        ),
+        Finding(
+            "The sequential circuit draws the least power and spends the most energy.",
+            {f"4 robots, {style}": f"{energy[style]:.0f} nJ" for style in Style},
+            max(energy, key=energy.__getitem__) is Style.SEQUENTIAL,
+        ),
+        Finding(
+            'The pipelined circuit is not "always better".',
+            {"cycles of 2 robots, both": str(published.TABLE_II[Style.PIPELINED][2])},
+            published.TABLE_II[Style.PIPELINED][2] == published.TABLE_II[Style.SEQUENTIAL][2],
+        ),
+        Finding(
+            "The LUTs that Table I charges for the hybrid circuit belong to the style, once.",
+            {"Table I": f"{extra:,.0f} LUTs", "own synthesis of a unit": f"{unit}"},
+            extra > 10 * unit,
+        ),
+        Finding(
+            "The hybrid circuit for 8 robots fits the part with fewer units.",
+            {
+                "update units": str(lanes.update_units),
+                "detect units": str(lanes.detect_units),
+                "cycles": str(timing.cycles_of_trial(Style.HYBRID, 8, lanes)),
+                "cycles of the pipelined circuit": str(published.TABLE_II[Style.PIPELINED][8]),
+            },
+            timing.cycles_of_trial(Style.HYBRID, 8, lanes) < published.TABLE_II[Style.PIPELINED][8],
+        ),
+        Finding(
+            "Six products give the same bit as the nine of Figure 6.",
+            {"cycles with six": str(crossed), "cycles with nine": str(published.DETECT_CYCLES)},
+            crossed < published.DETECT_CYCLES,
+        ),
     )

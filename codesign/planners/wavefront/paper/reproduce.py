@@ -7,7 +7,7 @@ from statistics import fmean
 
 import numpy as np
 
-from codesign.planners.reproduction import Plot, Progress, Reproduction, Series
+from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Series
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.paper.maps import (
     SAMPLES,
@@ -23,7 +23,7 @@ from codesign.planners.wavefront.paper.rows import paper_rows
 from codesign.planners.wavefront.plan.wave import MAX_OCTILE_RATIO, longest_distance, register_bits
 from codesign.planners.wavefront.styles import timing
 
-QUICK = ("A quick run: two maps of five, and the adder/comparator circuit not clocked.",)
+QUICK = "A quick run: two maps of five, and the adder/comparator circuit not clocked."
 QUICK_SAMPLES = 2
 BINS = 100
 
@@ -50,7 +50,8 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
         paper="Möller, Paschke 1998, A Simple Hardware Solution for Fast Computation of Shortest Paths",
         rows=paper_rows(chosen, safe, adder, quick),
         figures=(front_plot(chosen), direction_plot()),
-        findings=(*QUICK * quick, *findings(chosen, safe, adder)),
+        findings=findings(chosen, safe, adder),
+        note=QUICK if quick else "",
     )
 
 
@@ -109,67 +110,105 @@ def largest_error(costs: tuple[float, float]) -> float:
 
 def findings(
     samples: tuple[Sample, ...], safe: tuple[SafeWays, ...], adder: AdderRun | None
-) -> tuple[str, ...]:
-    """What the rows come to, made from the data."""
-    unit = unit_seconds(samples)
-    reached = [one.reached for one in samples]
-    wave, cells = published.STOP_CYCLE / published.CLOCK, published.SIDE**2
-    load = timing.load_cycles(cells) / published.CLOCK
-    slow_load = cells / published.CLOCK
-    needed = max(int(one.obstacle_potentials.max()) for one in samples)
-    longest = longest_distance((published.SIDE, published.SIDE))
-    found = [
-        f"Nothing but one cost is fitted: {1e6 * unit:.2f} µs of the Pentium for a node reached, from 63 ms and the"
-        f" {min(reached):,} to {max(reached):,} nodes that the wave reaches on maps of about the paper's path. That is"
-        f" {unit * published.SOFTWARE_CLOCK:.0f} cycles a node with eight neighbours. Nothing published is left to hold"
-        " this fit against.",
-        f"63 ms over 68 µs is {published.SOFTWARE_SECONDS / published.PLAN_SECONDS:.0f}, which the paper rounds to"
-        f" 1000. It leaves out the map: writing one bit to every node, {timing.LOAD_CELLS} a cycle (assumed), takes"
-        f" {1e6 * load:.0f} µs, {load / wave:.1f} times the wave; one bit a cycle would take {1e3 * slow_load:.1f} ms,"
-        f" and the speed-up would be {published.SOFTWARE_SECONDS / (wave + slow_load):.0f}.",
-        f"768 cycles for the obstacle map are three for each of 256 nodes; the diagonal has 255 steps, so {longest} is"
-        f" the longest distance and {longest + 1} cycles are enough. On the generated maps no node is farther than"
-        f" {needed} from an obstacle.",
-        "Safe paths need p^d and p^t at once, and the circuit has one register a node. The paper does not say where p^d"
-        f" stays: a second register takes {register_bits(longest)} flip-flops a node more, reading it out"
-        f" {cells:,} words.",
-        _footnote_finding(),
-        _safe_finding(safe),
-    ]
+) -> tuple[Finding, ...]:
+    """What the rows come to."""
+    found = [*_time_findings(samples), *_circuit_findings(samples), _footnote_finding(), _safe_finding(safe)]
     if adder is not None:
         found.append(_adder_finding(samples[0], adder))
     return tuple(found)
 
 
-def _footnote_finding() -> str:
+def _time_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
+    """The one cost that is fitted, and the speed-up."""
+    unit = unit_seconds(samples)
+    reached = [one.reached for one in samples]
+    wave, cells = published.STOP_CYCLE / published.CLOCK, published.SIDE**2
+    load, slow_load = timing.load_cycles(cells) / published.CLOCK, cells / published.CLOCK
+    slow_speed_up = published.SOFTWARE_SECONDS / (wave + slow_load)
+    return (
+        Finding(
+            "One cost is fitted, that of a node on the Pentium, and nothing published is left to test it.",
+            {
+                "cost of a node": f"{1e6 * unit:.2f} µs",
+                "cycles of a node": f"{unit * published.SOFTWARE_CLOCK:.0f}",
+                "nodes reached, least": f"{min(reached):,}",
+                "nodes reached, most": f"{max(reached):,}",
+            },
+        ),
+        Finding(
+            "The published speed-up of 1000 leaves out the loading of the map.",
+            {
+                "63 ms over 68 µs": f"{published.SOFTWARE_SECONDS / published.PLAN_SECONDS:.0f}",
+                "loading": f"{1e6 * load:.0f} µs",
+                "loading over the wave": f"{load / wave:.1f}",
+                "loading bit by bit": f"{1e3 * slow_load:.1f} ms",
+                "speed-up with it": f"{slow_speed_up:.0f}",
+            },
+            slow_speed_up < 100,
+        ),
+    )
+
+
+def _circuit_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
+    """The obstacle map, and the register that safe paths need."""
+    needed = max(int(one.obstacle_potentials.max()) for one in samples)
+    longest = longest_distance((published.SIDE, published.SIDE))
+    return (
+        Finding(
+            "The obstacle map needs fewer than the published 768 cycles.",
+            {
+                "longest distance": str(longest),
+                "cycles": str(longest + 1),
+                "farthest on our maps": str(needed),
+            },
+            longest + 1 < 768,
+        ),
+        Finding(
+            "Safe paths need two potentials at once, and the circuit has one register for each node.",
+            {"flip-flops more": str(register_bits(longest)), "words to read out": f"{published.SIDE**2:,}"},
+        ),
+    )
+
+
+def _footnote_finding() -> Finding:
     both, octagon, finer = (
         largest_error(COSTS[name]) for name in ("2:3 (the paper)", "1:√2 (octagon)", "5:7")
     )
-    return (
-        "Footnote 1 calls the error of 2:3 small against that of the octagon. It is"
-        f" {MAX_OCTILE_RATIO - 1:.1%} against {octagon:.1%}, and both together {both:.1%} (at 26.6°). Delays of 5"
-        f" and 7 would bring the sum to {finer:.1%}, at 2.5 times the cycles and four more flip-flops a node."
+    figures = {"2:3": f"{MAX_OCTILE_RATIO - 1:.1%}", "octagon": f"{octagon:.1%}", "both": f"{both:.1%}"}
+    return Finding(
+        "The error of 2:3 is not small against that of the octagon.",
+        {**figures, "5:7": f"{finer:.1%}"},
+        0.5 * octagon < MAX_OCTILE_RATIO - 1,
     )
 
 
-def _safe_finding(safe: tuple[SafeWays, ...]) -> str:
+def _safe_finding(safe: tuple[SafeWays, ...]) -> Finding:
     arrived = 100 * min(one.arrived for one in safe)
     longer = 100 * (fmean(one.longer for one in safe) - 1)
     farther = fmean(one.clearance / one.shortest_clearance for one in safe)
-    return (
-        f"Safe ways arrive from {arrived:.0f} % of the tracked cells (the paper: guaranteed), and are {longer:.0f} %"
-        f" longer than the shortest; their mean distance from obstacles is {farther:.1f} times that of shortest ways."
+    return Finding(
+        "Safe paths arrive from every tracked cell, as the paper guarantees.",
+        {
+            "arrived": f"{arrived:.0f} %",
+            "longer than the shortest": f"{longer:.0f} %",
+            "clearance over that of the shortest": f"{farther:.1f}",
+        },
+        arrived == 100,
     )
 
 
-def _adder_finding(one: Sample, adder: AdderRun) -> str:
+def _adder_finding(one: Sample, adder: AdderRun) -> Finding:
     cycles = one.stop_potential + 1
-    return (
-        "Against the adder/comparator array the paper claims less hardware and less time. Less hardware holds in LUT,"
-        f" not in flip-flops. In cycles the adder array takes {adder.cycles} for the whole of {one.name} cells, the"
-        f" wave {cycles} to the stop alone: it is ahead in time only where its clock is at least"
-        f" {cycles / adder.cycles:.1f} times faster. Nodes of the adder array update {adder.mean_updates:.2f} times on"
-        f" average and {adder.most_updates} at most (the paper: once or a few times)."
+    return Finding(
+        "The adder/comparator array takes fewer cycles than the wave.",
+        {
+            "cycles of the array": str(adder.cycles),
+            "cycles of the wave": str(cycles),
+            "clock that the wave needs, over the array's": f"{cycles / adder.cycles:.1f}",
+            "updates of a node, mean": f"{adder.mean_updates:.2f}",
+            "updates of a node, most": str(adder.most_updates),
+        },
+        adder.cycles < cycles,
     )
 
 

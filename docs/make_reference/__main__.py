@@ -1,0 +1,10 @@
+"""``python -m docs.make_reference``: write the pages; ``make docs`` runs it."""
+
+from __future__ import annotations
+
+from docs.make_reference.pages import FOLDER, pages
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for name, text in pages().items():
+        (FOLDER / name).write_text(text, encoding="utf-8")

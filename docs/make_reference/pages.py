@@ -1,0 +1,147 @@
+"""The pages of ``docs/reference`` by file name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from codesign.exploration.document import StudyDocument
+from codesign.figures import FIGURES
+from codesign.inputs.components import COMPONENTS
+from codesign.inputs.exploration import Exploration
+from codesign.inputs.links import LINKS, AnyLink
+from codesign.inputs.part_file import PartFile
+from codesign.inputs.platform import Platform
+from codesign.inputs.problem import MAPS, FileMap, ProblemSpec
+from codesign.inputs.scenario import SCENARIOS
+from codesign.inputs.tasks import SCENARIO_TASKS, ExtraTask
+from codesign.inputs.workload import TaskMapping, Variant, Workload
+from codesign.results.result import Result
+from codesign.system import catalog
+from docs.make_reference.model_tables import Keys, fields_of, models_in, table
+from docs.make_reference.python_pages import commands_page, python_page, trace_page
+
+FOLDER = Path(__file__).parent.parent / "reference"
+MADE = "This page is made from the code by `make docs`. Change the descriptions there, not here."
+FIGURE = (
+    "A `figure` is written short, as `150 MHz` or `32`, or long, with its status and its source"
+    " ([spec.md](../spec.md#values)). Times, frequencies and the like always have a unit."
+)
+SHIPPED = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
+"""The planners of this package; other plug-ins that are installed stay off the page."""
+
+
+def pages() -> dict[str, str]:
+    """Every page of the reference by its file name."""
+    makers: Mapping[str, Callable[[], list[str]]] = {
+        "platform.md": platform_page,
+        "workload.md": workload_page,
+        "part.md": part_page,
+        "result.md": result_page,
+        "trace.md": trace_page,
+        "python.md": python_page,
+        "cli.md": commands_page,
+    }
+    return {name: _text(maker()) for name, maker in makers.items()}
+
+
+def _text(lines: list[str]) -> str:
+    text = "\n".join(MADE if line == "MADE" else line for line in lines)
+    while "\n\n\n" in text:
+        text = text.replace("\n\n\n", "\n\n")
+    return text.strip() + "\n"
+
+
+def _file_head(title: str) -> list[str]:
+    return [f"# {title}", "", "MADE", "", FIGURE, ""]
+
+
+def platform_page() -> list[str]:
+    """Keys of a platform file."""
+    documented: dict[type, str] = dict.fromkeys(COMPONENTS.values(), "See [below](#components).")
+    documented |= dict.fromkeys(LINKS.values(), "See [below](#links).")
+    keys = Keys(documented)
+    lines = [*_file_head("Platform files"), *keys.section(2, "Platform", Platform), "## Components", ""]
+    for kind, model in COMPONENTS.items():
+        lines += keys.section(3, f"`type: {kind}`", model)
+    lines += ["## Links", "", *keys.section(3, "Every link", AnyLink)]
+    for kind, model in LINKS.items():
+        lines += keys.section(3, f"`type: {kind}`", model, without=AnyLink.model_fields)
+    return lines
+
+
+def part_page() -> list[str]:
+    """Keys of a part file."""
+    return [*_file_head("Part files"), *Keys({}).section(2, "Part", PartFile)]
+
+
+def workload_page() -> list[str]:
+    """Keys of a workload file, and the parameters of the planners' tasks."""
+    documented: dict[type, str] = {
+        FileMap: "See [below](#maps).",
+        **dict.fromkeys(MAPS.values(), "See [below](#maps)."),
+        **dict.fromkeys(SCENARIOS.values(), "See [below](#scenarios)."),
+        ExtraTask: "See [below](#added-tasks).",
+        TaskMapping: "See [below](#mapping).",
+        Variant: "See [below](#variants).",
+        Exploration: "See [below](#exploration).",
+        ProblemSpec: "See [below](#problem).",
+    }
+    keys = Keys(documented)
+    lines = [*_file_head("Workload files"), *keys.section(2, "Workload", Workload)]
+    lines += keys.section(2, "Problem", ProblemSpec)
+    for name, model in catalog.problem_models().items():
+        if name in SHIPPED:
+            lines += keys.section(3, f"Problem of planner `{name}`", model)
+    lines += ["## Maps", "", *keys.section(3, "`file`", FileMap)]
+    for name, generator in MAPS.items():
+        lines += keys.section(3, f"`generate: {name}`", generator)
+    lines += ["## Scenarios", ""]
+    for name, scenario in SCENARIOS.items():
+        lines += keys.section(3, f"`type: {name}`", scenario)
+        tasks = ", ".join(f"`{task}`" for task in SCENARIO_TASKS[name])
+        lines += [f"It brings the tasks {tasks}.", ""]
+    lines += keys.section(2, "Added tasks", ExtraTask)
+    lines += keys.section(2, "Mapping", TaskMapping, without=("parameters",))
+    lines += ["The other keys of a task are its parameters, which depend on the planner.", ""]
+    for planner, tasks_of in catalog.task_models().items():
+        for task, parameters in tasks_of.items():
+            if planner in SHIPPED and parameters.model_fields:
+                lines += keys.section(3, f"Task `{task}` of planner `{planner}`", parameters)
+    lines += keys.section(2, "Variants", Variant)
+    lines += keys.section(2, "Exploration", Exploration)
+    return [*lines, *_figures()]
+
+
+def _figures() -> list[str]:
+    """The figures that may be an objective or a constraint."""
+    rows = [
+        (f"`{figure}`", "" if figure.unit == "1" else figure.unit, figure.aim.split()[0], figure.description)
+        for figure in FIGURES.values()
+    ]
+    return ["## Figures", "", *table(("figure", "unit", "best", "what it is"), rows), ""]
+
+
+def result_page() -> list[str]:
+    """What ``hwsw run --json`` and ``hwsw explore --json`` print."""
+    lines = ["# Results", "", "MADE", ""]
+    lines += [
+        "`hwsw run --json` prints a `Result`, `hwsw explore --json` a `StudyDocument`. `hwsw schema result` and",
+        "`hwsw schema study` print their JSON Schemas.",
+        "",
+    ]
+    models = _reachable([Result, StudyDocument])
+    documented = {model: f"See [`{model.__name__}`](#{model.__name__.lower()})." for model in models}
+    keys = Keys(documented, with_defaults=False)
+    for model in models:
+        lines += keys.section(2, f"`{model.__name__}`", model)
+    return lines
+
+
+def _reachable(roots: list[type]) -> list[type]:
+    """The models and all models inside them, each once, in the order of mention."""
+    ordered = list(roots)
+    for model in ordered:
+        for info in fields_of(model).values():
+            ordered += [each for each in models_in(info.annotation) if each not in ordered]
+    return ordered
