@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from findings_page import check_figures, check_statements, figures
 
 from codesign.inputs import load_platform
 from codesign.planners.reproduction import Reproduction, Use
@@ -57,11 +58,12 @@ def test_runs_of_the_reproduction_have_no_collision(reproduction: Reproduction) 
 
 
 def test_findings_are_made_from_the_data(reproduction: Reproduction) -> None:
-    text = "\n".join(reproduction.findings)
-    assert "and a margin of one cell: 0 collisions" in text
-    assert "130 nJ sequential, 112 nJ pipelined, 55 nJ hybrid" in text
-    assert "(0 beyond it)" in text
-    assert reproduction.findings[0].startswith("A quick run")
+    check_statements(reproduction)
+    same = ["A power law", "The sequential", "The pipelined", "The LUTs", "The hybrid", "Six products"]
+    check_figures(reproduction, [*same, "Table II", "The serial port", "Reconfiguring"])
+    assert figures(reproduction, "Equation 4")["and a margin of one cell: collisions"] == "0"
+    assert figures(reproduction, "Where 16 bits")["beyond the bound"] == "0"
+    assert reproduction.note.startswith("A quick run")
     assert {plot.name for plot in reproduction.figures} == {
         "dubey2013-cycles",
         "dubey2013-power",
