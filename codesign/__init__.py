@@ -137,7 +137,6 @@ def explore(
     Raises:
         SpecError: an axis does not fit the platform. StoreError: the store cannot be used.
     """
-    # By name: importing the package puts it in the place of this function, as something that is called alike.
     from codesign.exploration import run
 
     return run.explore(platform, workload, store=store, workers=workers, progress=progress, memory=memory)

@@ -115,6 +115,10 @@ class ResultFigure:
     def __str__(self) -> str:
         return self.name
 
+    def __reduce__(self) -> tuple[Callable[[str], ResultFigure], tuple[str]]:
+        # Worker processes get a figure by its name: ``value`` may be a lambda, which cannot be pickled.
+        return _declared, (self.name,)
+
     @property
     def path(self) -> str:
         """Where it stands in a result, such as ``quality.clearance_mean``."""
@@ -247,6 +251,11 @@ FIGURES: dict[str, ResultFigure] = {
     )
 }
 """Every figure that may be an objective or a constraint, by name. To add one, declare it here, and fill its field."""
+
+
+def _declared(name: str) -> ResultFigure:
+    return FIGURES[name]
+
 
 RENAMED = {
     "time": "first_plan_s",

@@ -17,8 +17,9 @@ def provide_kernel_cache() -> None:
     """
     if os.environ.get(VARIABLE) or _may_write(_user_cache()):
         return
-    package = Path(__file__).parent
-    if all(_may_write(folder / "__pycache__") for folder in (package, package / "planners" / "harmonic")):
+    # By default numba caches a kernel beside the module that it stands in.
+    folders = {module.parent for module in Path(__file__).parent.rglob("*.py")}
+    if all(_may_write(folder / "__pycache__") for folder in folders):
         return
     folder = _private_folder()
     if folder is None:

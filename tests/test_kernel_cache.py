@@ -38,6 +38,19 @@ def test_kernels_find_a_private_cache_where_there_is_no_other(
     monkeypatch.delenv("NUMBA_CACHE_DIR")
 
 
+def test_every_folder_with_kernels_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kernels = Path(kernel_cache.__file__).parent / "planners" / "harmonic" / "plan" / "__pycache__"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(kernel_cache, "_user_cache", lambda: tmp_path / "user")
+    monkeypatch.setattr(kernel_cache, "_may_write", lambda folder: folder not in (tmp_path / "user", kernels))
+    monkeypatch.setitem(sys.modules, "numba", None)
+    monkeypatch.delitem(sys.modules, "numba")
+    kernel_cache.provide_kernel_cache()
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == tmp_path
+
+
 def test_a_folder_can_be_written_to_only_below_a_folder(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert kernel_cache._may_write(tmp_path / "new" / "numba")

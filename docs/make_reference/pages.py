@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from codesign import planners
 from codesign.exploration.document import StudyDocument
 from codesign.figures import FIGURES
 from codesign.inputs.components import COMPONENTS
@@ -27,8 +28,8 @@ FIGURE = (
     "A `figure` is written short, as `150 MHz` or `32`, or long, with its status and its source"
     " ([spec.md](../spec.md#values)). Times, frequencies and the like always have a unit."
 )
-SHIPPED = ("harmonic", "breadth_first", "wavefront", "velocity_obstacle", "relaxation")
-"""The planners of this package; other plug-ins that are installed stay off the page."""
+SHIPPED = sorted(plug_in.parent.name for plug_in in Path(planners.__file__).parent.glob("*/plug_in.py"))
+"""The planners of this package by name; other plug-ins that are installed stay off the page."""
 
 
 def pages() -> dict[str, str]:
@@ -90,9 +91,10 @@ def workload_page() -> list[str]:
     keys = Keys(documented)
     lines = [*_file_head("Workload files"), *keys.section(2, "Workload", Workload)]
     lines += keys.section(2, "Problem", ProblemSpec)
-    for name, model in catalog.problem_models().items():
-        if name in SHIPPED:
-            lines += keys.section(3, f"Problem of planner `{name}`", model)
+    problem_models, task_models = catalog.problem_models(), catalog.task_models()
+    for name in SHIPPED:
+        if name in problem_models:
+            lines += keys.section(3, f"Problem of planner `{name}`", problem_models[name])
     lines += ["## Maps", "", *keys.section(3, "`file`", FileMap)]
     for name, generator in MAPS.items():
         lines += keys.section(3, f"`generate: {name}`", generator)
@@ -104,9 +106,9 @@ def workload_page() -> list[str]:
     lines += keys.section(2, "Added tasks", ExtraTask)
     lines += keys.section(2, "Mapping", TaskMapping, without=("parameters",))
     lines += ["The other keys of a task are its parameters, which depend on the planner.", ""]
-    for planner, tasks_of in catalog.task_models().items():
-        for task, parameters in tasks_of.items():
-            if planner in SHIPPED and parameters.model_fields:
+    for planner in SHIPPED:
+        for task, parameters in task_models[planner].items():
+            if parameters.model_fields:
                 lines += keys.section(3, f"Task `{task}` of planner `{planner}`", parameters)
     lines += keys.section(2, "Variants", Variant)
     lines += keys.section(2, "Exploration", Exploration)

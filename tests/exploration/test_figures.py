@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import pickle
 import re
 from pathlib import Path
 from typing import Any
@@ -46,6 +47,14 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> ResultFigure:
 def a_study(figure: ResultFigure) -> Study:
     points = (Outcome(0, {}, result(seconds=2.0)), Outcome(1, {}, result(seconds=1.0)))
     return Study("bench", "maze", {}, (FIGURES["first_plan_s"], figure), (), points)
+
+
+def test_a_figure_that_is_computed_reaches_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
+    figure = ResultFigure(
+        "double_time", "", "twice the time", value=lambda result: 2 * result.time.first_plan_s
+    )
+    monkeypatch.setitem(FIGURES, figure.name, figure)
+    assert pickle.loads(pickle.dumps(figure)) is figure
 
 
 def test_a_declared_figure_is_accepted_in_files(tmp_path: Path, declared: ResultFigure) -> None:

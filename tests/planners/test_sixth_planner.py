@@ -104,6 +104,12 @@ def test_the_command_line_knows_the_planner(tree: Path) -> None:
     python(tree, "-c", KERNELS)
 
 
+def test_the_reference_has_its_keys(tree: Path) -> None:
+    python(tree, "-m", "docs.make_reference")
+    page = (tree / "docs" / "reference" / "workload.md").read_text(encoding="utf-8")
+    assert "### Task `flood` of planner `flood`" in page
+
+
 def test_the_tests_of_the_house_take_the_room_in(tree: Path) -> None:
     modules = ("tests/test_layers.py", "tests/docs/test_architecture.py", "tests/planners/test_contract.py")
     chosen = "flood or circle or test_the_room or test_the_picture"
