@@ -11,7 +11,7 @@ import numpy as np
 from codesign.figures import Status
 from codesign.planners.reproduction import Row, Use, row
 from codesign.planners.wavefront import published
-from codesign.planners.wavefront.paper.maps import AdderRun, SafeWays, Sample, unit_seconds
+from codesign.planners.wavefront.paper.maps import AdderRun, SafePaths, Sample, unit_seconds
 from codesign.planners.wavefront.plan.skeleton import skeleton
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits, stop_cycle
 from codesign.planners.wavefront.styles import resources
@@ -23,7 +23,7 @@ HARDWARE, SHORTEST, SAFE = "Hardware", "Shortest Paths", "Safe Paths"
 
 
 def paper_rows(
-    samples: tuple[Sample, ...], safe: tuple[SafeWays, ...], adder: AdderRun | None, quick: bool
+    samples: tuple[Sample, ...], safe: tuple[SafePaths, ...], adder: AdderRun | None, quick: bool
 ) -> tuple[Row, ...]:
     """Every row."""
     return (
@@ -44,7 +44,7 @@ def _node_rows() -> Iterator[Row]:
     line = dict((part[0], part[1]) for part in node.flip_flops)["delay lines"]
     bare = published.ADDER_LUT4_A_BIT * BITS / published.NODE_LUT4
     read_out = published.ADDER_LUT4_A_BIT * BITS / (published.NODE_LUT4 + BITS)
-    flip_flops = [sum(part[1] for part in one.flip_flops) for one in (node, adder)]
+    flip_flops = [sum(part[1] for part in node_type.flip_flops) for node_type in (node, adder)]
     own = f"{published.RTL}, R = {BITS}"
     yield row(
         HARDWARE,
@@ -125,20 +125,20 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
         source=f"D + 1, D = {published.STOP_POTENTIAL}",
         use=Use.HELD_OUT,
     )
-    for one in samples:
+    for sample in samples:
         yield row(
             SHORTEST,
-            f"potential of the stop node, {one.name} cells",
+            f"potential of the stop node, {sample.name} cells",
             published.STOP_POTENTIAL,
-            one.stop_potential,
+            sample.stop_potential,
             status=Status.MEASURED,
             source="own map, chosen for this figure",
             use=Use.FITTED,
-            note=f"{one.reached:,} of {int(one.free.sum()):,} free nodes reached",
+            note=f"{sample.reached:,} of {int(sample.free.sum()):,} free nodes reached",
         )
     wrong = sum(
-        int((dijkstra(one.free, [one.goal], stop=one.start) != one.potentials).sum())
-        for one in samples[: 1 if quick else None]
+        int((dijkstra(sample.free, [sample.goal], stop=sample.start) != sample.potentials).sum())
+        for sample in samples[: 1 if quick else None]
     )
     yield row(
         SHORTEST,
@@ -150,13 +150,13 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
         use=Use.HELD_OUT,
         note="holds" if wrong == 0 else "does not hold",
     )
-    one = samples[0]
-    registers, cycles = delay_line_circuit(one.free, [one.goal], one.start)
-    differ = int((np.where(registers == cycles, -1, registers) != one.potentials).sum())
+    sample = samples[0]
+    registers, cycles = delay_line_circuit(sample.free, [sample.goal], sample.start)
+    differ = int((np.where(registers == cycles, -1, registers) != sample.potentials).sum())
     yield row(
         SHORTEST,
-        f"cycle of the stop, circuit clocked on {one.name} cells",
-        f"D + 1 = {stop_cycle(one.stop_potential)}",
+        f"cycle of the stop, circuit clocked on {sample.name} cells",
+        f"D + 1 = {stop_cycle(sample.stop_potential)}",
         cycles,
         status=Status.MEASURED,
         source="Figure 2, clocked; infinity is the counter at the stop",
@@ -183,7 +183,7 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         SHORTEST,
         "time on the 133 MHz Pentium",
         published.SOFTWARE_SECONDS,
-        unit * fmean(one.reached for one in samples),
+        unit * fmean(sample.reached for sample in samples),
         unit="s",
         status=Status.CALIBRATED,
         source=f"{1e6 * unit:.2f} µs a node reached",
@@ -199,7 +199,9 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
         source="63 ms over D + 1 cycles",
         use=Use.HELD_OUT,
     )
-    gains = [unit * one.reached * published.CLOCK / stop_cycle(one.stop_potential) for one in samples]
+    gains = [
+        unit * sample.reached * published.CLOCK / stop_cycle(sample.stop_potential) for sample in samples
+    ]
     yield row(
         SHORTEST,
         "speed-up, own maps",
@@ -213,8 +215,8 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
 
 
 def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator[Row]:
-    """How little of the array works at a time, and what the other array does."""
-    share = fmean(100 * float(one.front.mean()) / one.free.size for one in samples)
+    """The share of the array that works at a time, and the updates of the other array."""
+    share = fmean(100 * float(sample.front.mean()) / sample.free.size for sample in samples)
     yield row(
         HARDWARE,
         "nodes that update at a cycle",
@@ -251,8 +253,8 @@ def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator
     )
 
 
-def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Iterator[Row]:
-    """The obstacle map, ways by equations 4 and 5, the skeleton."""
+def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafePaths, ...]) -> Iterator[Row]:
+    """The obstacle map, paths by equations 4 and 5, the skeleton."""
     longest = longest_distance((published.SIDE, published.SIDE))
     yield row(
         SAFE,
@@ -274,7 +276,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         source="longest distance + 1",
         use=Use.HELD_OUT,
     )
-    farthest = [int(one.obstacle_potentials.max()) for one in samples]
+    farthest = [int(sample.obstacle_potentials.max()) for sample in samples]
     yield row(
         SAFE,
         "largest distance from an obstacle",
@@ -289,7 +291,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         SAFE,
         "safe ways that arrive",
         "guaranteed",
-        100 * min(one.arrived for one in safe),
+        100 * min(comparison.arrived for comparison in safe),
         unit="%",
         status=Status.MEASURED,
         source="own maps, equations 4 and 5",
@@ -300,13 +302,14 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
         SAFE,
         "length of safe ways over shortest",
         None,
-        fmean(one.longer for one in safe),
+        fmean(comparison.longer for comparison in safe),
         status=Status.MEASURED,
         source="own maps, octile",
         use=Use.NOTHING,
-        note=f"{min(one.longer for one in safe):.2f} to {max(one.longer for one in safe):.2f}",
+        note=f"{min(comparison.longer for comparison in safe):.2f} to"
+        f" {max(comparison.longer for comparison in safe):.2f}",
     )
-    crest = [float(skeleton(one.obstacle_potentials)[one.free].mean()) for one in samples]
+    crest = [float(skeleton(sample.obstacle_potentials)[sample.free].mean()) for sample in samples]
     yield row(
         SAFE,
         "free nodes on the skeleton",
@@ -321,7 +324,7 @@ def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Itera
 
 
 def _part_rows() -> Iterator[Row]:
-    """What of "large grids on a single chip" fits the four FPGA of the other papers."""
+    """The largest arrays that fit the four FPGA of the other papers, for "large grids on a single chip"."""
     from codesign.inputs.part_file import load_part
 
     node = resources.delay_line_node(ArrayLayout((1, 1), BITS))

@@ -1,4 +1,4 @@
-"""The wave over a flat padded array, and the ways back along it, compiled.
+"""The wave over a flat padded array, and the paths back along it, compiled.
 
 A map of any number of dimensions is padded by one closed cell on every side and laid out flat, so that a
 neighbour is an index plus an offset and no bound is ever tested. ``potentials`` (int32) says everything of a
@@ -152,7 +152,7 @@ def spread(
             used, left = _release(potentials, order, used, first, following, time)
             waiting -= left
         for side in range(offsets.size):
-            # Only what was locked exactly one delay ago sends its wave now.
+            # Only cells that were locked exactly one delay ago send their wave now.
             since = (time - delays[side]) % begins.size
             origins = order[begins[since] : ends[since]]
             used, entered = _enter(
@@ -184,11 +184,11 @@ def rounds(
     beside: NDArray[np.int32],
     extra: NDArray[np.uint8],
 ) -> int:
-    """Parallel updates by equation 3 until the last potential stands: the steps of the longest shortest way.
+    """Parallel updates by equation 3 until the last potential stands: the steps of the longest shortest path.
 
-    Of the shortest ways to a cell the one with the fewest steps counts. ``order``: cells by rising potential.
+    Of several shortest paths to a cell, the path with the fewest steps counts. ``order``: cells by rising potential.
     """
-    # Equation 3 for all nodes in parallel: a potential is final after as many rounds as its shortest way has steps.
+    # Equation 3 for all nodes in parallel: a potential is final after as many rounds as its shortest path has steps.
     #
     #   steps_i = 1 + min over neighbours j with p_j + w_ji = p_i of steps_j
     steps = np.zeros(potentials.size, np.int32)
@@ -219,15 +219,15 @@ def follow(
     beside: NDArray[np.int32],
     extra: NDArray[np.uint8],
 ) -> Any:
-    """The way from ``start`` down the potentials, int32 cells, ``start`` first.
+    """The path from ``start`` down the potentials, int32 cells, ``start`` first.
 
     Without ``distances`` (empty) by equation 2: the first neighbour j in the order of ``offsets`` with
     p_i = p_j + w_ji. With them by equations 4 and 5: of the neighbours nearer to the source those farthest
     from the obstacles, and of these the nearest to the source, the first among equals.
     """
     safe = distances.size > 0
-    way = np.empty(64, np.int32)
-    way[0] = start
+    path = np.empty(64, np.int32)
+    path[0] = start
     used = 1
     cell = start
     while potentials[cell] > 0 and used <= most_steps:
@@ -256,10 +256,10 @@ def follow(
         if best < 0:
             break
         cell = best
-        if used == way.size:
+        if used == path.size:
             longer = np.empty(2 * used, np.int32)
-            longer[:used] = way
-            way = longer
-        way[used] = cell
+            longer[:used] = path
+            path = longer
+        path[used] = cell
         used += 1
-    return way[:used]
+    return path[:used]

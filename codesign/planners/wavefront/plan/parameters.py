@@ -19,14 +19,14 @@ class WaveEnd(StrEnum):
 
 
 class Paths(StrEnum):
-    """Which ways are tracked."""
+    """Which paths are tracked."""
 
     SHORTEST = "shortest"
     SAFE = "safe"
 
 
 class Course(StrEnum):
-    """How much of a way is tracked before the robot sets out."""
+    """How much of a path is tracked before the robot sets out."""
 
     LOCAL = "local"
     COMPLETE = "complete"
@@ -42,7 +42,7 @@ Side = Annotated[int, Field(ge=1, le=4096)]
 class Penalty(SpecModel):
     """Extra delay near obstacles: nodes with a longer delay line (the paper's conclusion).
 
-    Which nodes these are is told with the map; finding them is not part of the plan's time.
+    The map marks these nodes when it is loaded. The plan's time does not count how they are determined.
     """
 
     distance: Annotated[
@@ -68,7 +68,7 @@ class PropagateParameters(TaskParameters):
         Course,
         Field(
             description="local: only the next steps are tracked, in a drive anew at every control turn;"
-            " complete: the whole way of the first start"
+            " complete: the whole path of the first start"
         ),
     ] = Course.LOCAL
     steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
@@ -103,7 +103,7 @@ class PropagateParameters(TaskParameters):
     def tile_shape(self, rows: int, columns: int) -> tuple[int, int]:
         """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default those of the map.
 
-        A tile larger than the map is one more partial one: its other nodes hold obstacles.
+        A tile larger than the map is a partial tile: its other nodes hold obstacles.
         """
         return self.tile or (rows, columns)
 
@@ -114,4 +114,4 @@ class PropagateParameters(TaskParameters):
 
 
 class TrackParameters(TaskParameters):
-    """The tracking of the way has nothing of its own to choose."""
+    """The tracking of a path has no parameters of its own."""

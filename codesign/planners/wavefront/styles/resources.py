@@ -1,4 +1,4 @@
-"""What the arrays take of a part: items by resource, for nodes with registers of R bits.
+"""The demand of the arrays: items by resource, for nodes with registers of R bits.
 
 A node of the delay line has the line's flip-flops (as many as the longest delay), F, and R bits of register; 5 LUT, and
 R more for the chain that reads it out. Without the chain it takes a fiftieth of the LUT of an adder/comparator node
@@ -28,7 +28,7 @@ RAM_FLAG_BITS = 1
 
 @dataclass(frozen=True)
 class Node:
-    """One node: flip-flops and LUT by what they are for, with status and source."""
+    """One node: flip-flops and LUT by purpose, with status and source."""
 
     flip_flops: tuple[tuple[str, int, Status, str], ...]
     lut4: tuple[tuple[str, int, Status, str], ...]
@@ -42,7 +42,7 @@ class Node:
 
 @dataclass(frozen=True)
 class ArrayLayout:
-    """What decides the size of an array.
+    """The sizes that decide the demand of an array.
 
     ``shape``: rows and columns of nodes. ``bits``: of a register. ``obstacle_bits``: of a second register for p^d, 0:
     none. ``line``: flip-flops of the delay line. ``extra``: those of the longer line of penalised nodes.
@@ -174,7 +174,7 @@ def or_tree_items(nodes: int, what: str) -> tuple[Line, ...]:
 
 
 def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Line, ...]:
-    """What a tiled array has beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
+    """The demand of a tiled array beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
     rows, columns = layout.shape
     # The cells around a tile, corners included, since the wave enters diagonally as well:
     #
