@@ -25,7 +25,7 @@ MOST_UPDATES = 100_000
 
 
 class Detection(StrEnum):
-    """When two robots count as being on a collision course."""
+    """The rule by which two robots are on a collision course."""
 
     PUBLISHED = "published"
     APPROACHING = "approaching"
@@ -59,7 +59,7 @@ _MOST_DAMPED = 0.25
 class Gains(SpecModel):
     """Gains P, I and D of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update.
 
-    Accepted are those with which no robot exceeds its limits, whatever it chooses. In z the velocity follows the
+    Gains are accepted if no robot exceeds its limits, whatever it chooses. In z the velocity follows the
     choices by H = ((P + D) z - D) / (z² - (1 - P - D) z - D) where I = 0. A velocity stays within the greatest speed
     for every sequence of choices if the impulse response of H has no negative value (they sum up to 1), which is
     D ≤ √P - P. A choice is within one step's acceleration of the velocity, so a step changes it by P + 2 D of that at
