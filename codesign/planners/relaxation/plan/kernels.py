@@ -1,14 +1,14 @@
-"""Compiled sweeps over the layout of ``layout``: bit for bit the plain loops of ``reference``, many nodes at a time.
+"""Compiled sweeps over the layout of ``layout``, many nodes at a time: bit for bit those of loops in raster order.
 
-Limits, a node and sweep. In raster order every node waits for its western neighbour: two additions, a multiplication
-and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. What is left is the traffic between registers
+Limits of a node and sweep: in raster order every node waits for its western neighbour: two additions, a multiplication
+and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. Their limit is the traffic between registers
 and the nearest cache: five loads (itself and four neighbours, hardly ever aligned), a mask and a store, about ten
-64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation`` measures that as one
-pass of the same stencil without any order, and holds the sweeps against it.
+64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation`` measures this limit as
+one pass of the same stencil without any order, and compares the sweeps with it.
 
-The largest change is kept as the bits of a double that is not negative, which order as integers do: a maximum of
-integers is done in vectors, one of doubles is not. No multiplication is fused with an addition, so that every machine
-gives the same bits.
+The largest change is kept as the bits of a double that is not negative. These bits order as integers do: a maximum of
+integers is computed in vectors, a maximum of doubles is not. No multiplication is fused with an addition, so that every
+machine gives the same bits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
-    """Whether the run is over. ``watch``: the least change so far, and the sweeps since it was seen."""
+    """Whether the run is over. ``watch``: the least change so far, and the sweeps since then."""
     # Algorithm 1 runs "until ‖u(k+1) - u(k)‖ < ε". The paper has no other end, but in doubles the last bits may go
     # round for ever: hence STAGNATED, once the change is small (``floor``) and has stopped falling.
     if change < tolerance:
@@ -77,7 +77,7 @@ def _apart(
     quarter: float,
     keep: float,
 ) -> Any:
-    """As ``_in_place``, the new values going to ``target``."""
+    """As ``_in_place``, with the new values in ``target``."""
     top = np.int64(0)
     for k in range(target.size):
         old = here[k]
@@ -103,7 +103,7 @@ def _mean(
     quarter: float,
     keep: float,
 ) -> Any:
-    """Levels 2 and 3 on one diagonal: ``second`` computed, ``here`` made the mean of ``first`` and ``second``."""
+    """Levels 2 and 3 on one diagonal: computes ``second``; ``here`` becomes the mean of ``first`` and ``second``."""
     top = np.int64(0)
     for k in range(here.size):
         old = here[k]
@@ -137,11 +137,11 @@ def in_place_sweeps(
         movable: bool, packed; the nodes that are computed.
         base, shape: the layout.
         omega: over-relaxation.
-        sweeps: at most so many.
+        sweeps: their greatest number.
         ending: tolerance, patience, floor of ``_verdict``. watch: its state.
 
     Returns:
-        Sweeps done, the change of the last, and how it stands (RUNNING, CONVERGED, STAGNATED).
+        Sweeps done, the change of the last, and the state (RUNNING, CONVERGED, STAGNATED).
     """
     #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
     #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
@@ -233,8 +233,8 @@ def mean_sweeps(
 ) -> Any:
     """The two-level arithmetic mean, equation 13; as ``in_place_sweeps``.
 
-    Level 2 goes backwards over the diagonals, and its values are needed by the next diagonal alone; the old value of a
-    node is needed no more once its own diagonal is done. So level 3 is done in the same pass.
+    Level 2 runs backwards over the diagonals. Only the next diagonal needs its values, and no later diagonal needs the
+    old values of a diagonal. So level 3 runs in the same pass.
 
     Args:
         first: float64, packed; the values of level 1, equal to ``values`` on fixed nodes.
@@ -382,7 +382,7 @@ def count_flat(
         n = min(rows - 2, d - 1) - low + 1
         o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
         for k in range(n):
-            # The descent of section V goes to the lowest neighbour, so one has to be strictly lower.
+            # The descent of section V moves to the lowest neighbour, so one must be strictly lower.
             here = sign * values[o + k]
             lower = (
                 (passable[p + k] and sign * values[p + k] < here)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from codesign.planners.plug_in import Probe
 
 _SHORT, _LONG = 10, 300
-"""Iterations of the two relaxations whose difference is timed."""
+"""Iterations of two relaxations; the difference of their times is measured."""
 
 
 def _relaxation() -> Probe:
@@ -18,7 +18,7 @@ def _relaxation() -> Probe:
     free = maps.rooms(270, 330, room=(64, 80), door=12, wall=3, seed=1).free
 
     def sweeps(count: int) -> Callable[[], object]:
-        # To a tolerance, so that no look for cells without a descent is timed.
+        # To a tolerance, so that no check for cells without a descent is timed.
         return lambda: solve(
             free,
             [(10, 10)],
