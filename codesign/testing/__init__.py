@@ -7,13 +7,4 @@ It checks every installed plug-in if it names none. Neither needs pytest to be i
 from codesign.testing.case import Case, Rule
 from codesign.testing.suite import RULES, Breach, PlugInContract, broken_rules, cases_of, check_plug_in
 
-__all__ = [
-    "RULES",
-    "Breach",
-    "Case",
-    "PlugInContract",
-    "Rule",
-    "broken_rules",
-    "cases_of",
-    "check_plug_in",
-]
+__all__ = ["RULES", "Breach", "Case", "PlugInContract", "Rule", "broken_rules", "cases_of", "check_plug_in"]

@@ -143,8 +143,7 @@ def style_members_have_their_types(case: Case) -> None:
             f"description {style.description!r} of {of(style)} is no line without a full stop",
         )
         require(
-            style.component_type in COMPONENT_TYPES,
-            f"{of(style)} runs on none of {names(COMPONENT_TYPES)}",
+            style.component_type in COMPONENT_TYPES, f"{of(style)} runs on none of {names(COMPONENT_TYPES)}"
         )
     for style in case.styles:
         require(type(style.supports_external) is bool, f"supports_external of {of(style)} is no boolean")

@@ -36,7 +36,7 @@ def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | N
 
 
 def _errors(rows: tuple[Row, ...], table: str, word: str) -> list[float]:
-    """Errors held out of any fit, in the rows of a table whose quantity has ``word`` in it, without the misprint."""
+    """Errors held out of any fit, in the rows of a table with ``word`` in their quantity, without the misprint."""
     return [
         abs(row.error)
         for row in rows

@@ -26,18 +26,23 @@ Mask = NDArray[np.bool_]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
-    """Whether the run is over. ``watch``: the least change so far, and the sweeps since then."""
+def _verdict(top: Any, ending: tuple[float, int, float], watch: Doubles) -> Any:
+    """The change of a sweep from its bits, and whether the run is over.
+
+    ``ending``: tolerance, patience, floor. ``watch``: the least change so far, and the sweeps since then.
+    """
     # Algorithm 1 runs "until ‖u(k+1) - u(k)‖ < ε". The paper has no other end, but in doubles the last bits may go
     # round for ever: hence STAGNATED, once the change is small (``floor``) and has stopped falling.
+    tolerance, patience, floor = ending
+    change = np.int64(top).view(np.float64)
     if change < tolerance:
-        return CONVERGED
+        return change, CONVERGED
     if change < watch[0]:
         watch[0] = change
         watch[1] = 0.0
-        return RUNNING
+        return change, RUNNING
     watch[1] += 1.0
-    return STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
+    return change, STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -119,6 +124,17 @@ def _mean(
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
+def _diagonal(base: NDArray[np.int64], rows: int, columns: int, d: int) -> Any:
+    """The first row and number of the nodes of diagonal ``d``, and the places of its first node, of N and of E."""
+    #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
+    #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
+    #        S                 diagonal d + 1: E at base[d + 1] + i, S at base[d + 1] + i + 1
+    low = max(1, d - columns + 2)
+    n = min(rows - 2, d - 1) - low + 1
+    return low, n, base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
 def in_place_sweeps(
     values: Doubles,
     movable: Mask,
@@ -143,10 +159,7 @@ def in_place_sweeps(
     Returns:
         Sweeps done, the change of the last, and the state (RUNNING, CONVERGED, STAGNATED).
     """
-    #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
-    #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
-    #        S                 diagonal d + 1: E at base[d + 1] + i, S at base[d + 1] + i + 1
-    # When d is computed, N and W are new, E and S old, as in raster order; red nodes are the even diagonals.
+    # When a diagonal is computed, N and W are new, E and S old, as in raster order; red nodes are the even diagonals.
     rows, columns = shape
     quarter, keep = omega / 4.0, 1.0 - omega
     change, state, done = 0.0, RUNNING, 0
@@ -154,9 +167,7 @@ def in_place_sweeps(
         top = np.int64(0)
         for colour in range(colours):
             for d in range(2 + colour, rows + columns - 3, colours):
-                low = max(1, d - columns + 2)
-                n = min(rows - 2, d - 1) - low + 1
-                o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+                _, n, o, p, q = _diagonal(base, rows, columns, d)
                 bits = _in_place(
                     values[o : o + n],
                     movable[o : o + n],
@@ -169,8 +180,7 @@ def in_place_sweeps(
                 )
                 top = max(top, bits)
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -193,9 +203,7 @@ def jacobi_sweeps(
     while done < sweeps and state == RUNNING:
         top = np.int64(0)
         for d in range(2, rows + columns - 3):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            _, n, o, p, q = _diagonal(base, rows, columns, d)
             bits = _apart(
                 target[o : o + n],
                 source[o : o + n],
@@ -210,8 +218,7 @@ def jacobi_sweeps(
             top = max(top, bits)
         source, target = target, source
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     # After an odd number of sweeps the last values are in the other array.
     if done % 2:
         values[:] = spare
@@ -248,9 +255,7 @@ def mean_sweeps(
     while done < sweeps and state == RUNNING:
         # Level 1, forwards: N and W of u1, E and S of u(k).
         for d in range(2, rows + columns - 3):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            _, n, o, p, q = _diagonal(base, rows, columns, d)
             _apart(
                 first[o : o + n],
                 values[o : o + n],
@@ -266,9 +271,7 @@ def mean_sweeps(
         following[:] = wall
         # Level 2, backwards: N and W of u(k), which level 3 has not reached yet, E and S of u2.
         for d in range(rows + columns - 4, 1, -1):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p = base[d] + low, base[d - 1] + low - 1
+            low, n, o, p, _ = _diagonal(base, rows, columns, d)
             bits = _mean(
                 values[o : o + n],
                 first[o : o + n],
@@ -287,8 +290,7 @@ def mean_sweeps(
             second[low + n] = wall
             second, following = following, second
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -356,8 +358,7 @@ def half_sweeps(
             top = max(top, bits)
             second, following = following, second
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -378,9 +379,7 @@ def count_flat(
     rows, columns = shape
     count = 0
     for d in range(2, rows + columns - 3):
-        low = max(1, d - columns + 2)
-        n = min(rows - 2, d - 1) - low + 1
-        o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+        _, n, o, p, q = _diagonal(base, rows, columns, d)
         for k in range(n):
             # The descent of section V moves to the lowest neighbour, so one must be strictly lower.
             here = sign * values[o + k]

@@ -93,7 +93,7 @@ ACCELERATION: dict[Method, tuple[float | None, float | None]] = {
 """The default ω and r of each method; None where it takes none.
 
 No method over-relaxes by default. The best ω differs from map to map, and over-relaxation carries the rounding
-errors of cells near the goal into far rooms, whose values are smaller than these errors (docs/relaxation.md).
+errors of cells near the goal into far rooms. The values there are smaller than these errors (docs/relaxation.md).
 """
 
 

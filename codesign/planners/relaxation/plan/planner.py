@@ -15,11 +15,7 @@ from codesign.models import TaskParameters
 from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
-from codesign.planners.relaxation.plan.parameters import (
-    Method,
-    RelaxParameters,
-    SearchParameters,
-)
+from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow

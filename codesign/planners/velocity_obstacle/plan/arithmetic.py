@@ -77,7 +77,7 @@ def formats_of(problem: RobotsProblem, parameters: AvoidParameters, width: int) 
 
 @dataclass(frozen=True)
 class Shifts:
-    """The shift of each product, to the right, to the format of its result."""
+    """The shift of each product, to the right, to the format of its result; in the order of the kernel's array."""
 
     velocity_step: int
     acceleration_step: int

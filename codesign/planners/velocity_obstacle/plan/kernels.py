@@ -102,6 +102,29 @@ def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
+def _is_safe(
+    own: Any, x: Any, y: Any, vx: Any, vy: Any, stepped: Any, velocity: Any, constants: Any, approaching: Any
+) -> Any:
+    """Whether a trial of robot ``own`` at (x, y) with the velocity (vx, vy) is on no collision course with another."""
+    # A trial that leaves its word is refused, as by the overflow bit of the unit.
+    if not (_fits(x, constants[LIMIT]) and _fits(y, constants[LIMIT])):
+        return False
+    # Equation 4 for the relative position and velocity of every pair.
+    for other in range(len(stepped)):
+        if other != own and on_course(
+            x - stepped[other, 0],
+            y - stepped[other, 1],
+            vx - velocity[other, 0],
+            vy - velocity[other, 1],
+            constants[RADIUS_SQUARED],
+            approaching,
+            constants[RANGE_SQUARED],
+        ):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def _choose(
     robot: Any,
     position: Any,
@@ -150,22 +173,7 @@ def _choose(
             # Reciprocal: v' is halfway from v to the velocity that avoids, 2v' - v; the other robot does the rest.
             own_x = 2 * new_x - vx if half else new_x
             own_y = 2 * new_y - vy if half else new_y
-            # A trial that leaves its word is refused, as by the overflow bit of the unit.
-            safe = _fits(there_x, constants[LIMIT]) and _fits(there_y, constants[LIMIT])
-            for other in range(len(position)):
-                if not safe:
-                    break
-                if other != robot and on_course(
-                    there_x - stepped[other, 0],
-                    there_y - stepped[other, 1],
-                    own_x - velocity[other, 0],
-                    own_y - velocity[other, 1],
-                    constants[RADIUS_SQUARED],
-                    approaching,
-                    constants[RANGE_SQUARED],
-                ):
-                    safe = False
-            if safe:
+            if _is_safe(robot, there_x, there_y, own_x, own_y, stepped, velocity, constants, approaching):
                 return speed * directions + direction, checks, trials, new_x, new_y
     return SELECT_BRAKE, checks, trials, vx, vy
 

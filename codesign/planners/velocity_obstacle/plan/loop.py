@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -228,11 +229,4 @@ def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64
         kernels.NO_RANGE if numbers.range_squared is None else numbers.range_squared,
         numbers.turns,
     ]
-    moves = [
-        shifts.velocity_step,
-        shifts.acceleration_step,
-        shifts.acceleration_half_square,
-        shifts.change_inverse_step,
-        shifts.gain,
-    ]
-    return np.array(constants, np.int64), np.array(moves, np.int64)
+    return np.array(constants, np.int64), np.array(astuple(shifts), np.int64)

@@ -244,9 +244,7 @@ def generate(
     """
     if arrangement not in ARRANGEMENTS:
         raise InputError(
-            f"there is no arrangement {arrangement!r}",
-            "arrangement",
-            choose_hint(arrangement, ARRANGEMENTS),
+            f"there is no arrangement {arrangement!r}", "arrangement", choose_hint(arrangement, ARRANGEMENTS)
         )
     if isinstance(count, bool) or not FEWEST_ROBOTS <= count <= MOST_ROBOTS:
         raise InputError(f"{count} robots", "count", f"from {FEWEST_ROBOTS} to {MOST_ROBOTS} robots")

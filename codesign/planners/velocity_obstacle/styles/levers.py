@@ -112,7 +112,7 @@ def _unit_levers(style: Style, robots: int, parameters: AvoidParameters, part: P
         f"fit {part.name}, {cycles} cycles a trial in place of {cycles_of_trial(style, robots, parameters)}"
     )
     return [
-        Lever("avoid.update_units", f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}"),
+        Lever("avoid.update_units", f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}")
     ]
 
 

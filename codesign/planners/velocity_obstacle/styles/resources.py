@@ -18,7 +18,7 @@ Rest
 Multipliers
     A product of a and b bits takes ⌈a/17⌉ · ⌈b/17⌉ multipliers of 18 × 18 bits (17 without the sign). The widest
     factors of a detector, |r|², |V|² and r·V, have 2w + 1 bits: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
-    found 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
+    takes 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
 
 Slices
     The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record

@@ -112,11 +112,11 @@ PRODUCTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("R_sq vab_sq", ("vx vx", "vy vy")),
     ),
 }
-"""Products of each module, named by their factors, with those that they are made from (equations 2a, 2b and 4).
+"""Products of each module, named by their factors, with the products that they need (equations 2a, 2b and 4).
 
 ``cross_product``: |r|²|V|² - (r·V)² = (r × V)² (Lagrange), the same answer with three products less. Where the
-sign of r·V is asked for as well (``detection: approaching``), its two products are formed again: eight in all. So are
-the two of |r|², where a ``range`` is held against it; the published detector has them.
+sign of r·V is needed as well (``detection: approaching``), its two products are formed in addition: eight in all. So
+are the two of |r|², where it is compared with a ``range``. The published detector has them.
 """
 
 APPROACHING_PRODUCTS = (("rx vx", ()), ("ry vy", ()))
@@ -126,7 +126,7 @@ RANGE_PRODUCTS = (("rx rx", ()), ("ry ry", ()))
 def products(
     module: str, detector: Detector = Detector.PUBLISHED, approaching: bool = False, ranged: bool = False
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """The products that a module forms, with those that each is made from."""
+    """The products that a module forms, each with the products that it needs."""
     listed = PRODUCTS[UPDATE if module == UPDATE else detector]
     if module == UPDATE or detector is Detector.PUBLISHED:
         return listed

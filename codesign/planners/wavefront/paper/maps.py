@@ -1,4 +1,4 @@
-"""Generated maps of 256 × 256 nodes whose path is about as long as the paper's, and the planner's results on them.
+"""Generated maps of 256 × 256 nodes with paths about as long as the paper's, and the planner's results on them.
 
 The paper's only map is a picture. These maps were chosen from rooms and mazes in some hundreds of sizes and seeds, with
 goal and start in opposite corners. They come nearest to the paper's stop potential of 1355 among maps of different

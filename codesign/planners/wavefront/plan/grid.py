@@ -195,6 +195,11 @@ def check_cells(cells: Any, free: NDArray[np.bool_], name: str) -> NDArray[np.in
     return np.array(checked, np.int64)
 
 
+def tile_count(map_shape: Sequence[int], tile: Sequence[int]) -> int:
+    """Tiles that cover a map, partial ones counted."""
+    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
+
+
 def _whole_numbers(values: Any, name: str) -> tuple[int, ...]:
     try:
         return tuple(operator.index(value) for value in values)

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from codesign.models import RefusalError, SpecModel, TaskParameters
-from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
+from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY, tile_count
 
 
 class WaveEnd(StrEnum):
@@ -109,8 +109,7 @@ class PropagateParameters(TaskParameters):
 
     def tile_count(self, rows: int, columns: int) -> int:
         """How many tiles cover a map of ``rows`` × ``columns``."""
-        height, width = self.tile_shape(rows, columns)
-        return -(-rows // height) * -(-columns // width)
+        return tile_count((rows, columns), self.tile_shape(rows, columns))
 
 
 class TrackParameters(TaskParameters):

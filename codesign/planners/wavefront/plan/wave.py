@@ -51,7 +51,7 @@ def propagate(
             distance are reached. The circuit takes ``stop_cycle`` cycles.
         limit: the wave ends after this potential.
         corner_cutting: whether a diagonal step may pass between obstacles, as in the paper; without, the cells beside
-            it have to be free too.
+            it must be free too.
         extra_delay: cycles, 0 to 63, that the wave needs to enter each cell beyond the step's own ("special
             penalties", section "Conclusion").
         delays: of steps along one axis, along two (and three); 2, 3 (and 4) by default.
@@ -69,10 +69,7 @@ def propagate(
 
 
 def run_wave(
-    wave_map: WaveMap,
-    sources: NDArray[np.int64],
-    stops: NDArray[np.int64],
-    limit: int | None = None,
+    wave_map: WaveMap, sources: NDArray[np.int64], stops: NDArray[np.int64], limit: int | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Potentials, and the reached cells as flat padded indices in order of time.
 
@@ -172,5 +169,5 @@ def obstacle_map(
 
 
 def near_obstacles(free: NDArray[np.bool_], distance: int, delay: int) -> NDArray[np.uint8]:
-    """Extra delays: ``delay`` cycles for every free cell whose obstacle potential is at most ``distance``."""
+    """Extra delays: ``delay`` cycles for every free cell with an obstacle potential of at most ``distance``."""
     return np.where(obstacle_potentials(free) <= distance, np.uint8(delay), np.uint8(0))

@@ -24,7 +24,7 @@ def short_resources(items: tuple[Line, ...], part: Part) -> dict[str, int]:
 
 
 def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | None:
-    """The largest square, cut to the map, whose array fits the part; None: not even one node.
+    """The largest square, cut to the map, with an array that fits the part; None: not even one node fits.
 
     The nodes' demand grows with the side, but that of the memories falls by steps, so every side is tried from the
     largest down, in steps of an eighth above 128.

@@ -17,7 +17,5 @@ def _wavefront() -> Probe:
     return Probe(free.size, lambda: propagate(free, [(0, 0)]))
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {
-    "wavefront_cell": _wavefront,
-}
+PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront}
 """How each kernel is timed, by the name that platforms give its cost."""

@@ -15,6 +15,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.styles import Line
 from codesign.planners.wavefront import published
+from codesign.planners.wavefront.plan.grid import tile_count
 from codesign.planners.wavefront.published import PAPER, RTL
 
 Shape = tuple[int, int]
@@ -64,7 +65,7 @@ class ArrayLayout:
 def delay_line_node(layout: ArrayLayout) -> Node:
     """A node of Figure 2: 4 + R flip-flops and 5 + R LUT in the paper's own form.
 
-    >>> node = delay_line_node(Layout((256, 256), 11))
+    >>> node = delay_line_node(ArrayLayout((256, 256), 11))
     >>> sum(part[1] for part in node.flip_flops), sum(part[1] for part in node.lut4), node.slices
     (15, 16, 8)
     """
@@ -221,11 +222,6 @@ def totals(items: Sequence[Line]) -> dict[str, int]:
     return sums
 
 
-def tile_count(map_shape: Shape, tile: Shape) -> int:
-    """Tiles that cover a map, partial ones counted."""
-    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
-
-
 def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
     """The demand of a tile's array with its memories, at the widths of ``layout``.
 
@@ -234,7 +230,4 @@ def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) 
     tiles = tile_count(map_shape, tile)
     shown = ArrayLayout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
     words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
-    return (
-        *array_items(delay_line_node(shown), shown),
-        *tile_items(shown, tiles, words, part),
-    )
+    return (*array_items(delay_line_node(shown), shown), *tile_items(shown, tiles, words, part))

@@ -15,13 +15,7 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
-from codesign.planners.wavefront.styles.steps import (
-    OBSTACLES,
-    PROPAGATE,
-    TRACK,
-    planned,
-    tracked_steps,
-)
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
 
 class Software(HostStyle):
