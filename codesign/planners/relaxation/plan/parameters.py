@@ -22,7 +22,7 @@ MOST_ITERATIONS = 1_000_000_000
 
 
 class Method(StrEnum):
-    """How the system of equations is solved."""
+    """The method that solves the system of equations."""
 
     GS = "gs"
     SOR = "sor"
@@ -133,7 +133,7 @@ def check_method(method: Any) -> Method:
 
 
 class RelaxParameters(TaskParameters):
-    """How the potential is computed and followed."""
+    """The computation of the potential, and the search over it."""
 
     method: Annotated[
         Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")
@@ -164,7 +164,7 @@ class RelaxParameters(TaskParameters):
         ),
     ] = DEFAULT_BOUNDARY
     max_iterations: Annotated[
-        int, Field(ge=1, le=MOST_ITERATIONS, description="a run ends there at the latest")
+        int, Field(ge=1, le=MOST_ITERATIONS, description="most iterations of a run")
     ] = DEFAULT_MAX_ITERATIONS
     neighbours: Annotated[
         Literal[4, 8], Field(description="cells that a step of the search chooses from")

@@ -40,7 +40,7 @@ Mask = NDArray[np.bool_]
 
 
 class End(StrEnum):
-    """Why a run ended.
+    """The reason of the end of a run.
 
     ``CONVERGED``: the change is below the tolerance, or no bit changes any more; the direct solver always.
     ``DESCENDS``: every cell that can reach a goal has a lower neighbour. ``STAGNATED``: see ``PATIENCE``. ``LIMIT``:

@@ -153,7 +153,7 @@ def _relaxed(run: Run, method: Method, settled: tuple[float | None, float | None
 
 
 def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, int]]) -> str | None:
-    """Why ``method`` cannot be used on such a map, or None."""
+    """The reason why ``method`` cannot be used on such a map, or None."""
     from codesign.planners.relaxation.plan.direct import MAX_DIRECT_CELLS
 
     if method is Method.DIRECT and math.prod(shape) > MAX_DIRECT_CELLS:

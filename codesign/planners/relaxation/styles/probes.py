@@ -1,4 +1,4 @@
-"""How the kernels of relaxation are timed on this machine."""
+"""The probes that time the kernels of relaxation on this machine."""
 
 from __future__ import annotations
 
@@ -50,4 +50,4 @@ PROBES: Mapping[str, Callable[[], Probe]] = {
     "relaxation_node_update": _relaxation,
     "relaxation_direct_cell": _relaxation_direct,
 }
-"""How each kernel is timed, by the name that platforms give its cost."""
+"""The probe of each kernel, by the name of its cost in platforms."""

@@ -56,7 +56,7 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
 
 
 def front_plot(samples: tuple[Sample, ...]) -> Plot:
-    """How many nodes the wave locks at each cycle."""
+    """The number of nodes that the wave locks at each cycle."""
     series = []
     for sample in samples:
         parts = np.array_split(sample.front, BINS)

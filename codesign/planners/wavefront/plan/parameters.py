@@ -26,7 +26,7 @@ class Paths(StrEnum):
 
 
 class Course(StrEnum):
-    """How much of a path is tracked before the robot sets out."""
+    """The part of a path that is tracked before the robot sets out."""
 
     LOCAL = "local"
     COMPLETE = "complete"
@@ -52,12 +52,12 @@ class Penalty(SpecModel):
 
 
 class PropagateParameters(TaskParameters):
-    """How the wave runs, what is tracked, and how wide the registers are."""
+    """The run of the wave, the tracked paths, and the width of the registers."""
 
     stop: Annotated[
         WaveEnd,
         Field(
-            description="starts: when the wave has reached all starts, as in the paper; whole_map: never before the end"
+            description="starts: when the wave reaches the last start, as in the paper; whole_map: at its own end"
         ),
     ] = WaveEnd.STARTS
     paths: Annotated[
@@ -67,7 +67,7 @@ class PropagateParameters(TaskParameters):
     course: Annotated[
         Course,
         Field(
-            description="local: only the next steps are tracked, in a drive anew at every control turn;"
+            description="local: only the next steps are tracked, in a drive again at every control turn;"
             " complete: the whole path of the first start"
         ),
     ] = Course.LOCAL
@@ -108,7 +108,7 @@ class PropagateParameters(TaskParameters):
         return self.tile or (rows, columns)
 
     def tile_count(self, rows: int, columns: int) -> int:
-        """How many tiles cover a map of ``rows`` × ``columns``."""
+        """The number of tiles that cover a map of ``rows`` × ``columns``."""
         return tile_count((rows, columns), self.tile_shape(rows, columns))
 
 

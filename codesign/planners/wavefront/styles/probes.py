@@ -1,4 +1,4 @@
-"""How the kernels of wavefront propagation are timed on this machine."""
+"""The probes that time the kernels of wavefront propagation on this machine."""
 
 from __future__ import annotations
 
@@ -18,4 +18,4 @@ def _wavefront() -> Probe:
 
 
 PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront}
-"""How each kernel is timed, by the name that platforms give its cost."""
+"""The probe of each kernel, by the name of its cost in platforms."""
