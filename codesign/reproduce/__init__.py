@@ -1,7 +1,7 @@
-"""The run that holds the model against the papers' tables, row by row; each paper stands in its planner's room.
+"""The comparison of the model with the papers' tables, row by row. Each paper is in the room of its planner.
 
 Nothing is tuned to look right: a row that does not fit stays in the table with its error, and each row says whether a
-law was fitted to it. ``codesign.system.catalog.papers`` lists what can be reproduced.
+law was fitted to it. ``codesign.system.catalog.papers`` lists the papers.
 """
 
 from codesign.planners.reproduction import (

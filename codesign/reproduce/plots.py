@@ -47,10 +47,10 @@ def _grouped(value: float, _position: int) -> str:
 
 
 def write_plots(reproduction: Reproduction, folder: Path) -> tuple[Path, ...]:
-    """Write every plot into ``folder`` (made if missing) as NAME.svg; returns the files.
+    """Write every plot into ``folder`` (created if missing) as NAME.svg; returns the files.
 
     Raises:
-        InputError: the folder cannot be made. RunError: a plot cannot be written; no plot is left half written.
+        InputError: the folder cannot be created. RunError: a plot cannot be written; no plot is left half written.
     """
     written = []
     try:

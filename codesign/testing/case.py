@@ -1,4 +1,4 @@
-"""What the rules of the contract have in common: the case they are held against, and how they report a breach."""
+"""The base of all rules of the contract: the case that a rule checks, and the report of a breach."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from codesign.planners.plug_in import PlugIn
 from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
 
 PART = "XC2VP30-6"
-"""The shipped part that demands, clock limits and power are asked for."""
+"""The shipped part for demands, clock limits and power."""
 
 
 def require(holds: object, sentence: str) -> None:
@@ -33,19 +33,19 @@ def require(holds: object, sentence: str) -> None:
 
 @dataclass(frozen=True)
 class Run:
-    """One run of ``work`` or of a task: its ``steps`` in order, and what it returned (``made``)."""
+    """One run of ``work`` or of a task: its ``steps`` in order, and its ``result``."""
 
     steps: tuple[Step, ...]
-    made: Any
+    result: Any
 
     @property
     def phases(self) -> dict[str, int]:
         """Cycles by phase."""
-        found: dict[str, int] = {}
+        cycles: dict[str, int] = {}
         for step in self.steps:
             if len(step.cycles):
-                found[step.phase] = found.get(step.phase, 0) + int(step.cycles.sum())
-        return found
+                cycles[step.phase] = cycles.get(step.phase, 0) + int(step.cycles.sum())
+        return cycles
 
     @property
     def cycles(self) -> int:
@@ -55,20 +55,20 @@ class Run:
 
 def drained(steps: Generator[Step, None, Any]) -> Run:
     """Run to the end."""
-    found = []
+    taken = []
     while True:
         try:
-            found.append(next(steps))
+            taken.append(next(steps))
         except StopIteration as done:
-            return Run(tuple(found), done.value)
+            return Run(tuple(taken), done.value)
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
     """One plug-in with one set of parameters of its planning task.
 
-    ``given``: the parameters as a workload writes them. ``problems``: two problems that differ, each what the planner
-    takes or a mapping for its ``problem_model``; None for maps that the suite makes.
+    ``given``: the parameters as a workload writes them. ``problems``: two different problems, each a problem of the
+    planner or a mapping for its ``problem_model``; None for maps that the suite generates.
     """
 
     plug_in: PlugIn
@@ -92,23 +92,23 @@ class Case:
 
     @cached_property
     def problem(self) -> Any:
-        """The problem that nearly every rule is held against."""
+        """The problem that nearly every rule uses."""
         return self.fresh_problem()
 
     @cached_property
     def other_problem(self) -> Any:
-        """One that differs from it."""
-        return _one_cell_changed(_rooms()) if self.problems is None else self._made(self.problems[1])
+        """A problem that differs from ``problem``."""
+        return _one_cell_changed(_rooms()) if self.problems is None else self._problem_of(self.problems[1])
 
     def fresh_problem(self) -> Any:
-        """A copy of ``problem`` as it was before any planner had it."""
+        """A copy of ``problem`` from before the first plan."""
         return pickle.loads(self._pickled)
 
     @cached_property
     def _pickled(self) -> bytes:
-        return pickle.dumps(_rooms() if self.problems is None else self._made(self.problems[0]))
+        return pickle.dumps(_rooms() if self.problems is None else self._problem_of(self.problems[0]))
 
-    def _made(self, problem: Any) -> Any:
+    def _problem_of(self, problem: Any) -> Any:
         model: Any = self.planner.problem_model
         if model is not None and isinstance(problem, Mapping):
             return model.model_validate(problem).problem()
@@ -121,16 +121,16 @@ class Case:
 
     @property
     def job(self) -> Job[Any, Any]:
-        """What planner and styles are asked about."""
+        """The job of the planner and of its styles."""
         return Job(self.problem, self.parameters, mapped=frozenset(self.planner.tasks))
 
     def job_on(self, style: Architecture | TaskStyle, **more: Any) -> Job[Any, Any]:
-        """The job on the type of component that the style runs on; ``more``: other fields of it."""
+        """The job on the type of component of the style; ``more``: other fields of the job."""
         return replace(self.job, part=self.part if style.component_type == "fpga" else None, **more)
 
     @property
     def part(self) -> Part:
-        """A part to lay styles of an FPGA out on."""
+        """The part for styles on an FPGA."""
         return load_part(PART)
 
     @property
@@ -147,7 +147,7 @@ class Case:
 
     @property
     def answer_elsewhere(self) -> frozenset[str]:
-        """The tasks of a planning component where another one answers; all, where the planning task itself answers."""
+        """The tasks of the planner where another component answers; all, if the planning task itself answers."""
         return frozenset(self.planner.tasks) - {self.answer} | {self.planner.planning_task}
 
     @property
@@ -166,7 +166,7 @@ class Case:
         return (*self.styles, *self.task_styles)
 
     def demand(self, style: Architecture, inside: frozenset[str] | None = None) -> Demand:
-        """What the style asks of its part."""
+        """The demand of the style."""
         return style.demand(self.job_on(style, inside=inside))
 
     def work(self, style: Architecture, **more: Any) -> Run:
@@ -174,7 +174,7 @@ class Case:
         return drained(style.work(self.job_on(style, **more)))
 
     def task(self, style: TaskStyle, *, again: bool = False) -> Run:
-        """One execution of a task at the first start, drained; ``again``: one decision more of the same plan."""
+        """One execution of a task at the first start, drained; ``again``: one more decision of the same plan."""
         ask = style.again if again else style.steps
         return drained(ask(self.job_on(style, plan=self.plan, position=self.position)))
 
@@ -193,7 +193,7 @@ class Case:
 class Rule:
     """One rule of the contract. ``holds`` raises AssertionError with a sentence where a case breaks it.
 
-    ``applies``: whether there is something to check.
+    ``applies``: whether the rule concerns a case.
     """
 
     name: str
@@ -206,12 +206,12 @@ class Rule:
 
 
 def rule(applies: Callable[[Case], bool] = lambda _: True) -> Callable[[Callable[[Case], None]], Rule]:
-    """Make a rule of a function; the function's name is the rule's."""
+    """A decorator that turns a function into a rule of its name."""
 
-    def made(holds: Callable[[Case], None]) -> Rule:
+    def rule_of(holds: Callable[[Case], None]) -> Rule:
         return Rule(holds.__name__, holds, applies)
 
-    return made
+    return rule_of
 
 
 def on_maps(case: Case) -> bool:
@@ -219,9 +219,9 @@ def on_maps(case: Case) -> bool:
     return case.on_maps
 
 
-def names(found: Iterable[Any]) -> str:
-    """The names in a sentence, in an order of their own."""
-    return ", ".join(sorted(map(str, found))) or "none"
+def names(values: Iterable[Any]) -> str:
+    """The names in a sentence, sorted."""
+    return ", ".join(sorted(map(str, values))) or "none"
 
 
 def of(style: Architecture | TaskStyle) -> str:

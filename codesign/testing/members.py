@@ -1,4 +1,4 @@
-"""Rules of what a plug-in declares: names, types, and members that have a default."""
+"""Rules of the declarations of a plug-in: names, types, and members that have a default."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def planner_names_its_planning_task(case: Case) -> None:
 
 @rule()
 def planner_members_have_their_types(case: Case) -> None:
-    """Members with defaults give what ``Planner`` promises, and the sample parameters fit the problem."""
+    """Members with defaults keep the types of ``Planner``, and the sample parameters fit the problem."""
     planner, job = case.planner, case.job
     model: Any = planner.problem_model
     sound = model is None or (isinstance(model, type) and issubclass(model, SpecModel))
@@ -82,8 +82,10 @@ def planner_members_have_their_types(case: Case) -> None:
     wrong: Any = planner.check(job)
     require(wrong is None, f"check refuses the sample parameters: {wrong!r}; give others")
     refused: Any = planner.check_drive(job)
-    told = isinstance(refused, tuple) and len(refused) == 3 and all(isinstance(each, str) for each in refused)
-    require(refused is None or told, f"check_drive gives {refused!r}, not (key, sentence, hint) or None")
+    sound = (
+        isinstance(refused, tuple) and len(refused) == 3 and all(isinstance(each, str) for each in refused)
+    )
+    require(refused is None or sound, f"check_drive gives {refused!r}, not (key, sentence, hint) or None")
     taken = planner.memory(job)
     require(_is_count(taken), f"memory gives {taken!r}, not a number of bytes")
     levers: Any = planner.memory_levers(job)
@@ -97,7 +99,7 @@ def planner_members_have_their_types(case: Case) -> None:
 
 @rule()
 def figures_and_field_fit_a_result(case: Case) -> None:
-    """``figures`` fills only the fields that are the planner's; ``field_of`` is one float64 for each cell."""
+    """``figures`` fills only the planner's own fields; ``field_of`` gives one float64 for each cell."""
     figures: Any = case.planner.figures(case.plan)
     require(isinstance(figures, dict), f"figures gives {type(figures).__name__}, not a dictionary")
     strange = set(figures) - FIGURES
@@ -115,7 +117,7 @@ def figures_and_field_fit_a_result(case: Case) -> None:
 
 @rule()
 def policies_have_what_they_take(case: Case) -> None:
-    """``restart`` is the default; ``lower_bound`` has its task, and ``continue`` what to go on from."""
+    """``restart`` is the default; ``lower_bound`` has its task, and ``continue`` has a start."""
     planner = case.planner
     require(planner.policies[:1] == ("restart",), f"the first policy of {planner.policies} is not 'restart'")
     strange = set(planner.policies) - POLICIES
@@ -133,7 +135,7 @@ def policies_have_what_they_take(case: Case) -> None:
 
 @rule(lambda case: bool(case.every_style))
 def style_members_have_their_types(case: Case) -> None:
-    """Members of styles give what their base classes promise."""
+    """Members of styles keep the types of their base classes."""
     for style in case.every_style:
         require(style.style, f"a style of planner {style.planner!r} has no name")
         require(
@@ -141,8 +143,7 @@ def style_members_have_their_types(case: Case) -> None:
             f"description {style.description!r} of {of(style)} is no line without a full stop",
         )
         require(
-            style.component_type in COMPONENT_TYPES,
-            f"{of(style)} runs on none of {names(COMPONENT_TYPES)}",
+            style.component_type in COMPONENT_TYPES, f"{of(style)} runs on none of {names(COMPONENT_TYPES)}"
         )
     for style in case.styles:
         require(type(style.supports_external) is bool, f"supports_external of {of(style)} is no boolean")

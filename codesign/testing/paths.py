@@ -1,4 +1,4 @@
-"""Rules of a planner on maps: which cells lead to a goal, which paths it gives, and what they are worth."""
+"""Rules of a planner on maps: which cells lead to a goal, which paths it gives, and their quality."""
 
 from __future__ import annotations
 
@@ -32,17 +32,17 @@ def _is_path(points: Any, begin: tuple[float, float]) -> None:
 def reachable_cells_lead_to_a_goal(case: Case) -> None:
     """``reachable`` covers the goals, free cells only, and every start from which a path arrives."""
     problem = case.problem
-    found: Any = case.planner.reachable(case.job)
+    reachable: Any = case.planner.reachable(case.job)
     require(
-        found.dtype == np.bool_ and found.shape == problem.free.shape,
-        f"reachable gives {found.dtype} {found.shape}, not bool {problem.free.shape}",
+        reachable.dtype == np.bool_ and reachable.shape == problem.free.shape,
+        f"reachable gives {reachable.dtype} {reachable.shape}, not bool {problem.free.shape}",
     )
-    require(all(found[goal] for goal in problem.goals), "reachable leaves out a goal")
-    require(not (found & ~problem.free).any(), "reachable covers an obstacle")
+    require(all(reachable[goal] for goal in problem.goals), "reachable leaves out a goal")
+    require(not (reachable & ~problem.free).any(), "reachable covers an obstacle")
     for start in problem.starts:
         arrived = case.planner.trajectory(problem, case.plan, start)[1]
         require(
-            found[start] or not arrived, f"a path from {start} arrives, but reachable leaves the cell out"
+            reachable[start] or not arrived, f"a path from {start} arrives, but reachable leaves the cell out"
         )
 
 
@@ -135,7 +135,7 @@ def paths_from_any_position_keep_to_free_cells(case: Case) -> None:
         if arrived:
             other = planner.trajectory(problem, case.plan, start)[0]
             same = middle.shape == other.shape and np.allclose(middle, other)
-            require(same, f"way and trajectory give two paths from {start}")
+            require(same, f"path_from and trajectory give two paths from {start}")
 
 
 @rule(on_maps)
@@ -146,7 +146,7 @@ def no_path_from_where_no_robot_can_be(case: Case) -> None:
         points, arrived = case.planner.path_from(case.problem, case.plan, position)
         require(
             points.tolist() == [list(position)] and not arrived,
-            f"way gives a path from {position}, where no robot can be",
+            f"path_from gives a path from {position}, where no robot can be",
         )
 
 

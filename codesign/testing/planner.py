@@ -27,7 +27,7 @@ def same_answer_twice(case: Case) -> None:
 
 @rule()
 def another_problem_another_answer(case: Case) -> None:
-    """``identity`` and the problem's ``digest`` tell two problems apart."""
+    """``identity`` and the problem's ``digest`` differ for different problems."""
     other = case.planner.plan(replace(case.job, problem=case.other_problem))
     require(not case.same(other), "plans of two problems that differ have one identity")
     require(case.problem.digest != case.other_problem.digest, "two problems that differ have one digest")
@@ -53,7 +53,7 @@ def asking_changes_nothing(case: Case) -> None:
     require(
         planner.identity(plan) == identity, "a plan changes when it is asked for quality, figures or a path"
     )
-    # A digest that is computed on the way adds an attribute, and changes none.
+    # A digest that is computed here adds an attribute, and changes none.
     changed = [name for name, value in before.items() if pickle.dumps(vars(problem)[name]) != value]
     require(not changed, f"the planner changes {names(changed)} of the problem that it is given")
 
@@ -71,7 +71,7 @@ def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
     require(loaded, f"nothing flows from 'load' to the planning task {planner.planning_task!r}")
     require(
         len(case.answering) == 1,
-        f"tasks {names(case.answering)} send an answer to 'command': exactly one has to",
+        f"tasks {names(case.answering)} send an answer to 'command': exactly one must send it",
     )
     done, left = {LOAD}, list(flows)
     while ready := [
@@ -82,7 +82,8 @@ def flows_lead_from_the_map_to_the_answer(case: Case) -> None:
         done |= {flow.receiver for flow in ready}
         left = [flow for flow in left if flow not in ready]
     require(
-        not left, f"flows {names(flow.name for flow in left)} never start: no task sends what they wait for"
+        not left,
+        f"flows {names(flow.name for flow in left)} never start: no task sends the data that they wait for",
     )
     missing = {COMMAND, planner.planning_task} - done
     require(not missing, f"no flow leads from 'load' to {names(missing)}")
@@ -97,16 +98,16 @@ def flows_after_a_plan_differ_in_size_only(case: Case) -> None:
         [replace(flow, bits=1) for flow in after] == [replace(flow, bits=1) for flow in before],
         "flows_after gives other flows than flows",
     )
-    for known, flow in zip(after, before, strict=True):
+    for planned, flow in zip(after, before, strict=True):
         require(
-            0 < known.bits <= flow.bits,
-            f"flow {flow.name!r} has {known.bits} bits after the plan, at most {flow.bits} before",
+            0 < planned.bits <= flow.bits,
+            f"flow {flow.name!r} has {planned.bits} bits after the plan, at most {flow.bits} before",
         )
 
 
 @rule()
 def a_pose_goes_to_the_task_that_answers(case: Case) -> None:
-    """A decision is asked of the answering task, and costs something on every type of component that plans."""
+    """The answering task makes a decision, at a cost on every type of component that plans."""
     flows = case.planner.flows(case.job)
     asked = [(flow.sender, flow.receiver) for flow in flows if flow.name == POSE]
     require(

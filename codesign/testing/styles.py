@@ -81,24 +81,24 @@ def _refuses(ask: Any, what: str) -> None:
 
 @rule()
 def work_drained_ends_in_the_plan(case: Case) -> None:
-    """``work`` ends in the plan of ``Planner.plan`` with the parameters that the style settles on."""
+    """``work`` ends in the plan of ``Planner.plan`` with the settled parameters of the style."""
     planner = case.planner
     for style in case.styles:
         settled = style.settled(case.parameters)
-        require(style.settled(settled) == settled, f"what {of(style)} settles on is settled otherwise again")
+        require(style.settled(settled) == settled, f"{of(style)} settles its settled parameters otherwise")
         require(
             style.notes(replace(case.job, parameters=settled)) == (),
-            f"{of(style)} has notes on what it settled itself",
+            f"{of(style)} has notes on its own settled parameters",
         )
         plan = planner.plan(replace(case.job, parameters=settled))
         run = case.work(style)
         _steps_are_sound(run, style)
         require(
-            planner.identity(run.made) == planner.identity(plan),
+            planner.identity(run.result) == planner.identity(plan),
             f"work of {of(style)}, drained, ends in another plan than Planner.plan",
         )
         require(
-            planner.figures(run.made) == planner.figures(plan),
+            planner.figures(run.result) == planner.figures(plan),
             f"work of {of(style)}, drained, ends in other figures than Planner.plan",
         )
 
@@ -115,10 +115,10 @@ def coarse_steps_cost_the_same(case: Case) -> None:
                 coarse.phases == fine.phases,
                 f"{of(style)} takes {coarse.phases} cycles {what}, {fine.phases} with detail",
             )
-            same = planner.identity(coarse.made) == planner.identity(fine.made)
+            same = planner.identity(coarse.result) == planner.identity(fine.result)
             require(same, f"{of(style)} ends in another plan {what}")
             require(
-                planner.figures(coarse.made) == planner.figures(fine.made),
+                planner.figures(coarse.result) == planner.figures(fine.result),
                 f"{of(style)} ends in other figures {what}",
             )
 
@@ -166,7 +166,7 @@ def work_leaves_out_the_answer_where_it_is_placed_elsewhere(case: Case) -> None:
                 f"{of(style)} takes {run.phases} where {case.answer!r} is done elsewhere, not {kept}",
             )
             require(
-                case.same(run.made) == case.same(whole.made),
+                case.same(run.result) == case.same(whole.result),
                 f"{of(style)} ends in another plan where the answer is elsewhere",
             )
 
@@ -207,7 +207,7 @@ def what_is_done_elsewhere_takes_nothing_of_the_part(case: Case) -> None:
             saved = any(left.total(kind) < whole.total(kind) for kind in RESOURCES)
             require(
                 less_dynamic.value <= dynamic.value if saved else less_dynamic == dynamic,
-                f"dynamic power of {of(style)} goes from {dynamic.value} to {less_dynamic.value} W with less to do",
+                f"dynamic power of {of(style)} goes from {dynamic.value} to {less_dynamic.value} W for less work",
             )
 
 
@@ -242,7 +242,7 @@ def an_external_memory_changes_no_plan(case: Case) -> None:
         require(limit.value <= EXTERNAL.hz, f"{of(style)} runs faster than the memory beside it")
         run = drained(style.work(job))
         _steps_are_sound(run, style)
-        require(case.same(run.made), f"{of(style)} ends in another plan beside an external memory")
+        require(case.same(run.result), f"{of(style)} ends in another plan beside an external memory")
 
 
 @rule(on_maps)
@@ -256,7 +256,7 @@ def going_on_from_the_own_answer_is_no_slower_and_as_good(case: Case) -> None:
             warm.cycles <= cold.cycles,
             f"{of(style)} takes {warm.cycles} cycles from its own answer, {cold.cycles} from nothing",
         )
-        after: Any = case.planner.quality(case.problem, warm.made)
+        after: Any = case.planner.quality(case.problem, warm.result)
         require(
             after.starts_arrived >= before.starts_arrived,
             f"{of(style)} leads {after.starts_arrived} starts to a goal from its own answer,"
@@ -271,14 +271,14 @@ def going_on_from_the_own_answer_is_no_slower_and_as_good(case: Case) -> None:
 
 @rule(lambda case: "lower_bound" in case.planner.policies and case.plug_in.planner is not None)
 def a_lower_bound_can_be_made_and_taken(case: Case) -> None:
-    """Task ``lower_bound`` has a style, and ``work`` takes what it makes as a start."""
+    """Task ``lower_bound`` has a style, and ``work`` takes its bound as a start."""
     makers = [task for task in case.task_styles if task.task == LOWER_BOUND]
     require(makers, "policy 'lower_bound' needs a style of task 'lower_bound': there is none")
     for maker in makers:
         bound = drained(maker.steps(case.job_on(maker)))
         _steps_are_sound(bound, maker)
         for style in case.styles:
-            warm = case.work(style, start=bound.made)
+            warm = case.work(style, start=bound.result)
             _steps_are_sound(warm, style)
             require(
                 warm.cycles <= case.work(style).cycles,
@@ -297,7 +297,7 @@ def tasks_by_themselves_are_those_of_the_planner(case: Case) -> None:
         if style.task == case.answer:
             points, arrived = case.planner.path_from(case.problem, case.plan, case.position)
             require(
-                np.array_equal(run.made[0], points) and run.made[1] == arrived,
+                np.array_equal(run.result[0], points) and run.result[1] == arrived,
                 f"{of(style)} gives another path than Planner.path_from",
             )
 

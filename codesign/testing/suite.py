@@ -14,12 +14,12 @@ from codesign.testing import planner as planners
 from codesign.testing.case import Case, Rule
 
 RULES: tuple[Rule, ...] = (*members.RULES, *planners.RULES, *paths.RULES, *styles.RULES)
-"""Every rule, those of what is declared first."""
+"""Every rule; rules of declarations come first."""
 
 
 @dataclass(frozen=True)
 class Breach:
-    """A rule that a plug-in breaks, the case that shows it, and how."""
+    """A rule that a plug-in breaks, the case that shows it, and a sentence on it."""
 
     rule: str
     case: str
@@ -33,7 +33,7 @@ def cases_of(plug_in: PlugIn) -> tuple[Case, ...]:
     """One case for each set of parameters of the plug-in's samples.
 
     Raises:
-        ValueError: no parameters, or not two problems where the planner takes problems of its own or some are given.
+        ValueError: no parameters; or not two problems, where the planner has problems of its own or samples give some.
         InputError: a plug-in without a planner has styles of a planner that is not installed.
     """
     parameters, problems = plug_in.samples.parameters, plug_in.samples.problems
@@ -94,14 +94,14 @@ def check_plug_in(plug_in: PlugIn) -> None:
 
 
 class PlugInContract:
-    """The same as tests of pytest, one for each rule and each set of parameters.
+    """The contract as tests of pytest, one for each rule and each set of parameters.
 
-    A subclass in a test module, with a name that begins with ``Test``, says what to check:
+    A subclass in a test module, with a name that begins with ``Test``, names the plug-ins to check:
 
         class TestFlood(PlugInContract):
             plug_ins = (PLUG_IN,)
 
-    By default every plug-in that is installed is checked.
+    By default every installed plug-in is checked.
     """
 
     plug_ins: ClassVar[Sequence[PlugIn] | None] = None

@@ -96,6 +96,6 @@ def test_a_lower_bound_ends_in_the_same_bits_with_fewer_cycles() -> None:
         bound = drained(maker.steps(ended.job))
         assert bound.cycles == int(ended.problem.free.sum())
         for style in ended.styles:
-            cold, warm = ended.work(style), ended.work(style, start=bound.made)
-            assert ended.same(warm.made)
+            cold, warm = ended.work(style), ended.work(style, start=bound.result)
+            assert ended.same(warm.result)
             assert warm.phases["relax"] < cold.phases["relax"]

@@ -1,7 +1,6 @@
-"""What Dubey, Pradhan, Krishna and Roy Chowdhury (2013) publish of their circuits: Tables I to III, and the text.
+"""The figures that Dubey, Pradhan, Krishna and Roy Chowdhury (2013) publish: Tables I to III, and those of the text.
 
-Numbers are as printed. Which of them the laws of this package are fitted to, and which are held out, is in
-``resources`` and ``power``.
+Numbers are as printed. ``resources`` and ``power`` say which figures the laws are fitted to, and which are held out.
 """
 
 from __future__ import annotations

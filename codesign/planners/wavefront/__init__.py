@@ -5,5 +5,5 @@
 - ``published``: the paper's rows that laws are fitted to and held against.
 - ``paper``: the run that holds the model against the paper.
 
-``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
+``paper`` imports ``styles``, ``styles`` imports ``plan``, and never in the other direction.
 """

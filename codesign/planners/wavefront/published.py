@@ -1,4 +1,4 @@
-"""What Möller and Paschke (1998) publish of their circuit, as printed, and what our own RTL of it takes.
+"""The figures that Möller and Paschke (1998) publish of their circuit, as printed, and the demand of our own RTL.
 
 All figures of the paper are of one map of 256 × 256 nodes. The map itself is a picture, not data.
 """

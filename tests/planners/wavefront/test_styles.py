@@ -273,9 +273,9 @@ def test_design_points_share_their_waves() -> None:
 
 
 def test_the_platform_s_pentium_is_the_fitted_one() -> None:
-    from codesign.planners.wavefront.paper.maps import SAMPLES, sample, unit_seconds
+    from codesign.planners.wavefront.paper.maps import SAMPLES, make_sample, unit_seconds
 
-    samples = tuple(sample(name) for name in SAMPLES)
+    samples = tuple(make_sample(name) for name in SAMPLES)
     cost = load_platform("wavefront-array").components["host"].costs["wavefront_cell"]
     assert cost.value / 1e12 == pytest.approx(unit_seconds(samples), rel=1e-3)
     least = published.SOFTWARE_SECONDS / min(one.reached for one in samples)

@@ -1,4 +1,4 @@
-"""What the runs of Saudi and Sulaiman (2016) come to, as statements with the figures that they rest on."""
+"""The conclusions from the runs of Saudi and Sulaiman (2016), as statements with their figures."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from codesign.planners.relaxation.styles.costs import FITTED, mean_units, second
 from codesign.planners.reproduction import Finding, Progress, Row, Use
 
 SMALL_OMEGA = 1.5
-"""The least ω of Table I, for AM as a means to find ways, not to meet a tolerance."""
+"""The least ω of Table I, for AM as a means to lead to the goal, not to meet a tolerance."""
 MOST_FOLLOWED = 1000
 FAR_OFF = 0.05
-"""A published time is pointed at where the cost law misses it by more."""
+"""A finding names each published time that the cost law misses by more."""
 
 
 def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | None) -> tuple[Finding, ...]:
-    """How well the fits do, how the methods compare, what the tolerance is worth, what the paper contradicts."""
+    """The errors of the fits, the methods compared, the use of the tolerance, and contradictions of the paper."""
     return (
         *_fit_findings(rows),
         *_method_findings(outcomes),
@@ -36,23 +36,23 @@ def findings(rows: tuple[Row, ...], outcomes: MethodRuns, progress: Progress | N
 
 
 def _errors(rows: tuple[Row, ...], table: str, word: str) -> list[float]:
-    """Errors held out of any fit, in the rows of a table whose quantity has ``word`` in it, without the misprint."""
+    """Errors held out of any fit, in the rows of a table with ``word`` in their quantity, without the misprint."""
     return [
-        abs(one.error)
-        for one in rows
-        if one.table == table
-        and word in one.quantity
-        and one.use is Use.HELD_OUT
-        and one.error is not None
-        and not one.note.startswith("misprinted")
+        abs(row.error)
+        for row in rows
+        if row.table == table
+        and word in row.quantity
+        and row.use is Use.HELD_OUT
+        and row.error is not None
+        and not row.note.startswith("misprinted")
     ]
 
 
 def _fit_findings(rows: tuple[Row, ...]) -> tuple[Finding, ...]:
-    """How the map and the cost law fare on rows that they were not fitted to."""
+    """The errors of the map and the cost law on rows that they were not fitted to."""
     first, second = _errors(rows, "Table I", ", iterations"), _errors(rows, "Table II", ", iterations")
     times = _errors(rows, "Table I", ", time") + _errors(rows, "Table II", ", time")
-    gs = next(one for one in rows if one.quantity == "GS, iterations")
+    gs = next(row for row in rows if row.quantity == "GS, iterations")
     assert gs.error is not None
     return (
         Finding(
@@ -122,7 +122,7 @@ def _method_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
 
 
 def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> Finding:
-    """After how many iterations each cell leads to the goal, against how many the tolerance takes."""
+    """The iterations until each cell leads to the goal, against those until the tolerance is met."""
     runs = (
         ("Gauss-Seidel", Key(Method.GS)),
         ("SOR", best(outcomes, Method.SOR, followed=True)[0]),
@@ -149,7 +149,7 @@ def _followed_finding(outcomes: MethodRuns, progress: Progress | None) -> Findin
 
 
 def _precision_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
-    """What the tolerance and the boundary mean for the search."""
+    """The effect of the tolerance and the boundary on the search."""
     flat = {
         f"SOR at ω = {run.omega:g}": str(outcome.flat)
         for run, outcome in sorted(outcomes.items())
@@ -181,7 +181,7 @@ def _means_flat(outcomes: MethodRuns) -> bool:
 
 
 def _paper_findings(outcomes: MethodRuns) -> tuple[Finding, ...]:
-    """What in the paper cannot hold together."""
+    """Contradictions within the paper."""
     am = {run.omega: run.iterations for run in published.AM}
     losing = sum(run.iterations > am[run.r] for run in published.MAM_COARSE)
     best_am, best_mam = min(am.values()), min(run.iterations for run in published.MAM_FINE)

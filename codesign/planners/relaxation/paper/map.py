@@ -1,9 +1,9 @@
-"""A floor plan of 330 × 270 cells, made for the purpose: the maps of Saudi and Sulaiman (2016) are not published.
+"""A floor plan of 330 × 270 cells, drawn for this purpose: the maps of Saudi and Sulaiman (2016) are not published.
 
-Columns run along the 330, rows along the 270: rooms above and below two corridors, and between these a hall with the
-goal, beside more rooms. How many iterations a map takes hangs on its widest open space (a potential fixed on all walls
+Columns run along the 330, rows along the 270. Rooms lie above and below two corridors. Between the corridors lie a hall
+with the goal and more rooms. The iterations of a map depend on its widest open space (a potential fixed on all walls
 settles at the pace of its slowest mode, 1/height² + 1/width² of a hall). So the hall is sized to the Gauss-Seidel row
-of Table I, its height by that estimate and its width by trial; no other row was looked at.
+of Table I, its height by that estimate and its width by trial. No other row was used for the choice.
 ``workloads/maps/floor-plan.png`` is this map.
 """
 

@@ -1,4 +1,4 @@
-"""Saudi and Sulaiman (2016), held against the model: Tables I to III, and what stands beside them."""
+"""Saudi and Sulaiman (2016), held against the model: Tables I to III, the text, and methods beyond them."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def relaxation(quick: bool = False, progress: Progress | None = None) -> Reprodu
 
     Args:
         quick: rows of few iterations only: seconds instead of a minute or two.
-        progress: told in a line what is being computed.
+        progress: gets a line on each step of the computation.
     """
     runs = tabulated(quick)
     outcomes = run_all((*map(key_of, runs), *beyond(quick)), progress)
@@ -59,7 +59,7 @@ def _name(run: published.Run) -> str:
 
 
 def _table_rows(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> list[Row]:
-    """Tables I and II: iterations on the own map, and the time that the law gives to the published iterations."""
+    """Tables I and II: iterations on the own map, and the law's time of the published iterations."""
     rows = []
     for run in runs:
         key = key_of(run)
@@ -94,8 +94,8 @@ def _table_rows(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> list[R
 
 
 def _reductions(outcomes: MethodRuns) -> dict[str, tuple[list[float], list[float]]]:
-    """Table III from own runs: reductions in %, of iterations and of time, of every pair that was run."""
-    found: dict[str, tuple[list[float], list[float]]] = {name: ([], []) for name in published.REDUCTIONS}
+    """Table III from own runs: reductions in %, of iterations and of time, of every pair of runs."""
+    reductions: dict[str, tuple[list[float], list[float]]] = {name: ([], []) for name in published.REDUCTIONS}
     gs = outcomes[Key(Method.GS)].iterations
     for run in (*published.AM, *published.MAM_COARSE):
         key = key_of(run)
@@ -109,13 +109,13 @@ def _reductions(outcomes: MethodRuns) -> dict[str, tuple[list[float], list[float
         elif run.omega is not None and run.omega > published.AM[17].omega:  # type: ignore[operator]
             # The paper's range ends at its best ω, 1.97.
             continue
-        found[name][0].append(reduction(own, other))
-        found[name][1].append(reduction(seconds(key.method, own), other_seconds))
-    return found
+        reductions[name][0].append(reduction(own, other))
+        reductions[name][1].append(reduction(seconds(key.method, own), other_seconds))
+    return reductions
 
 
 def _reduction_rows(outcomes: MethodRuns) -> list[Row]:
-    """Table III, where the runs that it compares were made."""
+    """Table III, as far as its runs are among the outcomes."""
     rows = []
     whole = key_of(published.AM[0]) in outcomes
     for name, (iterations, times) in published.REDUCTIONS.items():
@@ -140,20 +140,20 @@ def _reduction_rows(outcomes: MethodRuns) -> list[Row]:
 
 
 def _text_rows(outcomes: MethodRuns) -> list[Row]:
-    """What section VI says of the best parameters."""
+    """The best parameters, against section VI."""
     am, mam = best(outcomes, Method.AM), best(outcomes, Method.MAM)
     return [
         row(
             "Section VI",
             quantity,
-            said,
+            printed,
             value,
             unit=unit,
             status=Status.CALIBRATED,
             source=OWN_MAP,
             use=Use.HELD_OUT,
         )
-        for quantity, said, value, unit in (
+        for quantity, printed, value, unit in (
             ("best ω of AM", "1.95 to 1.975", am[0].omega, "1"),
             ("best ω of MAM", "1.97 to 1.975", mam[0].omega, "1"),
             ("best r of MAM", "1.92 to 1.94", mam[0].r, "1"),
@@ -164,7 +164,7 @@ def _text_rows(outcomes: MethodRuns) -> list[Row]:
 
 
 def _beyond_rows(outcomes: MethodRuns) -> list[Row]:
-    """What the paper leaves out, on the same map and at the same cost of an update."""
+    """Methods that the paper leaves out, on the same map and at the same cost of an update."""
     rows = []
     for method in (Method.SOR, Method.RED_BLACK, Method.HALF_SWEEP_AM):
         key, outcome = best(outcomes, method, followed=True)
@@ -215,7 +215,7 @@ def _omega_plot(runs: tuple[published.Run, ...], outcomes: MethodRuns) -> Plot:
         for key, outcome in outcomes.items()
         if key.method is Method.SOR and key.boundary is Boundary.LOW_GOAL
     )
-    series.append(Series("SOR, own map", tuple(one[0] for one in sor), tuple(one[1] for one in sor)))
+    series.append(Series("SOR, own map", tuple(point[0] for point in sor), tuple(point[1] for point in sor)))
     return Plot(
         name="saudi2016-omega",
         title="Iterations to 1e-15 on 330 × 270 cells",

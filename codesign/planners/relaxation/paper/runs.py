@@ -1,4 +1,4 @@
-"""The runs that Saudi and Sulaiman (2016) are held against, on the floor plan of ``saudi2016_map``."""
+"""The runs to compare with Saudi and Sulaiman (2016), on the floor plan of ``map``."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from codesign.planners.reproduction import Progress
 SOR_OMEGAS = (1.90, 1.93, 1.95, 1.955, 1.96, 1.965, 1.97, 1.98)
 HALF_OMEGAS = (1.90, 1.92, 1.94, 1.95, 1.96)
 CHECK_EVERY = 10
-"""Iterations between two looks for flat cells, in ``until_followed``."""
+"""Iterations between two checks for flat cells, in ``until_followed``."""
 
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """What was run: a method with its parameters and a boundary."""
+    """A run: a method with its parameters and a boundary."""
 
     method: Method
     omega: float | None = None
@@ -36,7 +36,7 @@ class Key:
 
 @dataclass(frozen=True)
 class MethodRun:
-    """What came of it. ``flat``: reachable cells from which no step leads on. ``updates``: node values computed."""
+    """The outcome of a run. ``flat``: reachable cells without a next step. ``updates``: node values computed."""
 
     iterations: int
     stagnated: bool
@@ -95,18 +95,18 @@ def published_run(free: NDArray[np.bool_], key: Key, **limit: int) -> Solution:
 
 
 def run_all(keys: Iterable[Key], progress: Progress | None) -> MethodRuns:
-    """Every run, on all cores; the outcomes do not depend on how many there are."""
+    """Every run, on all cores; the outcomes do not depend on the number of cores."""
     free = floor_plan()
     wanted = tuple(dict.fromkeys(keys))
 
-    def one(key: Key) -> MethodRun:
+    def run(key: Key) -> MethodRun:
         solution = published_run(free, key)
         search = Search(solution.potential, free, [GOAL])
         return MethodRun(solution.iterations, solution.stagnated, int(search.flat().sum()), solution.updates)
 
     outcomes: MethodRuns = {}
     with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        for key, outcome in zip(wanted, pool.map(one, wanted), strict=True):
+        for key, outcome in zip(wanted, pool.map(run, wanted), strict=True):
             outcomes[key] = outcome
             if progress is not None and len(outcomes) % 10 == 1:
                 progress(f"relaxation of the floor plan: run {len(outcomes)} of {len(wanted)}")
@@ -116,7 +116,7 @@ def run_all(keys: Iterable[Key], progress: Progress | None) -> MethodRuns:
 def until_followed(key: Key, most: int) -> int | None:
     """Iterations, in steps of ``CHECK_EVERY``, after which no reachable cell is flat; None: more than ``most``.
 
-    Over-relaxed runs may lose ways again that they had, so there must be none after twice and four times as many
+    Over-relaxed runs may lose descents again, so no cell may be flat after twice and four times as many iterations
     either.
     """
     free = floor_plan()

@@ -1,4 +1,4 @@
-"""The potential from one sparse factorisation: what a user of SciPy would do."""
+"""The potential from one sparse factorisation by SciPy."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_DIRECT_CELLS = 1 << 20
-"""Cells of the largest map taken: the factors of a million unknowns hold about a gigabyte."""
+"""Cells of the largest accepted map: the factors of a million unknowns hold about a gigabyte."""
 
 
 def solve_direct(
     free: NDArray[np.bool_], goals: NDArray[np.int64], wall: float, goal: float
 ) -> tuple[NDArray[np.float64], int]:
-    """Float64 rows × columns, and how many unknowns there were.
+    """The potential, float64 rows × columns, and the number of unknowns.
 
-    Unknowns are the free cells that some way joins to a goal; the others are surrounded by obstacles, and take their
-    value. The potential is ``wall`` + the solution of the case 0 and ``goal`` − ``wall``: there small values keep their
-    leading digits, as the factorisation of such a matrix subtracts nothing.
+    Unknowns are the free cells that a path joins to a goal. The other free cells are surrounded by obstacles, and take
+    their value. The potential is ``wall`` + the solution of the case 0 and ``goal`` − ``wall``. In that case small
+    values keep their leading digits, as the factorisation of such a matrix subtracts nothing.
     """
     from scipy import sparse
     from scipy.sparse.linalg import splu

@@ -1,14 +1,14 @@
-"""Compiled sweeps over the layout of ``layout``: bit for bit the plain loops of ``reference``, many nodes at a time.
+"""Compiled sweeps over the layout of ``layout``, many nodes at a time: bit for bit those of loops in raster order.
 
-Limits, a node and sweep. In raster order every node waits for its western neighbour: two additions, a multiplication
-and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. What is left is the traffic between registers
+Limits of a node and sweep: in raster order every node waits for its western neighbour: two additions, a multiplication
+and an addition, 12 to 16 cycles. Nodes of a diagonal have no such chain. Their limit is the traffic between registers
 and the nearest cache: five loads (itself and four neighbours, hardly ever aligned), a mask and a store, about ten
-64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation`` measures that as one
-pass of the same stencil without any order, and holds the sweeps against it.
+64-byte lines for 8 nodes of 8 bytes, 1.2 to 1.4 cycles a node. ``benchmarks/bench_relaxation`` measures this limit as
+one pass of the same stencil without any order, and compares the sweeps with it.
 
-The largest change is kept as the bits of a double that is not negative, which order as integers do: a maximum of
-integers is done in vectors, one of doubles is not. No multiplication is fused with an addition, so that every machine
-gives the same bits.
+The largest change is kept as the bits of a double that is not negative. These bits order as integers do: a maximum of
+integers is computed in vectors, a maximum of doubles is not. No multiplication is fused with an addition, so that every
+machine gives the same bits.
 """
 
 from __future__ import annotations
@@ -26,18 +26,23 @@ Mask = NDArray[np.bool_]
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _verdict(change: float, tolerance: float, patience: int, floor: float, watch: Doubles) -> int:
-    """Whether the run is over. ``watch``: the least change so far, and the sweeps since it was seen."""
+def _verdict(top: Any, ending: tuple[float, int, float], watch: Doubles) -> Any:
+    """The change of a sweep from its bits, and whether the run is over.
+
+    ``ending``: tolerance, patience, floor. ``watch``: the least change so far, and the sweeps since then.
+    """
     # Algorithm 1 runs "until ‖u(k+1) - u(k)‖ < ε". The paper has no other end, but in doubles the last bits may go
     # round for ever: hence STAGNATED, once the change is small (``floor``) and has stopped falling.
+    tolerance, patience, floor = ending
+    change = np.int64(top).view(np.float64)
     if change < tolerance:
-        return CONVERGED
+        return change, CONVERGED
     if change < watch[0]:
         watch[0] = change
         watch[1] = 0.0
-        return RUNNING
+        return change, RUNNING
     watch[1] += 1.0
-    return STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
+    return change, STAGNATED if watch[1] >= patience and watch[0] <= floor else RUNNING
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -77,7 +82,7 @@ def _apart(
     quarter: float,
     keep: float,
 ) -> Any:
-    """As ``_in_place``, the new values going to ``target``."""
+    """As ``_in_place``, with the new values in ``target``."""
     top = np.int64(0)
     for k in range(target.size):
         old = here[k]
@@ -103,7 +108,7 @@ def _mean(
     quarter: float,
     keep: float,
 ) -> Any:
-    """Levels 2 and 3 on one diagonal: ``second`` computed, ``here`` made the mean of ``first`` and ``second``."""
+    """Levels 2 and 3 on one diagonal: computes ``second``; ``here`` becomes the mean of ``first`` and ``second``."""
     top = np.int64(0)
     for k in range(here.size):
         old = here[k]
@@ -116,6 +121,17 @@ def _mean(
         change = np.float64(abs(new - old)).view(np.int64)
         top = max(top, change)
     return top
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def _diagonal(base: NDArray[np.int64], rows: int, columns: int, d: int) -> Any:
+    """The first row and number of the nodes of diagonal ``d``, and the places of its first node, of N and of E."""
+    #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
+    #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
+    #        S                 diagonal d + 1: E at base[d + 1] + i, S at base[d + 1] + i + 1
+    low = max(1, d - columns + 2)
+    n = min(rows - 2, d - 1) - low + 1
+    return low, n, base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -137,16 +153,13 @@ def in_place_sweeps(
         movable: bool, packed; the nodes that are computed.
         base, shape: the layout.
         omega: over-relaxation.
-        sweeps: at most so many.
+        sweeps: their greatest number.
         ending: tolerance, patience, floor of ``_verdict``. watch: its state.
 
     Returns:
-        Sweeps done, the change of the last, and how it stands (RUNNING, CONVERGED, STAGNATED).
+        Sweeps done, the change of the last, and the state (RUNNING, CONVERGED, STAGNATED).
     """
-    #        N                 diagonal d - 1: N at base[d - 1] + i - 1, W at base[d - 1] + i
-    #     W  x  E              diagonal d: node (i, d - i) at base[d] + i, for the n rows from ``low`` inside the ring
-    #        S                 diagonal d + 1: E at base[d + 1] + i, S at base[d + 1] + i + 1
-    # When d is computed, N and W are new, E and S old, as in raster order; red nodes are the even diagonals.
+    # When a diagonal is computed, N and W are new, E and S old, as in raster order; red nodes are the even diagonals.
     rows, columns = shape
     quarter, keep = omega / 4.0, 1.0 - omega
     change, state, done = 0.0, RUNNING, 0
@@ -154,9 +167,7 @@ def in_place_sweeps(
         top = np.int64(0)
         for colour in range(colours):
             for d in range(2 + colour, rows + columns - 3, colours):
-                low = max(1, d - columns + 2)
-                n = min(rows - 2, d - 1) - low + 1
-                o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+                _, n, o, p, q = _diagonal(base, rows, columns, d)
                 bits = _in_place(
                     values[o : o + n],
                     movable[o : o + n],
@@ -169,8 +180,7 @@ def in_place_sweeps(
                 )
                 top = max(top, bits)
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -193,9 +203,7 @@ def jacobi_sweeps(
     while done < sweeps and state == RUNNING:
         top = np.int64(0)
         for d in range(2, rows + columns - 3):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            _, n, o, p, q = _diagonal(base, rows, columns, d)
             bits = _apart(
                 target[o : o + n],
                 source[o : o + n],
@@ -210,8 +218,7 @@ def jacobi_sweeps(
             top = max(top, bits)
         source, target = target, source
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     # After an odd number of sweeps the last values are in the other array.
     if done % 2:
         values[:] = spare
@@ -233,8 +240,8 @@ def mean_sweeps(
 ) -> Any:
     """The two-level arithmetic mean, equation 13; as ``in_place_sweeps``.
 
-    Level 2 goes backwards over the diagonals, and its values are needed by the next diagonal alone; the old value of a
-    node is needed no more once its own diagonal is done. So level 3 is done in the same pass.
+    Level 2 runs backwards over the diagonals. Only the next diagonal needs its values, and no later diagonal needs the
+    old values of a diagonal. So level 3 runs in the same pass.
 
     Args:
         first: float64, packed; the values of level 1, equal to ``values`` on fixed nodes.
@@ -248,9 +255,7 @@ def mean_sweeps(
     while done < sweeps and state == RUNNING:
         # Level 1, forwards: N and W of u1, E and S of u(k).
         for d in range(2, rows + columns - 3):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+            _, n, o, p, q = _diagonal(base, rows, columns, d)
             _apart(
                 first[o : o + n],
                 values[o : o + n],
@@ -266,9 +271,7 @@ def mean_sweeps(
         following[:] = wall
         # Level 2, backwards: N and W of u(k), which level 3 has not reached yet, E and S of u2.
         for d in range(rows + columns - 4, 1, -1):
-            low = max(1, d - columns + 2)
-            n = min(rows - 2, d - 1) - low + 1
-            o, p = base[d] + low, base[d - 1] + low - 1
+            low, n, o, p, _ = _diagonal(base, rows, columns, d)
             bits = _mean(
                 values[o : o + n],
                 first[o : o + n],
@@ -287,8 +290,7 @@ def mean_sweeps(
             second[low + n] = wall
             second, following = following, second
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -356,8 +358,7 @@ def half_sweeps(
             top = max(top, bits)
             second, following = following, second
         done += 1
-        change = np.int64(top).view(np.float64)
-        state = _verdict(change, ending[0], ending[1], ending[2], watch)
+        change, state = _verdict(top, ending, watch)
     return done, change, state
 
 
@@ -378,11 +379,9 @@ def count_flat(
     rows, columns = shape
     count = 0
     for d in range(2, rows + columns - 3):
-        low = max(1, d - columns + 2)
-        n = min(rows - 2, d - 1) - low + 1
-        o, p, q = base[d] + low, base[d - 1] + low - 1, base[d + 1] + low
+        _, n, o, p, q = _diagonal(base, rows, columns, d)
         for k in range(n):
-            # The descent of section V goes to the lowest neighbour, so one has to be strictly lower.
+            # The descent of section V moves to the lowest neighbour, so one must be strictly lower.
             here = sign * values[o + k]
             lower = (
                 (passable[p + k] and sign * values[p + k] < here)

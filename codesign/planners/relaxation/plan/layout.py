@@ -1,9 +1,9 @@
 """The grid in the order of its anti-diagonals, with a ring of obstacles around it.
 
-A sweep in raster order needs the new values to the north and to the west, and the old ones to the south and to the
-east. On the anti-diagonal i + j = d the former lie on d - 1 and the latter on d + 1, so the nodes of a diagonal do not
-depend on each other: laid side by side they are computed as vectors, in the very arithmetic of the raster order. Red
-nodes are the even diagonals, black nodes the odd ones.
+A sweep in raster order needs the new values to the north and to the west, and the old values to the south and to the
+east. For the anti-diagonal i + j = d the new values lie on d - 1 and the old values on d + 1. So the nodes of a
+diagonal do not depend on each other. Side by side they are computed as vectors, with the arithmetic of the raster
+order. Red nodes are the even diagonals, black nodes the odd ones.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Diagonals:
-    """Where node (i, j) of the padded grid lies: at ``base[i + j] + i``.
+    """The places of nodes: node (i, j) of the padded grid lies at ``base[i + j] + i``.
 
     ``rows``, ``columns``: of the grid with its ring. ``base``: int64, one entry a diagonal. ``position``: int64, rows ×
     columns, ``base[i + j] + i`` written out.

@@ -1,4 +1,4 @@
-"""The parameters of the relaxation, as a workload's mapping gives them, and what each method takes."""
+"""The parameters of the relaxation, as a workload's mapping gives them, and the parameters of each method."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_ITERATIONS = 1_000_000_000
 
 
 class Method(StrEnum):
-    """How the system of equations is solved."""
+    """The method that solves the system of equations."""
 
     GS = "gs"
     SOR = "sor"
@@ -35,11 +35,11 @@ class Method(StrEnum):
 
 
 DEFAULT_METHOD = Method.AM
-"""Forwards and backwards, a field crosses a map in any direction in few iterations."""
+"""With sweeps forwards and backwards, a field crosses a map in any direction in few iterations."""
 
 
 class Boundary(StrEnum):
-    """What is fixed on obstacles and on goals.
+    """The fixed values on obstacles and on goals.
 
     The potential of ``deep_goal`` is that of ``low_goal`` times 2^1000. It has 600 decades before a value becomes 0,
     where ``low_goal`` has 300.
@@ -61,13 +61,13 @@ class Boundary(StrEnum):
 
     @property
     def scale(self) -> float:
-        """How far the value of a goal is from that of an obstacle: what changes and tolerances are shares of."""
+        """The difference of the values of a goal and an obstacle: changes and tolerances are shares of it."""
         wall, goal = self.values
         return abs(goal - wall)
 
     @property
     def upwards(self) -> bool:
-        """Whether the way to a goal goes up."""
+        """Whether the path to a goal goes up."""
         return self is Boundary.HIGH_GOAL
 
 
@@ -90,10 +90,10 @@ ACCELERATION: dict[Method, tuple[float | None, float | None]] = {
     Method.HALF_SWEEP_AM: (1.0, None),
     Method.DIRECT: (None, None),
 }
-"""ω and r that each method takes where none is given, None where it takes none.
+"""The default ω and r of each method; None where it takes none.
 
-No method over-relaxes unless asked to. The best ω differs from map to map, and over-relaxation carries the rounding
-errors of cells near the goal into far rooms, whose values are smaller than these errors (docs/relaxation.md).
+No method over-relaxes by default. The best ω differs from map to map, and over-relaxation carries the rounding
+errors of cells near the goal into far rooms. The values there are smaller than these errors (docs/relaxation.md).
 """
 
 
@@ -133,7 +133,7 @@ def check_method(method: Any) -> Method:
 
 
 class RelaxParameters(TaskParameters):
-    """How the potential is computed and followed."""
+    """The computation of the potential, and the search over it."""
 
     method: Annotated[
         Method, Field(description="gs, sor, am, mam, red_black, jacobi, half_sweep_am or direct")
@@ -164,7 +164,7 @@ class RelaxParameters(TaskParameters):
         ),
     ] = DEFAULT_BOUNDARY
     max_iterations: Annotated[
-        int, Field(ge=1, le=MOST_ITERATIONS, description="a run ends there at the latest")
+        int, Field(ge=1, le=MOST_ITERATIONS, description="most iterations of a run")
     ] = DEFAULT_MAX_ITERATIONS
     neighbours: Annotated[
         Literal[4, 8], Field(description="cells that a step of the search chooses from")
@@ -180,4 +180,4 @@ class RelaxParameters(TaskParameters):
 
 
 class SearchParameters(TaskParameters):
-    """The gradient descent search has nothing of its own to choose."""
+    """The gradient descent search has no parameters of its own."""

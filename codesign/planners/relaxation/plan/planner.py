@@ -1,4 +1,4 @@
-"""Relaxation as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+"""Relaxation as a plug-in: the members of ``codesign.planners.interface.Planner``."""
 
 from __future__ import annotations
 
@@ -15,17 +15,13 @@ from codesign.models import TaskParameters
 from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
-from codesign.planners.relaxation.plan.parameters import (
-    Method,
-    RelaxParameters,
-    SearchParameters,
-)
+from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters, SearchParameters
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
 
 CELL_BITS = 2
-"""A cell of the map on its way to the planner: free, obstacle or goal."""
+"""A cell of the map on the link to the planner: free, obstacle or goal."""
 
 VALUE_BITS = 64
 """A value of the potential: a double."""
@@ -40,7 +36,7 @@ STEP_BITS = POSE_BITS = 64
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A potential, and how it is followed. ``neighbours``: cells that a step of the search chooses from."""
+    """A potential, and the rule that follows it. ``neighbours``: cells that a step of the search chooses from."""
 
     solution: Solution
     neighbours: int
@@ -111,20 +107,20 @@ class Relaxation(Planner):
         return ["a method of sweeps such as sor"] if job.parameters.method is Method.DIRECT else []
 
     def quality(self, problem: Problem, plan: Plan) -> Quality:
-        """What following the potential is worth."""
+        """The quality of the paths down the potential."""
         from codesign.planners.relaxation.plan.quality import quality
 
         return quality(problem, search_of(problem, plan), plan.solution)
 
     def identity(self, plan: Plan) -> str:
-        """The digest of the potential, of how it came about, and of the rule that follows it."""
+        """The digest of the potential, of its run, and of the rule that follows it."""
         solution = plan.solution
         run = f"{solution.method} {solution.omega} {solution.r} {solution.ended}"
         text = f"{run}{solution.boundary}{plan.neighbours}{solution.potential.shape}"
         return hashlib.sha256(text.encode() + solution.potential.tobytes()).hexdigest()
 
     def figures(self, plan: Plan) -> dict[str, Any]:
-        """How the potential came about."""
+        """The run that computed the potential."""
         solution = plan.solution
         details: dict[str, int | float | str] = {
             "method": str(solution.method),
@@ -143,8 +139,8 @@ class Relaxation(Planner):
         self, problem: Problem, plan: Plan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The path of the gradient descent search from ``start``."""
-        way = search_of(problem, plan).follow(start)
-        return way.cells.astype(np.float64), way.arrived
+        descent = search_of(problem, plan).follow(start)
+        return descent.cells.astype(np.float64), descent.arrived
 
     def start_of(self, plan: Plan) -> NDArray[np.float64]:
         """The potential, rows × columns."""
@@ -153,18 +149,18 @@ class Relaxation(Planner):
     def path_from(
         self, problem: Problem, plan: Plan, start: tuple[float, float]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The path of the gradient descent search from a position: that of its cell, the cell's middle left out."""
+        """The path of the gradient descent search from a position: that of its cell without the cell's middle."""
         cell = cell_of(problem, start)
         if cell is None:
             return np.array([start], np.float64), False
-        way = search_of(problem, plan).follow(cell)
-        if len(way.cells) == 1 and not way.arrived:
+        descent = search_of(problem, plan).follow(cell)
+        if len(descent.cells) == 1 and not descent.arrived:
             return np.array([start], np.float64), False
-        return from_position(start, way.cells, problem.free), way.arrived
+        return from_position(start, descent.cells, problem.free), descent.arrived
 
 
 def search_of(problem: Problem, plan: Plan) -> Search:
-    """The search over a plan's potential, made ready once for all positions."""
+    """The search over a plan's potential, prepared once for all positions."""
     kept = _searches.get(plan)
     if kept is None or kept[0] != problem.digest:
         search = Search(

@@ -1,4 +1,4 @@
-"""What a potential is worth to a robot that follows it."""
+"""The quality of a potential for a robot that follows it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, solve
 
 MOST_TRIED = 1 << 17
-"""Cells of the largest map on which a warning tries what it proposes: a fraction of a second."""
+"""Cells of the largest map on which a warning tries its proposals: a fraction of a second."""
 
 LEAST_NORMAL = float(np.finfo(np.float64).tiny)
 """Below it doubles lose digits, 1e-308, and below 5e-324 they are 0."""
@@ -24,10 +24,10 @@ ANOTHER_PLANNER = "take planner harmonic with more bits, or wavefront"
 def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
     """The quality of following ``search`` over the potential of ``solution`` on ``problem``.
 
-    ``local_maxima`` counts the cells from which no step leads on: flat areas, where neighbouring doubles are equal,
-    cells that the run ended too early for, and cells where its errors are larger than the slope. ``warnings`` says so
-    in words where cells lead nowhere, be the run converged or not. ``wrong_cells`` does not apply: doubles settle at no
-    exact value.
+    ``local_maxima`` counts the cells from which no step leads on: flat areas, where neighbouring doubles are equal;
+    cells that the run did not reach before its end; and cells where its errors are larger than the slope. ``warnings``
+    has a sentence where cells lead nowhere, whether or not the run converged. ``wrong_cells`` does not apply: doubles
+    settle at no exact value.
 
     Raises:
         InputError: a start is not in a free cell.
@@ -35,8 +35,8 @@ def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
     cells = search.reachable & ~search.goal
     lost = cells & ~search.arriving()
     count = int(cells.sum())
-    found = ((start, search.follow(start)) for start in problem.starts)
-    paths = ((start, way.cells if way.arrived else None) for start, way in found)
+    descents = ((start, search.follow(start)) for start in problem.starts)
+    paths = ((start, descent.cells if descent.arrived else None) for start, descent in descents)
     return Quality(
         local_maxima=int(search.flat().sum()),
         wrong_cells=None,
@@ -47,7 +47,7 @@ def quality(problem: Problem, search: Search, solution: Solution) -> Quality:
 
 
 def _warning(problem: Problem, solution: Solution, lost: NDArray[np.bool_], count: int) -> str:
-    """How many cells lead nowhere, why, and what would mend it."""
+    """The number of cells that lead nowhere, the cause, and the remedy."""
     nowhere = int(lost.sum())
     tenths = 1000 * nowhere // count
     share = f"{tenths / 10:g} %" if tenths else "under 0.1 %"
@@ -59,7 +59,7 @@ def _warning(problem: Problem, solution: Solution, lost: NDArray[np.bool_], coun
 
 
 def _cause(solution: Solution, lost: NDArray[np.bool_]) -> tuple[str, str]:
-    """Why cells lead nowhere, and what would mend it; "" where the default may."""
+    """The cause why cells lead nowhere, and the remedy; "" where the defaults may be the remedy."""
     if solution.ended is End.LIMIT:
         return "the run met its bound on iterations", "raise max_iterations"
     if solution.method is Method.HALF_SWEEP_AM:
@@ -85,7 +85,7 @@ def _cause_without_over_relaxation(solution: Solution, lost: NDArray[np.bool_]) 
 
 
 def _mend(problem: Problem) -> str:
-    """The defaults, else the direct solver, else another planner: tried on this map where that is cheap."""
+    """The remedy: the defaults, else the direct solver, else another planner; tried on this map if it is small."""
     defaults = "leave method, omega, r, tolerance and boundary out"
     if problem.free.size > MOST_TRIED:
         return f"{defaults}, or {ANOTHER_PLANNER}"

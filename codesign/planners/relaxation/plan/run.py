@@ -16,21 +16,21 @@ from codesign.planners.relaxation.plan.layout import Diagonals, diagonals
 from codesign.planners.relaxation.plan.parameters import Boundary, Method
 
 PATIENCE = 1000
-"""Sweeps without progress after which a run is taken for stalled: no new least change near the rounding floor, or, in a
-run that ends by descents, no fewer cells without one."""
+"""Sweeps without progress after which a run counts as stalled. Progress is a new least change near the rounding floor,
+or, in a run that ends by descents, fewer cells without a descent."""
 
 CONTINUED_PATIENCE = 100
-"""The same for a run by descents that began at the values of an earlier plan: after it the run begins anew."""
+"""The same for a run by descents that begins at the values of an earlier plan; then the run begins anew."""
 
 FLOOR = 1e-9
-"""A stall is looked for below this change only: far above what rounding leaves (1e-16 / (2 − ω) or so), far below what
-a run begins with."""
+"""A run can stall below this change only: far above the error of rounding (about 1e-16 / (2 − ω)), far below the first
+changes of a run."""
 
 CHECK_EVERY = 10
-"""Iterations between two looks for cells without a descent."""
+"""Iterations between two checks for cells without a descent."""
 
 SETTLED = 5e-324
-"""The least positive double: a change below it is none."""
+"""The least positive double: no change is below it but 0."""
 
 _UPDATES_A_CALL = 1 << 26
 """Node updates of one call of a kernel: a fraction of a second, so that a run can be interrupted."""
@@ -40,7 +40,7 @@ Mask = NDArray[np.bool_]
 
 
 class End(StrEnum):
-    """Why a run ended.
+    """The reason of the end of a run.
 
     ``CONVERGED``: the change is below the tolerance, or no bit changes any more; the direct solver always.
     ``DESCENDS``: every cell that can reach a goal has a lower neighbour. ``STAGNATED``: see ``PATIENCE``. ``LIMIT``:
@@ -55,7 +55,7 @@ class End(StrEnum):
 
 @dataclass(frozen=True)
 class Tally:
-    """What a run took: ``checks`` are its looks for cells without a descent. ``change`` is a share of the goal's."""
+    """The effort of a run. ``checks``: for cells without a descent. ``change``: a share of the goal's value."""
 
     iterations: int
     change: float
@@ -82,7 +82,7 @@ class Run:
     """The padded grid of one run.
 
     Args:
-        free: bool, rows × columns. reachable: the free cells that some way joins to a goal. goals: int64 n × 2.
+        free: bool, rows × columns. reachable: the free cells that a path joins to a goal. goals: int64 n × 2.
         acceleration: ω and r. tolerance: the run ends below this change; None: by descents. most: iterations.
     """
 
@@ -116,7 +116,7 @@ class Run:
 
     @cached_property
     def layout(self) -> Diagonals:
-        """Where the nodes lie in the order of the diagonals."""
+        """The places of the nodes in the order of the diagonals."""
         rows, columns = self.values.shape
         return diagonals(rows, columns)
 
@@ -127,7 +127,7 @@ class Run:
         self.continued = True
 
     def full_sweeps(self, method: Method) -> tuple[Values, Tally, int]:
-        """The potential with its ring, what it took, and the node values computed."""
+        """The potential with its ring, the tally of the run, and the number of node values computed."""
         from codesign.planners.relaxation.plan import kernels
 
         layout, shape = self.layout, self.values.shape
@@ -199,7 +199,7 @@ class Run:
         return Tally(done, float(change) / self.scale, ended, 0)
 
     def _to_descents(self, sweeper: Sweeper) -> Tally:
-        """Iterate until every reachable cell has a lower neighbour, or until nothing more can come of it."""
+        """Iterate until every reachable cell has a lower neighbour, or until no progress follows."""
         from codesign.planners.relaxation.plan.kernels import CONVERGED, STAGNATED
 
         ending, watch = (SETTLED, PATIENCE, FLOOR * self.scale), np.array([math.inf, 0.0])
@@ -220,7 +220,7 @@ class Run:
                 least, seen = flat, done
             stuck = state in {CONVERGED, STAGNATED} or done - seen >= PATIENCE
             if continued and (stuck or done - seen >= CONTINUED_PATIENCE):
-                # Old values may lie too deep where a way has been closed: from zero no cell ever does.
+                # Old values may lie too deep where a passage has been closed. From zero no cell ever does.
                 sweeper.values[sweeper.movable] = self.wall
                 watch[:] = math.inf, 0.0
                 continued, least, seen = False, math.inf, done
@@ -230,7 +230,7 @@ class Run:
         return Tally(done, float(change) / self.scale, End.LIMIT, checks)
 
     def _flat_counter(self) -> Callable[[Values], int]:
-        """What counts the reachable cells without a lower neighbour among the four, of packed values."""
+        """A function of packed values that counts the reachable cells without a lower neighbour among the four."""
         from codesign.planners.relaxation.plan import kernels
 
         layout, shape = self.layout, self.values.shape

@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from codesign.errors import InputError, outside_map
 
 STEPS = ((-1, 0), (0, 1), (1, 0), (0, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
-"""North, east, south, west, then the diagonals: the order in which the first of equal neighbours is taken."""
+"""North, east, south, west, then the diagonals. The first of equal neighbours in this order is taken."""
 
 
 class Ending(StrEnum):
-    """Why a descent ends: at a goal; where no neighbour is lower; or nowhere, as no way joins start and goal."""
+    """The end of a descent: at a goal; where no neighbour is lower; or at its start, as no path joins it to a goal."""
 
     GOAL = "goal"
     FLAT = "flat"
@@ -28,10 +28,10 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Descent:
-    """A way from a start.
+    """A path from a start.
 
-    ``cells``: int64 n × 2, (row, column), start first. ``ending``: why it ends there. ``length``: in cells, √2 for a
-    diagonal step.
+    ``cells``: int64 n × 2, (row, column), start first. ``ending``: the reason of its end. ``length``: in cells, √2 for
+    a diagonal step.
     """
 
     cells: NDArray[np.int64]
@@ -49,10 +49,10 @@ class Descent:
 
 
 class Search:
-    """A potential made ready for following: the lowest neighbour of every cell, found once.
+    """A potential prepared for descents: the lowest neighbour of every cell, computed once.
 
-    A step never enters an obstacle, and never cuts a corner: a diagonal one needs both cells beside it free. Values
-    fall strictly along a way, so it enters no cell twice and ends.
+    A step never enters an obstacle, and never cuts a corner: a diagonal step needs both cells beside it free. Values
+    fall strictly along a path, so it enters no cell twice and ends.
 
     Args:
         potential: float64, rows × columns. free: bool of that shape. goals: (row, column) pairs on free cells.
@@ -87,7 +87,7 @@ class Search:
         self.best = _lowest(-potential if upwards else potential, free, neighbours)
 
     def follow(self, start: tuple[int, int]) -> Descent:
-        """The way from ``start``. Raises InputError where that is no free cell of the map."""
+        """The path from ``start``. Raises InputError if ``start`` is no free cell of the map."""
         row, column = self._check_start(start)
         if not self.reachable[row, column]:
             return Descent(np.array([(row, column)], np.int64), Ending.UNREACHABLE)
@@ -104,9 +104,9 @@ class Search:
         return np.asarray(self.reachable & ~self.goal & (self.best < 0))
 
     def arriving(self) -> NDArray[np.bool_]:
-        """Bool rows × columns: reachable cells whose way ends at a goal (goals included).
+        """Bool rows × columns: reachable cells with a path that ends at a goal (goals included).
 
-        Every cell points at its lowest neighbour, then at that one's target, and so on: cells × log cells.
+        Every cell points at its lowest neighbour, then at the target of its target, and so on: cells × log cells.
         """
         offsets = np.array([down * self.free.shape[1] + right for down, right in STEPS] + [0])
         ends_here = self.goal.ravel()
@@ -141,7 +141,7 @@ def descend(
     neighbours: int = 8,
     upwards: bool = False,
 ) -> Descent:
-    """One way down a potential; ``Search`` serves for several."""
+    """One path down a potential; ``Search`` serves for several."""
     return Search(potential, free, goals, neighbours=neighbours, upwards=upwards).follow(start)
 
 

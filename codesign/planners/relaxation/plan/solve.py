@@ -1,4 +1,15 @@
-"""``solve``: the potential of a map, by sweeps until it settles, or directly."""
+"""``solve``: the potential of a map, by sweeps until it settles, or directly.
+
+With 0 < ω, r < 2 every method but half sweeps converges in exact arithmetic, from any start: the matrix is symmetric
+and positive definite, a sweep of SOR in either direction is a contraction in its energy norm (Ostrowski and Reich), and
+so is the mean of two.
+
+With ω, r ≤ 1 a run from zero gives every cell a descent as soon as values reach it, long before it converges. By depth
+(|u|, so that a goal is deepest): an iteration T without over-relaxation is monotone and T(0) ≥ 0, so depths only grow.
+The values in an average are then no deeper than after the iteration. So after the iteration no cell is deeper than the
+mean of its neighbours, and one of them is deeper unless all five are equal. Rounding to nearest is monotone, so doubles
+keep this but for ties.
+"""
 
 from __future__ import annotations
 
@@ -26,17 +37,17 @@ from codesign.planners.relaxation.plan.run import End, Run
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A potential and how it came about.
+    """A potential and its run.
 
     Attributes:
         potential: float64, rows × columns; obstacles and goals at the values of ``boundary``.
-        method, boundary: as asked for. omega, r: as taken, None where the method has none.
+        method, boundary: as given. omega, r: as used, None where the method has none.
         iterations: the paper's k, the last one included; 0 for the direct solver.
         change: largest change of a value in the last iteration, ‖u(k+1) − u(k)‖∞, as a share of the goal's value.
-        ended: why the run ended. It does not say whether each cell leads to a goal: ``planner.quality`` does.
+        ended: why the run ended. ``planner.quality`` says whether each cell leads to a goal.
         updates: node values computed: one an iteration and node, two for the arithmetic means; half the nodes for half
-            sweeps, whose other half is filled in once at the end.
-        checks: looks for cells without a descent; 0 in a run to a tolerance.
+            sweeps, and the other half once at the end.
+        checks: checks for cells without a descent; 0 in a run to a tolerance.
     """
 
     potential: NDArray[np.float64]
@@ -75,32 +86,24 @@ def solve(
 ) -> Solution:
     """Solve Laplace's equation on the free cells of a map (Saudi and Sulaiman 2016, equations 3 to 13).
 
-    The sweeps start from the value of obstacles in all free cells, or from ``start``, and go in raster order (level 2
-    of the arithmetic means: backwards). With 0 < ω, r < 2 every method but half sweeps converges in exact arithmetic,
-    from any start: the matrix is symmetric and positive definite, a sweep of SOR either way is a contraction in its
-    energy norm (Ostrowski and Reich), and so is the mean of two.
-
-    With ω, r ≤ 1 a run from zero gives every cell a descent as soon as values have come to it, long before it
-    converges. By depth (|u|, so that a goal is deepest): an iteration T without over-relaxation is monotone and T(0) ≥
-    0, so depths only grow; the values that an average is made of are then no deeper than they are after the iteration;
-    so after it no cell is deeper than the mean of its neighbours, and one of them is deeper unless all five are equal.
-    Rounding to nearest is monotone, so doubles keep this but for ties.
+    The sweeps start from the value of obstacles in all free cells, or from ``start``, and run in raster order (level 2
+    of the arithmetic means: backwards).
 
     Args:
-        free: bool, rows × columns, at most 2**24 cells; outside of the map is obstacle.
+        free: bool, rows × columns, at most 2**24 cells. Obstacles surround the map.
         goals: (row, column) pairs on free cells.
         method: ``gs``, ``sor``, ``am``, ``mam``, ``red_black``, ``jacobi``, ``half_sweep_am``, ``direct``.
         omega: over-relaxation, 0 < ω < 2; None: 1.
         r: that of the second level of ``mam``.
         tolerance: the run ends once no value changes by this share of the goal's in one iteration (the paper: 1e-15).
-            None: once each cell that can reach a goal has a lower one among its four neighbours, which is looked for
-            every ``run.CHECK_EVERY`` iterations.
+            None: once each cell that can reach a goal has a lower one among its four neighbours, which is checked every
+            ``run.CHECK_EVERY`` iterations.
         boundary: ``deep_goal`` (obstacles 0, goals −2^1000), ``low_goal`` (0, −1), ``high_walls`` (1, 0),
             ``high_goal`` (0, 1).
         max_iterations: the run ends there at the latest.
-        start: float64, rows × columns, what free cells start from, such as the potential of an earlier run with the
-            same ``boundary``; the direct solver has no use for it. A run by descents begins anew from obstacles'
-            value where ``start`` keeps cells from their descent.
+        start: float64, rows × columns, the first values of free cells, such as the potential of an earlier run with the
+            same ``boundary``; the direct solver does not use it. A run by descents begins anew from obstacles' value
+            where ``start`` keeps cells from their descent.
 
     Raises:
         MapError: the map or a goal cannot be used. InputError: another argument cannot be used, or the map does not
@@ -123,17 +126,22 @@ def solve(
 
         potential, unknowns = solve_direct(free, cells, *edge.values)
         return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns)
-    # Obstacles separate some cells from every goal. Their descent is neither looked for nor waited for.
+    # Obstacles separate some cells from every goal. The run does not check these cells for a descent.
     run = Run(free, reachable(free, pairs), cells, edge, settled, least, most)
     if start is not None:
         run.start_from(_start(start, free))
-    half = chosen is Method.HALF_SWEEP_AM
-    padded, tally, updates = run.half_sweeps() if half else run.full_sweeps(chosen)
+    return _relaxed(run, chosen, settled)
+
+
+def _relaxed(run: Run, method: Method, settled: tuple[float | None, float | None]) -> Solution:
+    """The solution that the sweeps of ``method`` end in; ``settled``: ω and r."""
+    half = method is Method.HALF_SWEEP_AM
+    padded, tally, updates = run.half_sweeps() if half else run.full_sweeps(method)
     return Solution(
-        # Without the ring of obstacles that stands around the map.
+        # Without the ring of obstacles around the map.
         potential=np.ascontiguousarray(padded[1:-1, 1:-1]),
-        method=chosen,
-        boundary=edge,
+        method=method,
+        boundary=run.boundary,
         omega=settled[0],
         r=settled[1],
         iterations=tally.iterations,
@@ -145,7 +153,7 @@ def solve(
 
 
 def refusal(method: Method, shape: tuple[int, ...], goals: Sequence[tuple[int, int]]) -> str | None:
-    """Why ``method`` cannot be used on such a map, or None."""
+    """The reason why ``method`` cannot be used on such a map, or None."""
     from codesign.planners.relaxation.plan.direct import MAX_DIRECT_CELLS
 
     if method is Method.DIRECT and math.prod(shape) > MAX_DIRECT_CELLS:

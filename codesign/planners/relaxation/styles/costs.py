@@ -1,12 +1,12 @@
-"""What an iteration costs on a processor, in updates of a node.
+"""The cost of an iteration on a processor, in updates of a node.
 
 The unit, kernel ``relaxation_node_update``, is one cell of the map passed by one sweep, occupied cells included: four
 loads, three additions, a multiplication, a comparison. On the paper's machine it is 16.8 ns: 77.12 s for 51,454
-iterations of Gauss-Seidel over 330 × 270 cells (Table I). How many of these cells are free is not published.
+iterations of Gauss-Seidel over 330 × 270 cells (Table I). The number of free cells is not published.
 
 An iteration of AM took 2.6 times as long (the 9 rows of Table I up to ω = 1.90 agree within 2.3 %). Two sweeps are two
-units by their arithmetic, so the mean of level 3, with the test for the end and the traffic of a third and a fourth
-array, is what remains, 0.60: that split is assumed.
+units by their arithmetic. The remaining 0.60 are the mean of level 3, with the test for the end and the traffic of a
+third and a fourth array. That split is assumed.
 """
 
 from __future__ import annotations
@@ -31,23 +31,23 @@ SEARCH_UNITS = 2
 """Units of a step of the search: eight neighbours compared, in place of four averaged. Assumed."""
 
 CHECK_UNITS = 1
-"""Units a cell of a look for cells without a descent: four neighbours compared, in place of averaged. Assumed.
+"""Units a cell of a check for cells without a descent: four neighbours compared, in place of averaged. Assumed.
 
-The cells that can reach a goal are found once, by a flood fill, for as much again. Assumed.
+A flood fill determines once, for as many units, the cells that can reach a goal. Assumed.
 """
 
 DIRECT_KERNEL = "relaxation_direct_cell"
-"""What a direct solution is counted in: one cell passed by a sweep in raster order as a compiled loop, node after node.
+"""The unit of a direct solution: one cell passed by a sweep in raster order as a compiled loop, node after node.
 
-On the paper's machine that is the unit of the sweeps. Where the sweeps are vectorised it is about seven of theirs, so
-platforms give it a cost of its own.
+On the paper's machine this is the unit of the sweeps. Where the sweeps are vectorised it is about seven of their units,
+so platforms give it a cost of its own.
 """
 
 DIRECT_COEFFICIENT, DIRECT_EXPONENT = 22.0, 1.31
 """Units of ``DIRECT_KERNEL`` of a direct solution over n unknowns: 22 n^1.31.
 
 Measured on our machine, for empty squares of 10,000 to 260,000 cells: SciPy's SuperLU against that loop. The floor plan
-needs 20 % less. ``benchmarks/bench_relaxation`` repeats it.
+takes 20 % less. ``benchmarks/bench_relaxation`` repeats it.
 """
 
 

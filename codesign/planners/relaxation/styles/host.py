@@ -1,13 +1,13 @@
 """Styles ``sequential`` and ``two_core``: the relaxation on one core of a processor, or on two of them.
 
 A processor has no clock law: a cycle of a step stands for one unit of the kernel ``relaxation_node_update``, or of
-``relaxation_direct_cell`` in the direct solution, which the platform gives costs (see ``costs``). On two cores a cycle
-is one that either spends, so that cycles are time.
+``relaxation_direct_cell`` in the direct solution. The platform gives these kernels costs (see ``costs``). On two cores
+a cycle passes on both, so that cycles are time.
 
 Two cores: levels 1 and 2 of the arithmetic means run side by side, and meet before and after level 3, which one core
-does. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster order
-(Gauss-Seidel, SOR), the direct solution and the looks for cells without a descent stay on one. The platform's busy
-power counts once, be it one core or two: assumed, and too little where that power is a core's share.
+computes. The colours of a red-black sweep and the nodes of Jacobi's are halved between the cores. A sweep in raster
+order (Gauss-Seidel, SOR), the direct solution and the checks for cells without a descent stay on one core. The
+platform's busy power counts once for one core or two: assumed, and too little where that power is a core's share.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from codesign.records import StageRecord
 SEARCH = "search"
 
 BATCHES = 16
-"""With somebody listening, iterations are told in at most so many batches."""
+"""The most batches of iterations that a run reports to listeners."""
 
 DOUBLE_BITS = 52
 """Fractional bits of a double."""
@@ -70,16 +70,16 @@ class Host(HostStyle):
         return {} if method is Method.DIRECT else {"sweep": sweep}
 
     def kernels(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
-        """That of the sweeps and the search; of the direct solution its own beside it."""
+        """The kernel of the sweeps and the search; for the direct solution its own kernel too."""
         return (DIRECT_KERNEL, self.kernel) if job.parameters.method is Method.DIRECT else (self.kernel,)
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Plan]:
         """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
 
-        ``check`` is of runs that end by descents.
+        Runs that end by descents have ``check``.
 
-        With ``detail`` the iterations come in batches, and the last of them tells the potential, scaled to 0 on
-        obstacles and 1 on goals. ``start``: the potential of an earlier plan, which the sweeps go on from.
+        With ``detail`` the iterations come in batches. The last batch reports the potential, scaled to 0 on obstacles
+        and 1 on goals. ``start``: the potential of an earlier plan, from which the sweeps continue.
         """
         problem, parameters, start = job.problem, job.parameters, job.start
         began = None if start is None else hashlib.sha256(start.tobytes()).hexdigest()
@@ -91,31 +91,31 @@ class Host(HostStyle):
             yield _step(phase, units)
         phase, units = relaxation[-1]
         total = sum(units for _, units in relaxation)
-        told = _told(plan.solution, int(search.flat().sum()), total, units) if job.detail else None
+        record = _stage_record(plan.solution, int(search.flat().sum()), total, units) if job.detail else None
         direct = plan.solution.method is Method.DIRECT
         kernel = DIRECT_KERNEL if direct else self.kernel
-        yield Step(phase, np.array([units], np.int64), told, kernel=kernel)
+        yield Step(phase, np.array([units], np.int64), record, kernel=kernel)
         if job.does(SEARCH):
-            # Where nobody has started yet, the answer is a single step.
+            # Without a start the answer is a single step.
             entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
             yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
         return plan
 
     def _relaxation(self, solution: Solution, cells: int, batches: int) -> list[tuple[str, int]]:
-        """Phases and their units, in order, until the potential stands."""
+        """Phases and their units, in order, until the end of the relaxation."""
         if solution.method is Method.DIRECT:
             return [("factorise", direct_units(solution.updates))]
         iteration = self.iteration(solution.method, cells)
-        found = [
+        phases = [
             (phase, count * units)
             for count in _batches(solution.iterations, batches)
             for phase, units in iteration.items()
         ]
         if solution.method is Method.HALF_SWEEP_AM:
-            found.append(("fill", -(-cells // 2)))
+            phases.append(("fill", -(-cells // 2)))
         if solution.checks:
-            found.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
-        return found
+            phases.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
+        return phases
 
 
 def _batches(iterations: int, most: int) -> list[int]:
@@ -132,11 +132,13 @@ def _step(phase: str, units: int) -> Step:
     return Step(phase, np.array([units], np.int64))
 
 
-def _told(solution: Solution, flat: int, total: int, last: int) -> Callable[[int, int, str], StageRecord]:
-    """The story of the relaxation, told with its last step: ``total`` units in all, ``last`` in that step."""
+def _stage_record(
+    solution: Solution, flat: int, total: int, last: int
+) -> Callable[[int, int, str], StageRecord]:
+    """The record of the relaxation, reported with its last step: ``total`` units in all, ``last`` in that step."""
     wall, goal = solution.boundary.values
 
-    def tell(begin: int, end: int, source: str) -> StageRecord:
+    def record_stage(begin: int, end: int, source: str) -> StageRecord:
         cost = (end - begin) // last
         return StageRecord(
             time=end,
@@ -144,7 +146,7 @@ def _told(solution: Solution, flat: int, total: int, last: int) -> Callable[[int
             begin=end - total * cost,
             stage=0,
             precision=DOUBLE_BITS,
-            # Of the costs that a stage may have it has iterations: a processor counts units of a kernel, no cycles.
+            # A stage on a processor has iterations, and units of a kernel in place of cycles.
             sweeps=0,
             visits=0,
             iterations=solution.iterations,
@@ -153,4 +155,4 @@ def _told(solution: Solution, flat: int, total: int, last: int) -> Callable[[int
             potential=(solution.potential - wall) / (goal - wall),
         )
 
-    return tell
+    return record_stage

@@ -1,4 +1,4 @@
-"""How the kernels of relaxation are timed on this machine."""
+"""The probes that time the kernels of relaxation on this machine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from codesign.planners.plug_in import Probe
 
 _SHORT, _LONG = 10, 300
-"""Iterations of the two relaxations whose difference is timed."""
+"""Iterations of two relaxations; the difference of their times is measured."""
 
 
 def _relaxation() -> Probe:
@@ -18,7 +18,7 @@ def _relaxation() -> Probe:
     free = maps.rooms(270, 330, room=(64, 80), door=12, wall=3, seed=1).free
 
     def sweeps(count: int) -> Callable[[], object]:
-        # To a tolerance, so that no look for cells without a descent is timed.
+        # To a tolerance, so that no check for cells without a descent is timed.
         return lambda: solve(
             free,
             [(10, 10)],
@@ -50,4 +50,4 @@ PROBES: Mapping[str, Callable[[], Probe]] = {
     "relaxation_node_update": _relaxation,
     "relaxation_direct_cell": _relaxation_direct,
 }
-"""How each kernel is timed, by the name that platforms give its cost."""
+"""The probe of each kernel, by the name of its cost in platforms."""

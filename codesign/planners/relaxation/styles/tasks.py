@@ -18,7 +18,7 @@ from codesign.planners.styles import Step
 
 
 class HostSearch(HostTask):
-    """Two units for each step of the path, as in the styles of the whole planner; again, for one step. Assumed."""
+    """Two units for each step of the path, as in the styles of the whole planner. Assumed."""
 
     planner = "relaxation"
     task = SEARCH
@@ -31,7 +31,7 @@ class HostSearch(HostTask):
         return SEARCH_UNITS * max(1, len(points) - 1), (points, arrived)
 
     def again(self, _job: Job[Problem, RelaxParameters], /) -> Generator[Step, None, None]:
-        """The next cell alone, which is what is sent."""
+        """The next cell alone, as only that cell is sent."""
         yield one_step(self.task, SEARCH_UNITS)
 
 

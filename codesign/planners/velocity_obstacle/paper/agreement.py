@@ -1,14 +1,14 @@
-"""How far fixed point may differ from doubles in one choice: a bound, and a check that nothing else differs.
+"""The bound on the difference between fixed point and doubles in one choice, and a check of it.
 
 From the same state both take the same candidate, unless a candidate's change of velocity, its distance of
 closest approach to another robot, or the direction of the target lies so near its threshold that rounding
-decides. How near is bounded here, from the formats alone; with ulp the unit of a format:
+decides. The formats alone bound this distance from a threshold. An ulp is the unit of a format:
 
 - change of velocity: (1 + √½) ulp of a velocity: each component of the array is rounded, the limit cut;
-- relative velocity: what the candidate, its acceleration and the constants are rounded by, twice that for
+- relative velocity: the rounding of the candidate, of its acceleration and of the constants; twice that for
   reciprocal obstacles;
 - relative position: three rounded products, and the rounded constants;
-- range: the error of the position and one ulp, by which it is rounded;
+- range: the error of the position, and one ulp of rounding;
 - closest approach d = |r × V| / |V|: the error of the position, |r| times the angle by which V may be turned,
   and one ulp of the radius.
 """
@@ -28,7 +28,7 @@ from codesign.planners.velocity_obstacle.plan.reference import BRAKE, Choice, Ro
 
 
 class Verdict(StrEnum):
-    """How the choice in fixed point compares with that in doubles."""
+    """The comparison of a choice in fixed point with that in doubles."""
 
     SAME = "same"
     NEAR_THRESHOLD = "near_threshold"
@@ -77,7 +77,7 @@ def compare(
 ) -> tuple[Verdict, Choice, Choice]:
     """The choice of one robot in fixed point and in doubles, from a state given in fixed point.
 
-    ``BEYOND_BOUND`` would be a fault of the arithmetic; a test sees that it never comes.
+    ``BEYOND_BOUND`` would be a fault of the arithmetic. A test checks that it does not occur.
     """
     exact, rounded = double(problem, parameters), fixed(problem, parameters)
     real = [in_doubles(rounded, robot) for robot in robots]
@@ -121,12 +121,12 @@ def _candidate_is_near(
     choices: tuple[Choice, Choice],
     limits: Bounds,
 ) -> bool:
-    """Whether the first candidate that one takes and the other refuses is near a threshold."""
+    """Whether the first candidate that one choice takes and the other refuses is near a threshold."""
     robot = robots[index]
     candidate = next(
-        one
-        for one in reference.candidates(exact, reference.to_goal(exact, robot))
-        if one in {choice.candidate for choice in choices if choice.candidate != BRAKE}
+        offered
+        for offered in reference.candidates(exact, reference.to_goal(exact, robot))
+        if offered in {choice.candidate for choice in choices if choice.candidate != BRAKE}
     )
     wanted = exact.velocities[candidate // exact.directions][candidate % exact.directions]
     change = wanted[0] - robot.velocity[0], wanted[1] - robot.velocity[1]

@@ -11,16 +11,16 @@ def velocity_obstacle(quick: bool = False, progress: Progress | None = None) -> 
     """Every row of the paper that the model can be held against, with plots and findings.
 
     Args:
-        quick: fewer seeds for what is simulated.
-        progress: told in a line what is being computed.
+        quick: fewer seeds for the simulated runs.
+        progress: gets a line on each step of the computation.
     """
     from codesign.planners.velocity_obstacle.paper.runs import (
         agreement,
+        paths_plot,
         run_findings,
         run_rows,
         single_runs,
         tallies,
-        ways_plot,
     )
     from codesign.planners.velocity_obstacle.paper.tables import (
         cycles_plot,
@@ -35,7 +35,7 @@ def velocity_obstacle(quick: bool = False, progress: Progress | None = None) -> 
     return Reproduction(
         paper="Dubey, Pradhan, Krishna, Roy Chowdhury 2013, Collision avoidance using acceleration velocity obstacles",
         rows=(*table_rows(), *run_rows(runs, verdicts)),
-        figures=(cycles_plot(), power_plot(), ways_plot(runs[8])),
+        figures=(cycles_plot(), power_plot(), paths_plot(runs[8])),
         findings=(*table_findings(), *run_findings(runs, counted, verdicts)),
         note=QUICK if quick else "",
     )

@@ -1,4 +1,4 @@
-"""Whole runs of 2, 4 and 8 robots on the 300 × 300 map: what section VI shows, counted."""
+"""Whole runs of 2, 4 and 8 robots on the 300 × 300 map, counted against section VI."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ from codesign.planners.velocity_obstacle.styles import timing
 
 ROBOTS = (2, 4, 8)
 RUN_STYLES = {2: Style.HYBRID, 4: Style.HYBRID, 8: Style.PIPELINED}
-"""What the paper ran: hybrid where it fits."""
+"""The styles that the paper ran: hybrid where it fits."""
 PUBLISHED_RULE = AvoidParameters(
     detection=Detection.PUBLISHED, responsibility=Responsibility.FULL, margin=0.0
 )
@@ -39,7 +39,7 @@ RULES = {
     "and each takes half": AvoidParameters(margin=0.0),
     "and a margin of one cell": AvoidParameters(),
 }
-"""From what the paper writes down to the default, one change at a time."""
+"""From the rule of the paper to the default, one change at a time."""
 
 SERIAL_BYTES_A_SECOND = 11_520
 """115,200 baud, ten bits a byte: assumed for the board's serial port."""
@@ -70,24 +70,24 @@ class Tally:
 
 def single_runs(progress: Progress | None) -> dict[int, Run]:
     """The runs that the rows show: robots on a circle, each to the opposite point."""
-    found = {}
+    runs = {}
     for robots in ROBOTS:
         if progress is not None:
             progress(f"{robots} robots on the 300 × 300 map")
         problem = generate("circle", robots)
         plan = avoid(problem, AvoidParameters())
-        found[robots] = Run(problem, plan, quality(problem, plan))
-    return found
+        runs[robots] = Run(problem, plan, quality(problem, plan))
+    return runs
 
 
 def tallies(quick: bool, progress: Progress | None) -> dict[str, Tally]:
     """Runs over seeds and arrangements for each rule, with 2, 4 and 8 robots."""
-    found = {}
+    tally_of_rule = {}
     for name, parameters in RULES.items():
         if progress is not None:
             progress(f"collisions: {name}")
-        found[name] = _tally(parameters, 3 if quick else 20)
-    return found
+        tally_of_rule[name] = _tally(parameters, 3 if quick else 20)
+    return tally_of_rule
 
 
 def _tally(parameters: AvoidParameters, seeds: int) -> Tally:
@@ -113,7 +113,7 @@ def agreement(quick: bool, progress: Progress | None) -> Counter[Verdict]:
     parameters = AvoidParameters()
     problem = generate("circle", 8)
     plan, numbers = avoid(problem, parameters), fixed(problem, parameters)
-    found: Counter[Verdict] = Counter()
+    verdicts: Counter[Verdict] = Counter()
     for update in range(0, plan.updates, 20 if quick else 2):
         robots = [
             RobotState(
@@ -125,12 +125,12 @@ def agreement(quick: bool, progress: Progress | None) -> Counter[Verdict]:
         ]
         for robot in range(problem.count):
             if plan.candidates[update, robot] != STAY:
-                found[compare(problem, parameters, robots, robot)[0]] += 1
-    return found
+                verdicts[compare(problem, parameters, robots, robot)[0]] += 1
+    return verdicts
 
 
 def run_rows(runs: dict[int, Run], verdicts: Counter[Verdict]) -> tuple[Row, ...]:
-    """What a run takes, row by row."""
+    """The figures of a run, row by row."""
     rows: list[Row] = []
     for robots, run in runs.items():
         rows += _rows_of_run(robots, run)
@@ -197,23 +197,23 @@ def _rows_of_run(robots: int, run: Run) -> list[Row]:
         row(
             "Section VI",
             f"{head}: {name}",
-            said,
-            found,
+            printed,
+            modelled,
             unit=unit,
             status=Status.ASSUMED if unit == "s" else Status.MEASURED,
             source=source,
             use=use,
             note=note,
         )
-        for name, said, found, unit, note, use in listed
+        for name, printed, modelled, unit, note, use in listed
     ]
 
 
-def ways_plot(run: Run) -> Plot:
-    """The ways of the robots: figure 10."""
+def paths_plot(run: Run) -> Plot:
+    """The paths of the robots: figure 10."""
     series = tuple(
-        Series(f"robot {index + 1}", tuple(way[:, 0].tolist()), tuple(way[:, 1].tolist()))
-        for index, way in enumerate(np.moveaxis(run.plan.cells[::8], 1, 0))
+        Series(f"robot {index + 1}", tuple(path[:, 0].tolist()), tuple(path[:, 1].tolist()))
+        for index, path in enumerate(np.moveaxis(run.plan.cells[::8], 1, 0))
     )
     return Plot(
         "dubey2013-ways",
@@ -228,7 +228,7 @@ def ways_plot(run: Run) -> Plot:
 def run_findings(
     runs: dict[int, Run], counted: dict[str, Tally], verdicts: Counter[Verdict]
 ) -> tuple[Finding, ...]:
-    """What the runs come to."""
+    """The conclusions from the runs."""
     total = sum(verdicts.values())
     run = runs[8]
     cycles = timing.run_cycles(Style.PIPELINED, run.plan, AvoidParameters())
@@ -271,13 +271,13 @@ def run_findings(
 
 
 def _rules_finding(counted: dict[str, Tally]) -> Finding:
-    """From what is written to what works, one change at a time."""
+    """Collisions from the published rule to the default, one change at a time."""
     figures = {"runs": str(next(iter(counted.values())).runs)}
-    for name, one in counted.items():
-        figures[f"{name}: collisions"] = str(one.collisions)
-        figures[f"{name}: robots that arrived"] = f"{one.arrived} of {one.robots}"
-        if one.overflows:
-            figures[f"{name}: runs beyond 16 bits"] = str(one.overflows)
+    for name, tally in counted.items():
+        figures[f"{name}: collisions"] = str(tally.collisions)
+        figures[f"{name}: robots that arrived"] = f"{tally.arrived} of {tally.robots}"
+        if tally.overflows:
+            figures[f"{name}: runs beyond 16 bits"] = str(tally.overflows)
     first, *_, last = counted.values()
     return Finding(
         "Equation 4 alone lets robots collide; three changes prevent it.",

@@ -1,4 +1,4 @@
-"""Tables I to III of Dubey et al. (2013), and what the text says of cycles and parts: rows without simulation."""
+"""Tables I to III of Dubey et al. (2013), and the text on cycles and parts: rows without simulation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, 
 
 PARAMETERS = AvoidParameters()
 HYBRID_USES = {2: Use.FITTED, 4: Use.KNOWN, 8: Use.HELD_OUT}
-"""By the number of robots. That the mapper packs from 97 % on was chosen knowing that 4 robots ran."""
+"""By the number of robots. The rule that the mapper packs from 97 % on was chosen knowing that 4 robots ran."""
 LABELS = {
     Style.SEQUENTIAL: "sequential, 17n - 10",
     Style.PIPELINED: "RC pipelined, 10n + 4",
@@ -82,7 +82,7 @@ def _feasibility_rows() -> list[Row]:
     """Which hybrid designs fit."""
     chip = part()
     rows = []
-    for robots, said in ((2, "fits"), (4, "fits"), (8, "does not fit")):
+    for robots, printed in ((2, "fits"), (4, "fits"), (8, "does not fit")):
         short = levers.shortages(Style.HYBRID, robots, PARAMETERS, chip)
         need = levers.totals(Style.HYBRID, robots, PARAMETERS, chip)
         listed = ", ".join(
@@ -92,7 +92,7 @@ def _feasibility_rows() -> list[Row]:
             row(
                 "Section VI",
                 f"hybrid, {robots} robots, on {published.PART}",
-                said,
+                printed,
                 "does not fit" if short else "fits",
                 status=Status.CALIBRATED,
                 source="resources by unit, slices by the mapper's packing",
@@ -206,7 +206,7 @@ def power_plot() -> Plot:
 
 
 def table_findings() -> tuple[Finding, ...]:
-    """What the tables say about themselves."""
+    """The conclusions from the tables."""
     fit, chip = power.power_fit(), part()
     energy = {
         style: published.TABLE_III[style][4] * 1e-3 * published.TABLE_II[style][4] / CLOCK * 1e9

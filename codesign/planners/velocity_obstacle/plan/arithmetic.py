@@ -1,8 +1,7 @@
 """The numbers that the planner computes with: fixed point of a given width, or doubles.
 
-Both have the same constants under the same names and differ only in how a product is brought back to the
-format of its result. So one text of the algorithm (``reference``) serves both, and what differs between them
-is rounding alone.
+Both have the same constants under the same names. They differ only in the rounding of a product to the format of
+its result. So one text of the algorithm (``reference``) serves both.
 
 Fixed point: two's complement of ``width`` bits. Each kind of quantity has the most fractional bits with which
 its greatest value still fits; a product is rounded to nearest, halves up, once. Sums of products that are only
@@ -24,7 +23,7 @@ Number: TypeAlias = Any
 
 MOST_SHIFT = 60
 HEADROOM = 1.0 + 2.0**-5
-"""Speeds and accelerations pass their limits by rounding only; their formats leave this much."""
+"""Speeds and accelerations pass their limits by rounding only; their formats leave this room."""
 
 
 def fraction_bits(greatest: float, width: int) -> int:
@@ -78,7 +77,7 @@ def formats_of(problem: RobotsProblem, parameters: AvoidParameters, width: int) 
 
 @dataclass(frozen=True)
 class Shifts:
-    """How far each product is shifted right to the format of its result."""
+    """The shift of each product, to the right, to the format of its result; in the order of the kernel's array."""
 
     velocity_step: int
     acceleration_step: int
@@ -105,13 +104,11 @@ class Arithmetic:
     """The constants of the algorithm in one kind of number.
 
     ``formats`` and ``shifts``: of fixed point; None for doubles. Constants: ``step`` t; ``half_square`` t²/2;
-    ``inverse_step`` 1/t; ``change_squared`` (a_max t)², the square of the greatest change of velocity;
-    ``brake``, the change of one component while braking; ``acceleration`` and ``speed``, the most of one component;
-    ``radius_squared`` of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``;
-    ``gains`` of the PID, 1/s;
-    ``velocities[speed][direction]`` = (vx, vy), fastest first, of each of which ``turns`` directions are tried;
-    ``bounds[k]`` = (cos, sin) between direction k
-    and k + 1 of the first octant.
+    ``inverse_step`` 1/t; ``change_squared`` (a_max t)², the square of the greatest change of velocity; ``brake``, the
+    change of one component while braking; ``acceleration`` and ``speed``, the most of one component; ``radius_squared``
+    of both robots with the margin; ``range_squared``, None without; ``tolerance_squared``; ``gains`` of the PID, 1/s;
+    ``velocities[speed][direction]`` = (vx, vy), fastest first; ``turns``, the directions that are tried at each speed;
+    ``bounds[k]`` = (cos, sin) between direction k and k + 1 of the first octant.
     """
 
     formats: Formats | None
@@ -241,10 +238,10 @@ def fixed(problem: RobotsProblem, parameters: AvoidParameters, width: int | None
 
 
 def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int) -> str | None:
-    """What keeps words of ``width`` bits from this problem, or None.
+    """The reason why words of ``width`` bits do not suit this problem, or None.
 
     The slowest velocity of the array must move a robot by a unit of position in one step, and the radius and the
-    greatest change of velocity must be some units: with less, rounding decides.
+    greatest change of velocity must be some units. With fewer units rounding would decide.
     """
     formats = formats_of(problem, parameters, width)
     shifts = shifts_of(formats)
@@ -269,7 +266,7 @@ def width_fault(problem: RobotsProblem, parameters: AvoidParameters, width: int)
 
 
 def least_width(problem: RobotsProblem, parameters: AvoidParameters) -> int | None:
-    """The narrowest words that this problem can be computed with, or None: none of up to 24 bits."""
+    """The narrowest words that suit this problem, or None: no words of up to 24 bits do."""
     widths = range(LEAST_WIDTH, MOST_WIDTH + 1)
     return next((width for width in widths if width_fault(problem, parameters, width) is None), None)
 

@@ -12,11 +12,11 @@ from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 def avoid(problem: RobotsProblem, parameters: AvoidParameters) -> Avoidance:
     """Run all robots until they stand at their targets, or ``parameters.updates`` are done, or a value leaves its word.
 
-    All decide at the same time from the same state, each on its own FPGA, and every decision is taken within its
-    time step. Ends in the same bits as ``reference.run`` with ``arithmetic.fixed``.
+    All decide at the same time from the same state, each on its own FPGA. Every decision takes effect within its time
+    step. The run ends in the same bits as ``reference.run`` with ``arithmetic.fixed``.
 
     Raises:
-        InputError: parameters that this problem cannot be computed with (``fault_of``).
+        InputError: the parameters do not suit this problem (``fault_of``).
     """
     fault = fault_of(problem, parameters)
     if fault is not None:

@@ -1,4 +1,4 @@
-"""A run of several robots: what every one of them decided, where it drove, and what ended it."""
+"""A run of several robots: every decision, every state, and the value that ended it."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 class Departure:
     """A value that left its word, which ends a run.
 
-    ``what``: position or velocity. ``robot``: whose. ``update``: in which, counted from 1. ``steps``: time steps from
-    the begin of the run to the end of the step in question, and ``seconds`` the same. ``place``: where that step would
-    have brought the robot, (x, y) in cells. ``reach``: the greatest value that the words hold, in cells or cells/s.
+    ``what``: position or velocity. ``robot``: its number. ``update``: counted from 1. ``steps``: time steps from the
+    begin of the run to the end of the step in question; ``seconds``: the same time. ``place``: the position of the
+    robot after that step, (x, y) in cells. ``reach``: the greatest value that the words hold, in cells or cells/s.
     """
 
     what: str
@@ -44,16 +44,16 @@ class Departure:
 class Avoidance:
     """A run of n robots over u updates in fixed point: m + 1 states, the start first, and m legs between them.
 
-    An update that is decided within its time step is one leg. One that takes longer is two: the robots drive straight
-    on while they decide, and then take their new velocity in one time step.
+    An update that is decided within its time step is one leg. An update that takes longer is two legs: the robots drive
+    straight on while they decide, and then take their new velocity in one time step.
 
     - ``positions``, ``velocities``: int64 (m + 1) × n × 2, (x, y) in units of ``formats``.
-    - ``times``: int64 m + 1, when each state is reached, in time steps from the start.
-    - ``begins``: int64 u, when each update begins, in the same.
+    - ``times``: int64 m + 1, the time of each state, in time steps from the start.
+    - ``begins``: int64 u, the time at which each update begins, in the same unit.
     - ``candidates``: int32 u × n, speed level × directions + direction, or BRAKE (-1) or STAY (-2).
-    - ``checks``: int32 u × n, candidates held against the acceleration; ``trials``: those of them that were then
-      held against all other robots.
-    - ``departure``: what left its word in the update after these and ended the run; None where nothing did.
+    - ``checks``: int32 u × n, candidates tested against the acceleration; ``trials``: those that pass, which are then
+      tested against all other robots.
+    - ``departure``: the value that left its word in the next update and ended the run, or None.
     """
 
     formats: Formats

@@ -1,4 +1,4 @@
-"""What keeps parameters of the planner from a problem: said before anything is computed."""
+"""The reasons why parameters of the planner do not suit a problem, before anything is computed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_STATES = 2**22
 
 
 def fault_of(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
-    """What keeps these parameters from this problem, as (parameter, sentence), or None."""
+    """The reason why these parameters do not suit this problem, as (parameter, sentence), or None."""
     return (
         _coarse_array(problem, parameters)
         or _long_run(problem, parameters)
@@ -32,9 +32,9 @@ def least_range(problem: RobotsProblem, parameters: AvoidParameters) -> float:
 def _coarse_array(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
     """The array of velocities must be fine enough for the acceleration.
 
-    From every velocity of the array the robot has to reach that of the next speed and the next direction in one
-    step of its acceleration, and with √½ of it that of the next direction alone: else it may circle at a low
-    speed for ever. Computed in shares of the greatest speed, in which no limit is too small or too large for a double.
+    From every velocity of the array the robot must reach that of the next speed and the next direction in one step of
+    its acceleration, and that of the next direction alone with √½ of it. Otherwise it may circle at a low speed for
+    ever. Values are shares of the greatest speed: in these no limit is too small or too large for a double.
     """
     reach = problem.acceleration / problem.speed * parameters.step
     chord = 2.0 * math.sin(math.pi / parameters.directions)
@@ -89,7 +89,7 @@ def _narrow_words(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[
 
 
 def _wide_constants(problem: RobotsProblem, parameters: AvoidParameters) -> tuple[str, str] | None:
-    """Distances that are constants of the circuit must fit the words of a position, as all its constants do."""
+    """Distances that are constants of the circuit must fit the words of a position, like all its constants."""
     formats = formats_of(problem, parameters, parameters.width)
     reach = math.ldexp(1.0, formats.width - 1 - formats.position)
     words = f"positions have words of {formats.width} bits, which reach to {reach:g} cells"

@@ -1,4 +1,4 @@
-"""How near two robots come to each other, between updates as well as at them."""
+"""The least distance between two robots, at updates and between them."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ def pair_gaps(
     """Least distance between the centres of each pair over a run, cells, float64, one entry a pair.
 
     ``cells``: float64 (m + 1) × n × 2, the ends of m legs. ``speeds``: float64 (m + 1) × n × 2, the velocities there,
-    cells/s. ``seconds``: float64 m, how long each leg takes.
+    cells/s. ``seconds``: float64 m, the time of each leg.
 
     On a leg a robot moves with constant acceleration (equation 2b): r(s) = r0 + v0 T s + (r1 - r0 - v0 T) s² for s
-    from 0 to 1, through both its ends. So the squared distance of a pair is a quartic in s, whose least value lies at
-    an end of the leg or at a root of its derivative, a cubic.
+    from 0 to 1, through both its ends. So the squared distance of a pair is a quartic in s. Its least value lies at an
+    end of the leg or at a root of its derivative, a cubic.
     """
     count = cells.shape[1]
     least = np.empty(count * (count - 1) // 2)
@@ -35,21 +35,24 @@ def pair_gaps(
 def _pair_gaps(cells: Any, speeds: Any, seconds: Any, least: Any) -> None:
     legs, count = len(seconds), cells.shape[1]
     pair = 0
-    for one in range(count - 1):
-        for other in range(one + 1, count):
-            x, y = cells[0, other, 0] - cells[0, one, 0], cells[0, other, 1] - cells[0, one, 1]
+    for robot in range(count - 1):
+        for other in range(robot + 1, count):
+            x, y = cells[0, other, 0] - cells[0, robot, 0], cells[0, other, 1] - cells[0, robot, 1]
             best = math.sqrt(x * x + y * y)
             for leg in range(legs):
                 # The relative motion of the pair: a + b s + c s².
-                ax, ay = cells[leg, other, 0] - cells[leg, one, 0], cells[leg, other, 1] - cells[leg, one, 1]
-                bx = (speeds[leg, other, 0] - speeds[leg, one, 0]) * seconds[leg]
-                by = (speeds[leg, other, 1] - speeds[leg, one, 1]) * seconds[leg]
+                ax, ay = (
+                    cells[leg, other, 0] - cells[leg, robot, 0],
+                    cells[leg, other, 1] - cells[leg, robot, 1],
+                )
+                bx = (speeds[leg, other, 0] - speeds[leg, robot, 0]) * seconds[leg]
+                by = (speeds[leg, other, 1] - speeds[leg, robot, 1]) * seconds[leg]
                 ex, ey = (
-                    cells[leg + 1, other, 0] - cells[leg + 1, one, 0],
-                    cells[leg + 1, other, 1] - cells[leg + 1, one, 1],
+                    cells[leg + 1, other, 0] - cells[leg + 1, robot, 0],
+                    cells[leg + 1, other, 1] - cells[leg + 1, robot, 1],
                 )
                 cx, cy = ex - ax - bx, ey - ay - by
-                # |a + b s + c s²| ≥ |a| - |b| - |c|: most legs cannot come nearer than what was found.
+                # |a + b s + c s²| ≥ |a| - |b| - |c|: most legs cannot come nearer than the best so far.
                 away = math.sqrt(ax * ax + ay * ay)
                 away -= math.sqrt(bx * bx + by * by) + math.sqrt(cx * cx + cy * cy)
                 if away < best:

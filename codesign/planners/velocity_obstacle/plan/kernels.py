@@ -1,8 +1,8 @@
-"""The closed loop in fixed point, compiled: bit for bit what ``reference`` does with ``arithmetic.fixed``.
+"""The closed loop in fixed point, compiled: bit for bit equal to ``reference`` with ``arithmetic.fixed``.
 
-Three things differ from the plain text, none of them in an answer. The step of the other robots is computed
-once an update, not once a trial. Equation 4 is taken by Lagrange's identity, |r|²|V|² - (r·V)² = (r × V)².
-And both of its sides, up to 110 bits at a width of 24, are compared as two words of 64 bits.
+The kernel differs from the plain text in three points, with the same answers. The step of the other robots is computed
+once an update, not once a trial. Equation 4 is computed by Lagrange's identity, |r|²|V|² - (r·V)² = (r × V)². Both of
+its sides, up to 110 bits at a width of 24, are compared as two words of 64 bits.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 """Places in the array of constants; ``LIMIT``: 2^(width - 1); ``TURNS``: directions tried at each speed."""
 
 NO_RANGE = 2**62
-"""Farther than any two robots are apart."""
+"""Farther than any distance between two robots."""
 
 VELOCITY_STEP, ACCELERATION_STEP, ACCELERATION_HALF_SQUARE, CHANGE_INVERSE_STEP, GAIN = range(5)
 """Places in the array of shifts."""
@@ -85,7 +85,7 @@ def on_course(
 
 @njit(cache=True, nogil=True)
 def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
-    # "To-goal" (section III) without an arctangent: in the first octant across / along is held against the tangents
+    # "To-goal" (section III) without an arctangent: in the first octant across / along is compared with the tangents
     # halfway between two directions, (cos, sin) in ``bounds``. Then it is mirrored back at 45°, 90° and 0°.
     along, across = max(abs(x), abs(y)), min(abs(x), abs(y))
     direction = 0
@@ -99,6 +99,29 @@ def _to_goal(x: Any, y: Any, bounds: Any, directions: Any) -> Any:
     if y < 0:
         direction = -direction
     return direction % directions
+
+
+@njit(cache=True, nogil=True)
+def _is_safe(
+    own: Any, x: Any, y: Any, vx: Any, vy: Any, stepped: Any, velocity: Any, constants: Any, approaching: Any
+) -> Any:
+    """Whether a trial of robot ``own`` at (x, y) with the velocity (vx, vy) is on no collision course with another."""
+    # A trial that leaves its word is refused, as by the overflow bit of the unit.
+    if not (_fits(x, constants[LIMIT]) and _fits(y, constants[LIMIT])):
+        return False
+    # Equation 4 for the relative position and velocity of every pair.
+    for other in range(len(stepped)):
+        if other != own and on_course(
+            x - stepped[other, 0],
+            y - stepped[other, 1],
+            vx - velocity[other, 0],
+            vy - velocity[other, 1],
+            constants[RADIUS_SQUARED],
+            approaching,
+            constants[RANGE_SQUARED],
+        ):
+            return False
+    return True
 
 
 @njit(cache=True, nogil=True)
@@ -147,25 +170,10 @@ def _choose(
             there_y = (
                 py + straight_y + _rescale(ay * constants[HALF_SQUARE], shifts[ACCELERATION_HALF_SQUARE])
             )
-            # Reciprocal: v' is half way from v to the velocity that avoids, 2v' - v; the other robot does the rest.
+            # Reciprocal: v' is halfway from v to the velocity that avoids, 2v' - v; the other robot does the rest.
             own_x = 2 * new_x - vx if half else new_x
             own_y = 2 * new_y - vy if half else new_y
-            # A trial that leaves its word is refused, as by the overflow bit of the unit.
-            safe = _fits(there_x, constants[LIMIT]) and _fits(there_y, constants[LIMIT])
-            for other in range(len(position)):
-                if not safe:
-                    break
-                if other != robot and on_course(
-                    there_x - stepped[other, 0],
-                    there_y - stepped[other, 1],
-                    own_x - velocity[other, 0],
-                    own_y - velocity[other, 1],
-                    constants[RADIUS_SQUARED],
-                    approaching,
-                    constants[RANGE_SQUARED],
-                ):
-                    safe = False
-            if safe:
+            if _is_safe(robot, there_x, there_y, own_x, own_y, stepped, velocity, constants, approaching):
                 return speed * directions + direction, checks, trials, new_x, new_y
     return SELECT_BRAKE, checks, trials, vx, vy
 
@@ -192,7 +200,7 @@ def _drive(
 def _move(
     robot: Any, wanted: Any, position: Any, velocity: Any, sums: Any, errors: Any, constants: Any, shifts: Any
 ) -> Any:
-    """One robot's PID control and update (equations 2a and 2b); what left its word, 0 where nothing did."""
+    """One robot's PID control and update (equations 2a and 2b); the kind of value that left its word, 0: none."""
     outside = 0
     limit = constants[LIMIT]
     for axis in range(2):
@@ -234,7 +242,8 @@ def decide(
 ) -> Any:
     """Every robot's choice from one common state; writes arrived, stepped, wanted, candidates, checks and trials.
 
-    Returns the robot that leaves the words of a position if it drives on for one step, or -1. The choices stand anyway.
+    Returns the robot that leaves the words of a position if it drives on for one step, or -1. The choices are valid in
+    either case.
     """
     count = len(position)
     outside = -1
@@ -276,10 +285,10 @@ def decide(
 
 @njit(cache=True, nogil=True)
 def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) -> Any:
-    """Drive all robots on for some steps with the velocities that they have (equation 2b without acceleration).
+    """Drive all robots on for some steps with their velocities (equation 2b without acceleration).
 
-    Returns the robot that leaves its words first and the step after which it does, or (-1, 0): then ``position`` is
-    that step's.
+    Returns the robot that first leaves its words and the number of that step, with ``position`` at that step; or
+    (-1, 0).
     """
     count, limit = len(position), constants[LIMIT]
     moved = np.zeros((count, 2), np.int64)
@@ -307,9 +316,9 @@ def hold(position: Any, velocity: Any, steps: Any, constants: Any, shifts: Any) 
 def act(
     position: Any, velocity: Any, sums: Any, errors: Any, wanted: Any, constants: Any, shifts: Any
 ) -> Any:
-    """One step in which every robot's PID control drives it to the velocity that it wants.
+    """One step in which every robot's PID control drives it to its wanted velocity.
 
-    Returns what left its word first (0: nothing) and the robot.
+    Returns the kind of value that first left its word (0: none), and the robot.
     """
     overflow, overflown = 0, 0
     for robot in range(len(position)):
@@ -349,7 +358,7 @@ def run(
     ``position``, ``velocity``, ``sums``, ``errors``: int64 n × 2, left in the state at the end; ``targets`` likewise.
     ``array``: int64 speeds × directions × 2. ``bounds``: int64 k × 2.
     Returns the number of updates done; positions and velocities after each, int64 updates × n × 2; candidate, checks
-    and trials, int32 updates × n; what overflowed in the update after them (0: nothing) and for which robot.
+    and trials, int32 updates × n; the kind of value that overflowed in the next update (0: none), and its robot.
     """
     count = len(position)
     positions = np.zeros((updates, count, 2), np.int64)

@@ -1,8 +1,9 @@
-"""The closed loop, one update at a time: what the robots decide, and how they move, by the compiled kernel."""
+"""The closed loop, one update at a time: the robots decide and move by the compiled kernel."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,13 @@ from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 class Loop:
     """All robots at rest at their starts; then update after update, each in this order:
 
-    1. ``decide``: every robot chooses, all from the same state. ``checks`` and ``trials`` (int32 n) say how many
-       candidates each looked at, which is what its circuit's time follows from.
-    2. ``hold(steps)``, where the decision takes longer than its time step: the robots drive on for so many steps with
-       the velocities that they have. The state of their PID control waits.
-    3. ``act``: one step, in which PID control drives every robot to the velocity that it chose.
+    1. ``decide``: every robot chooses, all from the same state. ``checks`` and ``trials`` (int32 n) count the
+       candidates that each looked at. The time of its circuit follows from them.
+    2. ``hold(steps)``, if the decision takes longer than its time step: the robots drive on for ``steps`` steps with
+       their velocities. The state of their PID control does not change.
+    3. ``act``: one step, in which PID control drives every robot to its chosen velocity.
 
-    ``run`` does all updates that are left without a hold. The loop is ``over`` once all robots stand at their targets,
+    ``run`` does all remaining updates without a hold. The loop is ``over`` once all robots stand at their targets,
     ``parameters.updates`` are done, or a value left its word (``departure``).
 
     ``position``, ``velocity``: int64 n × 2, the state now; ``arrived``: bool n; ``steps``: time steps up to now.
@@ -70,7 +71,7 @@ class Loop:
 
     @property
     def cells(self) -> NDArray[np.float64]:
-        """Where the robots are, (x, y) in cells, float64 n × 2."""
+        """The positions of the robots, (x, y) in cells, float64 n × 2."""
         return np.ldexp(self.position.astype(np.float64), -self.formats.position)
 
     @property
@@ -116,7 +117,7 @@ class Loop:
         self._held.append(self._state())
 
     def act(self) -> None:
-        """Take the velocities that were chosen: one time step."""
+        """Take the chosen velocities: one time step."""
         overflow, robot = kernels.act(
             self.position,
             self.velocity,
@@ -139,7 +140,7 @@ class Loop:
         self._resting = bool(kernels.at_rest(self.velocity, self.arrived))
 
     def run(self) -> None:
-        """All updates that are left, each decided within its time step."""
+        """Do all remaining updates, each decided within its time step."""
         left = self.parameters.updates - self.updates
         done, positions, velocities, candidates, checks, trials, overflow, robot = kernels.run(
             self.position,
@@ -168,11 +169,11 @@ class Loop:
             self._resting = bool(kernels.at_rest(self.velocity, self.arrived))
 
     def plan(self) -> Avoidance:
-        """The run up to the last update that was done."""
-        positions, velocities, times = (np.concatenate(some) for some in zip(*self._states, strict=True))
+        """The run up to the last complete update."""
+        positions, velocities, times = (np.concatenate(chunks) for chunks in zip(*self._states, strict=True))
         none = np.zeros((0, len(self.position)), np.int32)
         decisions = [(none, none, none), *self._decisions]
-        candidates, checks, trials = (np.concatenate(some) for some in zip(*decisions, strict=True))
+        candidates, checks, trials = (np.concatenate(chunks) for chunks in zip(*decisions, strict=True))
         begins = np.concatenate([np.zeros(0, np.int64), *self._begins])
         return Avoidance(
             self.formats,
@@ -228,11 +229,4 @@ def _constants(numbers: Arithmetic) -> tuple[NDArray[np.int64], NDArray[np.int64
         kernels.NO_RANGE if numbers.range_squared is None else numbers.range_squared,
         numbers.turns,
     ]
-    moves = [
-        shifts.velocity_step,
-        shifts.acceleration_step,
-        shifts.acceleration_half_square,
-        shifts.change_inverse_step,
-        shifts.gain,
-    ]
-    return np.array(constants, np.int64), np.array(moves, np.int64)
+    return np.array(constants, np.int64), np.array(astuple(shifts), np.int64)

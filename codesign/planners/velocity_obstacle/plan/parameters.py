@@ -25,14 +25,14 @@ MOST_UPDATES = 100_000
 
 
 class Detection(StrEnum):
-    """When two robots count as being on a collision course."""
+    """The rule by which two robots are on a collision course."""
 
     PUBLISHED = "published"
     APPROACHING = "approaching"
 
 
 class Responsibility(StrEnum):
-    """How much of an avoidance one robot takes on itself."""
+    """The share of an avoidance that one robot takes."""
 
     FULL = "full"
     HALF = "half"
@@ -46,7 +46,7 @@ class Detector(StrEnum):
 
 
 class Unit(StrEnum):
-    """How many products a unit forms at once."""
+    """The number of products that a unit forms at once."""
 
     SERIAL = "serial"
     PARALLEL = "parallel"
@@ -59,7 +59,7 @@ _MOST_DAMPED = 0.25
 class Gains(SpecModel):
     """Gains P, I and D of the PID control, in multiples of 1 / time step; (1, 0, 0) reaches the velocity in one update.
 
-    Accepted are those with which no robot exceeds its limits, whatever it chooses. In z the velocity follows the
+    Gains are accepted if no robot exceeds its limits, whatever it chooses. In z the velocity follows the
     choices by H = ((P + D) z - D) / (z² - (1 - P - D) z - D) where I = 0. A velocity stays within the greatest speed
     for every sequence of choices if the impulse response of H has no negative value (they sum up to 1), which is
     D ≤ √P - P. A choice is within one step's acceleration of the velocity, so a step changes it by P + 2 D of that at
@@ -123,7 +123,7 @@ UnitCount = Annotated[int, Field(ge=1, le=MOST_ROBOTS)]
 
 
 class AvoidParameters(TaskParameters):
-    """How a robot chooses its velocity, and with how many units the circuit does it."""
+    """The choice of a robot's velocity, and the units of its circuit."""
 
     width: Annotated[int, Field(ge=LEAST_WIDTH, le=MOST_WIDTH)] = Field(
         default=16,
@@ -134,7 +134,7 @@ class AvoidParameters(TaskParameters):
     )
     updates: Annotated[int, Field(ge=1, le=MOST_UPDATES)] = Field(
         default=1500,
-        description="Most updates of a run; it ends before, once all robots stand at their targets.",
+        description="Most updates of a run; the run ends earlier once all robots stand at their targets.",
     )
     directions: Annotated[int, Field(ge=16, le=MOST_DIRECTIONS, multiple_of=8)] = Field(
         default=64, description="Directions of the array of velocities."
@@ -174,7 +174,7 @@ class AvoidParameters(TaskParameters):
     )
     update_units: UnitCount | None = Field(
         default=None,
-        description="Units that update; by default what the style has. The sequential one has one datapath: 1 at most.",
+        description="Units that update; by default the style's. The sequential one has one datapath: 1 at most.",
     )
     detect_units: UnitCount | None = Field(default=None, description="Units that detect; as above.")
 
@@ -224,7 +224,7 @@ class RobotsSpec(SpecModel):
     """The robots of a workload: ``count`` of them in an ``arrangement``, or ``positions`` and ``targets``."""
 
     count: Annotated[int, Field(ge=FEWEST_ROBOTS, le=MOST_ROBOTS)] | None = Field(
-        default=None, description="How many robots."
+        default=None, description="Number of robots."
     )
     arrangement: ArrangementName | None = Field(
         default=None,
@@ -233,8 +233,8 @@ class RobotsSpec(SpecModel):
     seed: Annotated[int, Field(ge=0, le=2**64 - 1)] = Field(
         default=0, description="Chooses one of the possible arrangements."
     )
-    positions: Places | None = Field(default=None, description="Where the robots start: [x, y] in cells.")
-    targets: Places | None = Field(default=None, description="Where they go: [x, y] in cells.")
+    positions: Places | None = Field(default=None, description="Starts of the robots: [x, y] in cells.")
+    targets: Places | None = Field(default=None, description="Targets of the robots: [x, y] in cells.")
     radius: Size = Field(default=5.0, description="Radius of a robot, cells.")
     speed: Size = Field(default=6.0, description="Greatest speed, cells/s.")
     acceleration: Size = Field(default=24.0, description="Greatest acceleration, cells/s^2.")
@@ -284,7 +284,7 @@ class RobotsSpec(SpecModel):
 class RobotsWorkload(SpecModel):
     """The problem of a workload: robots that share an arena without obstacles."""
 
-    robots: RobotsSpec = Field(description="The robots: how many, where, and what they can do.")
+    robots: RobotsSpec = Field(description="The robots: their number, places and limits.")
 
     def problem(self) -> RobotsProblem:
         """The planning problem."""

@@ -1,4 +1,4 @@
-"""Velocity obstacles as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+"""Velocity obstacles as a plug-in: the members of ``codesign.planners.interface.Planner``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE
 
 STATE_BYTES = 120
-"""Bytes of a robot at one update: 44 in words, 32 in cells, and what judges the run."""
+"""Bytes of a robot at one update: 44 in words, 32 in cells, and those of the run's quality."""
 
 COORDINATE_BITS = 16
 """A coordinate on a link, whatever the width of the words inside: assumed, two bytes on a serial line."""
@@ -73,11 +73,11 @@ class VelocityObstacle(Planner):
         return quality(problem, plan)
 
     def identity(self, plan: Avoidance) -> str:
-        """The digest of all states of the run, and its parameters, which its remedy depends on."""
+        """The digest of all states of the run, and its parameters, on which its remedy depends."""
         return f"{plan.digest} {plan.parameters.model_dump_json()}"
 
     def figures(self, plan: Avoidance) -> dict[str, Any]:
-        """How many decisions the run took, of how many candidates, and how fine its words are."""
+        """The decisions of the run, their candidates, and the resolution of its words."""
         decisions = int((plan.checks > 0).sum())
         return {
             "details": {

@@ -1,4 +1,4 @@
-"""Robots that share an arena without obstacles: where they are, where they want to go, what they can do."""
+"""Robots that share an arena without obstacles: their positions, targets and limits."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class RobotsProblem:
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over all that the problem is: equal problems have equal digests, in every process."""
+        """SHA-256 over the whole problem: equal problems have equal digests, in every process."""
         text = f"robots {self.count} {self.radius!r} {self.speed!r} {self.acceleration!r} {self.arena!r}"
         content = self.positions.astype("<f8").tobytes() + self.targets.astype("<f8").tobytes()
         return hashlib.sha256(text.encode() + content).hexdigest()
@@ -123,7 +123,7 @@ class RobotsProblem:
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """The robots, by number: what ``trajectory`` takes."""
+        """The numbers of the robots, as ``trajectory`` takes them."""
         return tuple(range(self.count))
 
     @property
@@ -141,7 +141,7 @@ def distances(places: NDArray[np.float64]) -> NDArray[np.float64]:
 def circle(
     count: int, *, radius: float, arena: tuple[float, float], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Robots evenly on a circle, each with its target at the opposite point: all ways cross in the middle.
+    """Robots evenly on a circle, each with its target at the opposite point: all paths cross in the middle.
 
     ``seed`` turns the circle; seed 0 leaves robot 0 to the right of the middle.
     """
@@ -156,11 +156,11 @@ def circle(
 def crossing(
     count: int, *, radius: float, arena: tuple[float, float], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Two groups whose ways cross at right angles: one from left to right, one from top to bottom.
+    """Two groups with paths that cross at right angles: one from left to right, one from top to bottom.
 
-    The robots of a group go abreast in the middle seven tenths of the arena; ``seed`` lets each start up to
-    a tenth of the arena further on its way. Where lanes would come closer than 2.5 radii, the robots of a group go
-    in several ranks, three radii one behind the other, and start less far on their way by as many.
+    The robots of a group drive abreast in the middle seven tenths of the arena. ``seed`` lets each start up to a tenth
+    of the arena further on its path. Where lanes would come closer than 2.5 radii, the robots of a group drive in
+    several ranks, three radii apart. The more ranks there are, the less far they start on their paths.
     """
     random = np.random.Generator(np.random.PCG64(seed))
     groups = (count + 1) // 2, count // 2
@@ -188,7 +188,7 @@ def scattered(
     """Starts and targets drawn anywhere in the arena, no two closer than three radii.
 
     Raises:
-        InputError: so many robots of that size find no place.
+        InputError: the arena has no room for so many robots of that size.
     """
     random = np.random.Generator(np.random.PCG64(seed))
     return (
@@ -205,13 +205,13 @@ def _drawn(
         raise InputError(
             f"robots of radius {border:g} have no room in the arena", "radius", "a smaller radius"
         )
-    found: list[NDArray[np.float64]] = []
+    places: list[NDArray[np.float64]] = []
     for _ in range(_TRIES):
         place = random.uniform(low, high)
-        if all(math.dist(place, other) >= apart for other in found):
-            found.append(place)
-            if len(found) == count:
-                return np.array(found)
+        if all(math.dist(place, other) >= apart for other in places):
+            places.append(place)
+            if len(places) == count:
+                return np.array(places)
     raise InputError(
         f"{count} robots of radius {border:g} find no place in {arena[0]:g} × {arena[1]:g} cells",
         "count",
@@ -244,9 +244,7 @@ def generate(
     """
     if arrangement not in ARRANGEMENTS:
         raise InputError(
-            f"there is no arrangement {arrangement!r}",
-            "arrangement",
-            choose_hint(arrangement, ARRANGEMENTS),
+            f"there is no arrangement {arrangement!r}", "arrangement", choose_hint(arrangement, ARRANGEMENTS)
         )
     if isinstance(count, bool) or not FEWEST_ROBOTS <= count <= MOST_ROBOTS:
         raise InputError(f"{count} robots", "count", f"from {FEWEST_ROBOTS} to {MOST_ROBOTS} robots")

@@ -1,4 +1,4 @@
-"""What a run of robots is worth: who arrived, who touched whom, and how far round they went."""
+"""The quality of a run of robots: arrivals, collisions, and detours."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codesign.planners.velocity_obstacle.plan.shortfall import remedy_of, shortf
 
 
 def quality(problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
-    """The quality of a run; gaps are measured along the robots' motion, between updates as well as at them."""
+    """The quality of a run; gaps are measured along the robots' motion, at updates and between them."""
     arrivals = arrival_updates(plan)
     steps = arrival_steps(plan)
     ratios = _length_ratios(plan, steps)
@@ -37,13 +37,13 @@ def quality(problem: RobotsProblem, plan: Avoidance) -> RobotsQuality:
 
 
 def arrival_updates(plan: Avoidance) -> list[int | None]:
-    """For each robot the updates done when it had arrived, or None."""
+    """For each robot the number of updates before its arrival, or None."""
     stays = plan.candidates == STAY
     return [int(np.argmax(column)) if column.any() else None for column in stays.T]
 
 
 def arrival_steps(plan: Avoidance) -> list[int | None]:
-    """For each robot the time steps that had passed when it had arrived, or None: the begin of that update."""
+    """For each robot the time steps before its arrival, or None: the begin of that update."""
     return [None if update is None else int(plan.begins[update]) for update in arrival_updates(plan)]
 
 
@@ -55,13 +55,13 @@ def run_gaps(plan: Avoidance) -> NDArray[np.float64]:
 
 
 def _length_ratios(plan: Avoidance, arrivals: list[int | None]) -> list[float]:
-    """Way over the straight line between its ends, of the robots that arrived and had a way to go."""
+    """Path length over the straight line between its ends, of the robots that drove and arrived."""
     ratios = []
     for robot, end in enumerate(arrivals):
         if not end:
             continue
-        way = plan.cells[plan.times <= end, robot]
-        straight = float(np.hypot(*(way[-1] - way[0])))
+        path = plan.cells[plan.times <= end, robot]
+        straight = float(np.hypot(*(path[-1] - path[0])))
         if straight > 0.0:
-            ratios.append(float(np.hypot(*np.diff(way, axis=0).T).sum()) / straight)
+            ratios.append(float(np.hypot(*np.diff(path, axis=0).T).sum()) / straight)
     return ratios

@@ -1,4 +1,4 @@
-"""The algorithm in plain lines, in either arithmetic: what the compiled kernel is held against, bit for bit.
+"""The algorithm in plain lines, in either arithmetic. The compiled kernel equals it bit for bit.
 
 Modules are those of Dubey et al. 2013, sections III and IV; the equations are theirs.
 """
@@ -32,11 +32,11 @@ class RobotState:
 
 @dataclass(frozen=True)
 class Choice:
-    """What one robot decided in one update.
+    """The decision of one robot in one update.
 
     ``candidate``: speed level × directions + direction of the array of velocities, or ``BRAKE`` or ``STAY``.
-    ``velocity``: what the robot is told to reach. ``checks``: candidates looked at; ``trials``: those of them
-    that the acceleration allows, and that were therefore held against all other robots.
+    ``velocity``: the velocity to reach. ``checks``: candidates looked at; ``trials``: those that the acceleration
+    allows, which are then tested against all other robots.
     """
 
     candidate: int
@@ -47,7 +47,7 @@ class Choice:
 
 @dataclass
 class History:
-    """The states of a run, beginning with the start, when each is reached, in time steps, and the choices."""
+    """The states of a run, beginning with the start, their times in time steps, and the choices."""
 
     positions: list[list[tuple[Number, Number]]] = field(default_factory=list)
     velocities: list[list[tuple[Number, Number]]] = field(default_factory=list)
@@ -56,9 +56,9 @@ class History:
     overflow: bool = False
 
     def note(self, robots: Sequence[RobotState], steps: int) -> None:
-        """The state of the robots, so many steps after the one before."""
-        self.positions.append([one.position for one in robots])
-        self.velocities.append([one.velocity for one in robots])
+        """Add the state of the robots, ``steps`` time steps after the state before."""
+        self.positions.append([robot.position for robot in robots])
+        self.velocities.append([robot.velocity for robot in robots])
         self.times.append(steps + (self.times[-1] if self.times else 0))
 
 
@@ -88,7 +88,7 @@ def coll_detect(
 ) -> bool:
     """Equation 4 for a relative position and velocity: nine products; True: on a collision course.
 
-    Robots beyond the range, where there is one, are on no course yet.
+    Robots beyond the range, if there is one, are not on a collision course yet.
     """
     (x, y), (vx, vy) = position, velocity
     r_sq, vab_sq, dotp = x * x + y * y, vx * vx + vy * vy, x * vx + y * vy
@@ -120,7 +120,7 @@ def to_goal(numbers: Arithmetic, robot: RobotState) -> int:
 
 
 def candidates(numbers: Arithmetic, heading: int) -> Iterator[int]:
-    """The velocity selector: the target's direction first, then rotating both ways; then the same, slower."""
+    """The velocity selector: the target's direction first, then rotating in both directions; then the same, slower."""
     count = numbers.directions
     for speed in range(numbers.speeds):
         for turn in range(numbers.turns):
@@ -139,8 +139,8 @@ def choose(
 ) -> Choice:
     """The velocity that robot ``index`` takes: the first achievable one with which all equations hold.
 
-    All robots are updated by one step first, the others as they move now, and the equations are verified there. A
-    trial whose position leaves its word is refused, as by the overflow bit of the unit.
+    All robots are updated by one step first, the others with their present velocities. The equations are tested there.
+    A trial with a position that leaves its word is refused, as by the overflow bit of the unit.
     """
     robot = robots[index]
     if robot.arrived:
@@ -159,7 +159,9 @@ def choose(
         if change[0] * change[0] + change[1] * change[1] > numbers.change_squared:
             continue
         trials += 1
-        x, y = (numbers.rescale(one * numbers.inverse_step, "change_inverse_step") for one in change)
+        x, y = (
+            numbers.rescale(component * numbers.inverse_step, "change_inverse_step") for component in change
+        )
         position, velocity = pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
         if fits(numbers, *position) and not any(
             _on_course(numbers, robot.velocity, position, velocity, other, parameters) for other in others
@@ -189,7 +191,7 @@ def pid(
 ) -> tuple[tuple[Number, Number], tuple[Number, Number], tuple[Number, Number]]:
     """The acceleration that the PID control gives towards ``wanted``, its sum of errors and its error.
 
-    The sum stops at the greatest speed, and what comes out at the greatest acceleration of one axis.
+    The sum is clipped to the greatest speed, and the result to the greatest acceleration of one axis.
     """
     accelerations, sums, errors = [], [], []
     for axis in range(2):
@@ -216,7 +218,7 @@ def fits(numbers: Arithmetic, *values: Number) -> bool:
 def decide(
     numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
 ) -> tuple[list[Choice], bool]:
-    """What all robots choose, at the same time and from the same state, and an overflow.
+    """The choices of all robots, at the same time and from the same state, and whether a value overflows.
 
     A robot that one step at its present velocity takes out of its words is an overflow. Only ``arrived`` changes.
     """
@@ -229,7 +231,7 @@ def decide(
 
 
 def hold(numbers: Arithmetic, robots: Sequence[RobotState], steps: int) -> bool:
-    """Drive on for ``steps`` time steps with the velocities that the robots have; whether one left its words."""
+    """Drive on for ``steps`` time steps with the present velocities; returns whether a robot left its words."""
     for _ in range(steps):
         for robot in robots:
             robot.position, _ = pos_vel_update(numbers, robot.position, robot.velocity, (0, 0))
@@ -239,7 +241,7 @@ def hold(numbers: Arithmetic, robots: Sequence[RobotState], steps: int) -> bool:
 
 
 def act(numbers: Arithmetic, robots: Sequence[RobotState], choices: Sequence[Choice]) -> bool:
-    """One time step in which PID control drives each robot to the velocity that it chose; whether a value left its
+    """One time step in which PID control drives each robot to its chosen velocity; returns whether a value left its
     word."""
     overflow = False
     for robot, choice in zip(robots, choices, strict=True):
@@ -252,7 +254,7 @@ def act(numbers: Arithmetic, robots: Sequence[RobotState], choices: Sequence[Cho
 def update(
     numbers: Arithmetic, robots: Sequence[RobotState], parameters: AvoidParameters
 ) -> tuple[list[Choice], bool]:
-    """One update that is decided within its time step: the choices, and an overflow.
+    """One update that is decided within its time step: the choices, and whether a value overflows.
 
     ``robots`` are left in the new state.
     """
@@ -279,8 +281,8 @@ def run(
 ) -> History:
     """The closed loop: updates until all robots stand at their targets, or ``parameters.updates`` are done.
 
-    ``held``: for how many time steps robots that made these choices drive on before they act; by default none. Where
-    there are any, the history has the states at their end as well.
+    ``held``: from the choices, the number of time steps for which the robots drive on before they act; by default 0.
+    The history also has the states at the end of these steps.
     """
     robots = start(numbers, problem)
     history = History()
@@ -296,7 +298,7 @@ def run(
             history.note(robots, 1)
         if not history.overflow:
             history.choices.append(choices)
-        at_rest = all(one.arrived and not any(one.velocity) for one in robots)
+        at_rest = all(robot.arrived and not any(robot.velocity) for robot in robots)
         if history.overflow or at_rest:
             break
     return history

@@ -1,4 +1,4 @@
-"""Why robots of a run did not arrive, and what makes them: other parameters, tried and found to bring all there."""
+"""Why robots of a run did not arrive, and a remedy: other parameters with which all robots arrive, as tried."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
 from codesign.planners.velocity_obstacle.plan.problem import LARGEST_ARENA, RobotsProblem
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY
 
-TOLD = 3
-"""Robots that a sentence describes one by one."""
+DESCRIBED = 3
+"""The most robots that a sentence describes one by one."""
 MOST_TRIED = 2**24
 """Robots² × updates of a run that is tried for a remedy: about a quarter of a second."""
 _TURN = 135.0
@@ -30,22 +30,22 @@ _SIGHT = 1.4
 
 
 def shortfall_of(problem: RobotsProblem, plan: Avoidance, arrivals: list[int | None]) -> str | None:
-    """Which robots did not arrive and what they did at the end, or what left its word; None where all arrived."""
+    """The robots that did not arrive and their last states, or the value that left its word; None if all arrived."""
     left = [robot for robot, arrival in enumerate(arrivals) if arrival is None]
     if not left:
         return None
-    told = [] if plan.departure is None else [str(plan.departure)]
+    causes = [] if plan.departure is None else [str(plan.departure)]
     there = (
         f"after {plan.updates:,} updates {problem.count - len(left)} of {problem.count} robots have arrived"
     )
-    robots = [_state(problem, plan, robot) for robot in left[:TOLD]]
-    if len(left) > TOLD:
-        robots.append(f"and {len(left) - TOLD} more")
-    return "; ".join([*told, f"{there}: {', '.join(robots)}"])
+    robots = [_state(problem, plan, robot) for robot in left[:DESCRIBED]]
+    if len(left) > DESCRIBED:
+        robots.append(f"and {len(left) - DESCRIBED} more")
+    return "; ".join([*causes, f"{there}: {', '.join(robots)}"])
 
 
 def _state(problem: RobotsProblem, plan: Avoidance, robot: int) -> str:
-    """Where a robot is at the end of a run, and since when it has found no safe velocity, if it found none."""
+    """The place of a robot at the end of a run, and since when it has no safe velocity, if it has none."""
     x, y = plan.cells[-1, robot].tolist()
     far = math.dist((x, y), problem.targets[robot].tolist())
     moves = "drives" if plan.velocities[-1, robot].any() else "stands"
@@ -59,7 +59,7 @@ def _state(problem: RobotsProblem, plan: Avoidance, robot: int) -> str:
 def remedy_of(problem: RobotsProblem, plan: Avoidance) -> str | None:
     """The first of some changes with which all robots arrive, as tried in a run without a clock; None where none does.
 
-    A run that would take long to try is left out.
+    Runs that would take long to try are left out.
     """
     if not plan.in_step and _arrives(problem, plan.parameters):
         return "decisions within their time steps: with that all robots arrive, as tried without a clock"

@@ -5,7 +5,7 @@
 - ``hybrid``: a unit for each update, and one for each detection.
 
 Cycles are the length of a schedule of units (``schedule``), so ``update_units`` and ``detect_units`` of a mapping
-give circuits in between. Where the paper and these laws disagree is in docs/velocity_obstacle.md.
+give circuits in between. The differences of the paper from these laws are in docs/velocity_obstacle.md.
 """
 
 from codesign.planners.velocity_obstacle.published import Style

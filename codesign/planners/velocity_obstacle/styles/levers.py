@@ -1,4 +1,4 @@
-"""What would make a circuit fit: other units, other styles, other parts, each tried by the laws themselves."""
+"""The levers that make a circuit fit: other units, other styles, other parts, each tried by the laws."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
 
 def totals(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, int]:
     """Demand by resource."""
-    found: dict[str, int] = {}
+    sums: dict[str, int] = {}
     for item in items(style, robots, parameters, part):
-        found[item.resource] = found.get(item.resource, 0) + item.amount
-    return found
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
 
 
 def shortages(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, int]:
-    """What the part lacks, by resource."""
+    """The shortage of each resource of the part."""
     return {
         kind: need - int(part.resources[kind].value)
         for kind, need in totals(style, robots, parameters, part).items()
@@ -30,7 +30,7 @@ def shortages(style: Style, robots: int, parameters: AvoidParameters, part: Part
 
 
 def widest_lanes(robots: int, parameters: AvoidParameters, part: Part) -> AvoidParameters | None:
-    """The units, as many of either kind, that fit the part and take the fewest cycles; None: not even one of each."""
+    """The numbers of units that fit the part and take the fewest cycles; None: not even one of each kind fits."""
     best: tuple[int, int, AvoidParameters] | None = None
     for update in range(1, robots + 1):
         for detect in range(1, robots):
@@ -46,7 +46,7 @@ def widest_lanes(robots: int, parameters: AvoidParameters, part: Part) -> AvoidP
 def resource_levers(
     style: Style, robots: int, parameters: AvoidParameters, part: Part
 ) -> dict[str, tuple[Lever, ...]]:
-    """For each resource that the part lacks: units, style, robots and part that would mend it."""
+    """For each resource that the part lacks: the units, style, robots and part that remedy it."""
     missing = shortages(style, robots, parameters, part)
     if not missing:
         return {}
@@ -78,7 +78,7 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Line:
 
 
 def unit_bounds(style: Style, parameters: AvoidParameters) -> tuple[Line, ...]:
-    """One unit of each kind where one datapath does all: a count given above that would change nothing."""
+    """One unit of each kind where one datapath does all: a larger given number would change nothing."""
     if style is not Style.SEQUENTIAL:
         return ()
     counts = {"update_units": parameters.update_units, "detect_units": parameters.detect_units}
@@ -112,19 +112,19 @@ def _unit_levers(style: Style, robots: int, parameters: AvoidParameters, part: P
         f"fit {part.name}, {cycles} cycles a trial in place of {cycles_of_trial(style, robots, parameters)}"
     )
     return [
-        Lever("avoid.update_units", f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}"),
+        Lever("avoid.update_units", f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}")
     ]
 
 
 def _style_levers(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> list[Lever]:
-    """Another style, with the units that it has as published."""
+    """Another style, with its published units."""
     plain = parameters.model_copy(update={"update_units": None, "detect_units": None})
-    found = []
+    style_levers = []
     for other in (Style.PIPELINED, Style.SEQUENTIAL):
         if other is not style and not shortages(other, robots, plain, part):
             cycles = cycles_of_trial(other, robots, plain)
-            found.append(Lever("avoid.style", f"{other} fits {part.name}, {cycles} cycles a trial"))
-    return found
+            style_levers.append(Lever("avoid.style", f"{other} fits {part.name}, {cycles} cycles a trial"))
+    return style_levers
 
 
 def _most_robots(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> int | None:

@@ -1,7 +1,7 @@
-"""Power: P = P0 + q · √n, with a q for each style, fitted to Table III with 2 and 4 robots, held against 8.
+"""Power: P = P0 + q · √n, with a q for each style, fitted to Table III with 2 and 4 robots, compared with 8.
 
 Six rows fix four numbers. The form is chosen among log₂ n, √n, ∛n and n by its residual on those six rows; the list
-of forms was drawn up with the whole table in view. P0 is what does not depend on style or robots: mostly the
+of forms was drawn up with the whole table in view. P0 does not depend on style or robots: it is mostly the
 part's leakage. It is booked as static power, the rest as dynamic, in proportion to the clock. The interval is twice
 the worst miss on the rows held out, and grows with the distance from the rows beyond 8 robots.
 """
@@ -27,7 +27,7 @@ FORMS: dict[str, Callable[[float], float]] = {
 """Forms that were tried for the growth with the number of robots."""
 
 DYNAMIC_OF_PART = 0.75e-12
-"""W for each slice and Hz of the XC3S500E, by its part file: what other parts are compared with."""
+"""W for each slice and Hz of the XC3S500E, by its part file: the reference for other parts."""
 OTHER_PART = 2.0
 """Half to twice, on a part that the law was not fitted to."""
 
@@ -58,7 +58,7 @@ def fit_power(form: str) -> PowerFit:
 
     grow, styles = FORMS[form], list(Style)
     data = rows(FITTED_ROBOTS)
-    matrix = np.array([[1.0, *(grow(n) * (style is one) for one in styles)] for style, n, _ in data])
+    matrix = np.array([[1.0, *(grow(n) * (style is other) for other in styles)] for style, n, _ in data])
     watts = np.array([mw for *_, mw in data], float)
     solution = np.linalg.lstsq(matrix, watts, rcond=None)[0]
     residual = float(np.sqrt(np.mean((matrix @ solution - watts) ** 2)))

@@ -1,30 +1,30 @@
-"""What the circuits take of a part: items by unit, as functions of style, number of robots and width.
+"""The demand of the circuits: items by unit, as functions of style, number of robots and width.
 
 Units
     Own RTL at 16 bits, synthesised (LUT4, flip-flops, multipliers): one unit of either module with one multiplier
     (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
 
 Rest
-    Selector, checks, PID control, state of the robots, control. It is what Table I leaves over the units with 2
-    robots, so the law meets that table by construction, within the half percent that it is rounded to: 47 LUTs.
+    Selector, checks, PID control, state of the robots, control. The rest is Table I less the units with 2 robots. So
+    the law meets that table by construction, within the half percent of its rounding: 47 LUTs.
     It does not grow with the number of robots ("all other parts [...] require [...] same amount of resources
     irrespective of number of robots", section V). A circuit with more than one unit of a kind needs all states at
     once, so it is given the rest of the hybrid style.
 
-    That the units explain so little is a finding: the second update unit of the hybrid style should cost 122 LUTs
-    and costs 2,700. Two more such steps would not fit the part with 4 robots, and that design ran. So the
+    The units explain little of the table: the second update unit of the hybrid style should cost 122 LUTs
+    and costs 2,700. Two more such steps would not fit the part with 4 robots, but that design ran. So the
     difference belongs to the style, once, and not to the unit.
 
 Multipliers
     A product of a and b bits takes ⌈a/17⌉ · ⌈b/17⌉ multipliers of 18 × 18 bits (17 without the sign). The widest
     factors of a detector, |r|², |V|² and r·V, have 2w + 1 bits: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
-    found 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
+    takes 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
 
 Slices
     The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record
-    2666). Up to there slices are LUT/2 times a ratio that Table I gives for each style; then they stay at 97 %
-    until all slices are packed, LUT/2. So a hybrid design for 4 robots fits, which at the ratio of 2 robots would
-    miss by 39 slices. It ran, and the rule was chosen knowing that: no row held out.
+    2666). Up to there slices are LUT/2 times a ratio that Table I gives for each style. Then they stay at 97 %
+    until all slices are packed, LUT/2. So a hybrid design for 4 robots fits. At the ratio of 2 robots it would
+    miss by 39 slices. The design ran, and the rule was chosen knowing that: the row is not held out.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ STORE_DEPTH = 16
 STATE_COMPONENTS = 4
 FULL = 0.97
 ROUNDING = 0.005
-"""Half a percent: what the entries of Table I are rounded to."""
+"""Half a percent: the rounding of the entries of Table I."""
 
 SYNTHESIS = "own RTL, bit-exact against an integer model; Yosys synth_xilinx, 16 bits"
 
@@ -77,7 +77,7 @@ def default_units(style: Style, robots: int) -> Units:
 
 
 def units_of(style: Style, robots: int, parameters: AvoidParameters) -> Units:
-    """The units of a circuit; no more than there is work for. A sequential circuit has one of each in turn."""
+    """The units of a circuit, at most as many as its tasks. A sequential circuit has one of each in turn."""
     usual = default_units(style, robots)
     if usual.shared:
         return usual
@@ -88,7 +88,7 @@ def units_of(style: Style, robots: int, parameters: AvoidParameters) -> Units:
 
 
 def rest_style(style: Style, units: Units) -> Style:
-    """The style whose rest a circuit has: that of the hybrid one where units of a kind work side by side."""
+    """The style that gives a circuit its rest: hybrid if units of a kind work side by side."""
     return Style.HYBRID if max(units.update, units.detect) > 1 else min(style, Style.PIPELINED, key=_order)
 
 
@@ -150,8 +150,8 @@ def product_multipliers(a: int, b: int) -> int:
 def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
     """Bits of each factor of a detector's products, signs left out.
 
-    Speeds are bounded as vectors, so a relative velocity is below 2^w as a vector where the others are passive, and
-    below 2^(w + 1) where 2v' - v - v2 stands for it.
+    Speeds are bounded as vectors. So a relative velocity is below 2^w as a vector where the others are passive, and
+    below 2^(w + 1) where it is 2v' - v - v2.
     """
     width, half = parameters.width, parameters.responsibility is Responsibility.HALF
     velocity = width + half
@@ -172,7 +172,9 @@ def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
     bits = factor_bits(parameters)
     counts = []
     for name, _ in products(module, parameters.detector, approaching, ranged):
-        first, second = (parameters.width - 1 if module == UPDATE else bits[one] for one in name.split())
+        first, second = (
+            parameters.width - 1 if module == UPDATE else bits[factor] for factor in name.split()
+        )
         counts.append(product_multipliers(first, second))
     return max(counts) if parameters.unit is Unit.SERIAL else sum(counts)
 
@@ -203,16 +205,16 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
     """All lines of the demand."""
     units = units_of(style, robots, parameters)
     rest = rest_style(style, units)
-    found: list[Line] = []
+    lines: list[Line] = []
     for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
-        found += _unit_items(module, count, parameters)
+        lines += _unit_items(module, count, parameters)
     if parameters.range is not None:
         text = "a LUT for each bit of |r|², beside the detector's own comparison"
         amount = units.detect * factor_bits(parameters)["r_sq"]
-        found.append(Line.item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
-    found += _rest_items(rest, robots, parameters)
+        lines.append(Line.item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
+    lines += _rest_items(rest, robots, parameters)
     rams, _ = array_rams(parameters, part)
-    found.append(
+    lines.append(
         Line.item(
             "array of velocities",
             "block_rams",
@@ -221,14 +223,14 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
             "x and y of each velocity in a word each",
         )
     )
-    lut4 = sum(item.amount for item in found if item.resource == "lut4")
+    lut4 = sum(item.amount for item in lines if item.resource == "lut4")
     budget = int(part.resources["slices"].value) if "slices" in part.resources else lut4
     source = (
         f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"
         " logic is packed together (Xilinx answer record 2666)"
     )
-    found.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
-    return tuple(found)
+    lines.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
+    return tuple(lines)
 
 
 def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[Line]:
@@ -252,7 +254,7 @@ def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[L
     listed = published.TABLE_I[rest][1]
     law = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less its units"
     lut4 = round(rest_lut4(rest))
-    found = [
+    lines = [
         Line.item(name, "lut4", lut4, Status.CALIBRATED, law),
         Line.item(
             name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"
@@ -262,7 +264,7 @@ def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[L
     if stores:
         amount = stores * 2 * STATE_COMPONENTS * parameters.width
         text = "two LUTs for each bit of the states of 16 robots more, as dual-port memory"
-        found.append(
+        lines.append(
             Line.item(f"states of robots beyond {STORE_DEPTH}", "lut4", amount, Status.ASSUMED, text)
         )
-    return found
+    return lines

@@ -1,11 +1,11 @@
-"""Cycles of a circuit from its units and what waits for what: list scheduling, twice.
+"""Cycles of a circuit from its units and the dependencies of its tasks: list scheduling, twice.
 
-A *unit* (``pos_vel_update``, ``coll_detect``) is scheduled over its multipliers: its products in order of what
-they need, one cycle each, and one more cycle that sums up or compares. A *trial* is scheduled over its units: n
+A *unit* (``pos_vel_update``, ``coll_detect``) is scheduled over its multipliers: its products in the order of their
+dependencies, one cycle each, and one more cycle that sums up or compares. A *trial* is scheduled over its units: n
 updates, and n - 1 detections that each need the update of robot 1 and of one other.
 
-The task that heads the longest chain of work still to do goes first, ties in order of the list. Table II is what
-comes out, and so are the cycles of circuits that the paper did not build.
+The task that heads the longest chain of remaining work is first; ties keep the order of the list. The schedules give
+Table II, and the cycles of circuits that the paper did not build.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Slot:
-    """When a task runs, in cycles from 0, and on which unit of its kind, from 0."""
+    """The begin of a task, in cycles from 0, and its unit among those of its kind, from 0."""
 
     task: Task
     begin: int
@@ -64,7 +64,7 @@ def schedule(tasks: Sequence[Task], units: Mapping[str, int]) -> tuple[Slot, ...
             heapq.heappush(ready[task.unit], (-urgency[index], index))
     running: list[tuple[int, int, int]] = []
     slots: dict[int, Slot] = {}
-    # The clock goes from one end of a task to the next: nothing can begin in between.
+    # The clock moves from one end of a task to the next: no task can begin in between.
     now = 0
     while len(slots) < len(tasks) or running:
         for kind, queue in ready.items():
@@ -112,11 +112,11 @@ PRODUCTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("R_sq vab_sq", ("vx vx", "vy vy")),
     ),
 }
-"""Products of each module, named by their factors, with those that they are made from (equations 2a, 2b and 4).
+"""Products of each module, named by their factors, with the products that they need (equations 2a, 2b and 4).
 
 ``cross_product``: |r|²|V|² - (r·V)² = (r × V)² (Lagrange), the same answer with three products less. Where the
-sign of r·V is asked for as well (``detection: approaching``), its two products are formed again: eight in all. So are
-the two of |r|², where a ``range`` is held against it; the published detector has them.
+sign of r·V is needed as well (``detection: approaching``), its two products are formed in addition: eight in all. So
+are the two of |r|², where it is compared with a ``range``. The published detector has them.
 """
 
 APPROACHING_PRODUCTS = (("rx vx", ()), ("ry vy", ()))
@@ -126,7 +126,7 @@ RANGE_PRODUCTS = (("rx rx", ()), ("ry ry", ()))
 def products(
     module: str, detector: Detector = Detector.PUBLISHED, approaching: bool = False, ranged: bool = False
 ) -> tuple[tuple[str, tuple[str, ...]], ...]:
-    """The products that a module forms, with those that each is made from."""
+    """The products that a module forms, each with the products that it needs."""
     listed = PRODUCTS[UPDATE if module == UPDATE else detector]
     if module == UPDATE or detector is Detector.PUBLISHED:
         return listed
@@ -148,7 +148,7 @@ def module_cycles(
     """
     listed = products(module, detector, approaching, ranged)
     place = {name: index for index, (name, _) in enumerate(listed)}
-    tasks = [Task(name, MULTIPLIER, 1, tuple(place[one] for one in needs)) for name, needs in listed]
+    tasks = [Task(name, MULTIPLIER, 1, tuple(place[earlier] for earlier in needs)) for name, needs in listed]
     tasks.append(Task("compare", SUM, 1, tuple(range(len(tasks)))))
     return makespan(schedule(tasks, {MULTIPLIER: 1 if unit is Unit.SERIAL else len(listed), SUM: 1}))
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CircuitDemand(Demand):
-    """A demand that also says what its power depends on: the style whose rest it has, and the robots."""
+    """A demand with the values that its power depends on: the style that gives its rest, and the robots."""
 
     style: Style = Style.SEQUENTIAL
     robots: int = 2
@@ -60,11 +60,11 @@ class Circuit(Architecture):
         )
 
     def clock_limit(self, job: Job[RobotsProblem, AvoidParameters]) -> Figure:
-        """The fastest clock that was shown, Hz."""
+        """The fastest published clock, Hz."""
         return timing.clock_limit(job.chip)
 
     def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> Memory:
-        """One component of each velocity of the array; a deep array has its words cut over several block RAMs."""
+        """One component of each velocity of the array; a deep array is cut over several block RAMs."""
         parameters = job.parameters
         words = parameters.speeds * parameters.directions
         return Memory(min(parameters.width, resources.ram_width(words)), {"velocities": words})
@@ -72,7 +72,7 @@ class Circuit(Architecture):
     def work(self, job: Job[RobotsProblem, AvoidParameters]) -> Generator[Step, None, Avoidance]:
         """Phases of ``timing.PHASES``: with ``detail`` those of each update, without each phase of the run at once.
 
-        Nothing of it is placed apart, and every run begins at the starts: ``start`` and ``inside`` change nothing.
+        No task of it is placed by itself, and every run begins at the starts: ``start`` and ``inside`` change nothing.
         An update takes as long as its slowest robot. A unit of ``verify`` is a trial.
         """
         plan = avoid(job.problem, job.parameters) if job.detail else _whole(job)

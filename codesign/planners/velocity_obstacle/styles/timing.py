@@ -1,8 +1,8 @@
 """Cycles of all modules, and the clock.
 
-pos_vel_update and coll_detect are published, and come out of their products (``schedule``). Of the other modules
-the paper says only that their cycles do not depend on the number of robots. They are counted alike, one product a
-cycle and one cycle to sum up or compare, and assumed:
+The cycles of pos_vel_update and coll_detect are published, and follow from their products (``schedule``). The paper
+says of the other modules only that their cycles do not depend on the number of robots. They are counted alike, one
+product a cycle and one cycle to sum up or compare, and assumed:
 
 - target check: two squares of the distance to the target;
 - velocity selector: the direction by halving an octant, two products each time, once an update; then one cycle a
@@ -10,7 +10,7 @@ cycle and one cycle to sum up or compare, and assumed:
 - acceleration check: two squares, and for a candidate that passes two products, the acceleration itself;
 - PID control: three products an axis.
 
-A trial of the paper (Table II) is one candidate. How many an update takes, only a run can tell.
+A trial of the paper (Table II) is one candidate. The number of trials of an update follows from a run only.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ FASTEST_SHOWN = 100_000_000
 
 @dataclass(frozen=True)
 class UpdateCosts:
-    """Cycles of one update, by what they depend on: once, for each candidate, and for each trial."""
+    """Cycles of one update: once, for each candidate, and for each trial."""
 
     target_check: int
     select_once: int
@@ -79,7 +79,7 @@ class UpdateCosts:
 
 
 def cycles_of_trial(style: Style, robots: int, parameters: AvoidParameters) -> int:
-    """Cycles in which one candidate is held against all other robots: Table II."""
+    """Cycles in which one candidate is tested against all other robots: Table II."""
     return trial_cycles(robots, units_of(style, robots, parameters), *module_latencies(parameters))
 
 
@@ -111,7 +111,7 @@ def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> Upda
 
 @dataclass(frozen=True, eq=False)
 class UpdateCycles:
-    """Cycles of a whole run. ``checks``, ``trials``: int64, of the slowest robot of each update, whom all wait for."""
+    """Cycles of a whole run. ``checks``, ``trials``: int64, of the slowest robot of each update; all others wait."""
 
     costs: UpdateCosts
     checks: NDArray[np.int64]
@@ -138,7 +138,7 @@ def addresses(phase: str) -> int:
 
 
 def clock_limit(part: Part) -> Figure:
-    """The fastest clock, Hz: the board's oscillator is all that was shown."""
+    """The fastest clock, Hz: the board's oscillator, the only published clock."""
     ram = part.block_ram_clock.interval[1]
     return Figure(
         value=min(CLOCK, ram),

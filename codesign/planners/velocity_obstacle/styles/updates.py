@@ -1,4 +1,4 @@
-"""The work of all robots' circuits, update by update: what a fleet's simulation puts on its clocks."""
+"""The work of all robots' circuits, update by update, for the clocks of a fleet's simulation."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from codesign.planners.velocity_obstacle.styles import timing
 
 
 class Updates:
-    """The closed loop of n robots, and the cycles that each robot's circuit takes for the update under way.
+    """The closed loop of n robots, and the cycles that each robot's circuit takes for the present update.
 
-    The caller goes through the updates of ``loop`` by its ``hold`` and ``act``, and decides each by ``decide`` here.
-    ``cycles``: int64 n, of the decision that was made last.
+    The caller drives the updates of ``loop`` by its ``hold`` and ``act``, and decides each by ``decide`` here.
+    ``cycles``: int64 n, of the last decision.
     """
 
     def __init__(
@@ -35,7 +35,7 @@ class Updates:
 
     @property
     def slowest(self) -> int:
-        """The robot that the others wait for: of equals the first."""
+        """The robot that the others wait for: the first among equals."""
         return int(np.argmax(self.cycles))
 
     def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
@@ -51,5 +51,5 @@ class Updates:
                 yield Step(phase, units, ram_addresses=timing.addresses(phase))
 
     def whole(self, robot: int) -> Generator[Step, None, None]:
-        """One robot's update as a step of one unit: for a circuit whose phases nobody asks for."""
+        """One robot's update as a step of one unit, where nobody listens to its phases."""
         yield Step("update", self.cycles[robot : robot + 1])

@@ -1,8 +1,8 @@
-"""Generated maps of 256 × 256 nodes whose path is about as long as the paper's, and what the planner does on them.
+"""Generated maps of 256 × 256 nodes with paths about as long as the paper's, and the planner's results on them.
 
-The paper's one map is a picture. Of rooms and mazes in some hundreds of sizes and seeds, with goal and start in
-opposite corners, these come nearest to its stop potential of 1355 among those of different kinds; no other figure was
-looked at.
+The paper's only map is a picture. These maps were chosen from rooms and mazes in some hundreds of sizes and seeds, with
+goal and start in opposite corners. They come nearest to the paper's stop potential of 1355 among maps of different
+kinds. No other figure was used for the choice.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SAMPLES: Mapping[str, tuple[str, int, dict[str, Any]]] = {
 """Generator, cells from the corners to goal and start, and parameters."""
 
 TRACKED = 1000
-"""Cells of each map that safe ways are tracked from."""
+"""Cells of each map from which safe paths are tracked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,15 +71,15 @@ class Sample:
         """Nodes that the wave locks at each cycle."""
         return np.bincount(self.potentials[self.potentials >= 0])
 
-    def ways(self, safe: bool) -> list[NDArray[np.int64]]:
-        """Ways from the start and from ``TRACKED`` more cells, evenly over the order of the wave."""
+    def paths(self, safe: bool) -> list[NDArray[np.int64]]:
+        """Paths from the start and from ``TRACKED`` more cells, evenly over the order of the wave."""
         tracker = Tracker(self.wave_map, self.potentials, self.obstacle_potentials if safe else None)
         chosen = self.order[np.linspace(0, self.reached - 1, TRACKED).astype(np.int64)]
         cells = [self.start, *map(tuple, self.wave_map.cells(chosen).tolist())]
         return [tracker.follow(cell) for cell in cells]
 
 
-def sample(name: str) -> Sample:
+def make_sample(name: str) -> Sample:
     """The generated map of that name, with the wave run to its stop."""
     kind, inset, parameters = SAMPLES[name]
     side = published.SIDE
@@ -95,15 +95,15 @@ def sample(name: str) -> Sample:
 
 def unit_seconds(samples: tuple[Sample, ...]) -> float:
     """Seconds of the Pentium for a node that the wave reaches: 63 ms over the mean of the samples."""
-    return published.SOFTWARE_SECONDS / fmean(one.reached for one in samples)
+    return published.SOFTWARE_SECONDS / fmean(sample.reached for sample in samples)
 
 
 @dataclass(frozen=True)
-class SafeWays:
-    """Safe ways against shortest ones on one map.
+class SafePaths:
+    """Safe paths against shortest paths on one map.
 
     ``arrived``: share of the tracked cells. ``longer``: mean ratio of octile lengths. ``clearance``,
-    ``shortest_clearance``: mean obstacle potential along the ways.
+    ``shortest_clearance``: mean obstacle potential along the paths.
     """
 
     arrived: float
@@ -112,16 +112,16 @@ class SafeWays:
     shortest_clearance: float
 
 
-def safe_ways(one: Sample) -> SafeWays:
+def compare_safe_paths(sample: Sample) -> SafePaths:
     """Track from the start and ``TRACKED`` cells by equations 4 and 5, and by equation 2."""
-    safe, shortest = one.ways(True), one.ways(False)
+    safe, shortest = sample.paths(True), sample.paths(False)
     pairs = [(octile_length(a), octile_length(b)) for a, b in zip(safe, shortest, strict=True) if len(b) > 1]
 
-    def room(ways: list[NDArray[np.int64]]) -> float:
-        return fmean(float(one.obstacle_potentials[tuple(way.T)].mean()) for way in ways)
+    def room(paths: list[NDArray[np.int64]]) -> float:
+        return fmean(float(sample.obstacle_potentials[tuple(path.T)].mean()) for path in paths)
 
-    return SafeWays(
-        arrived=fmean(bool((way[-1] == one.goal).all()) for way in safe),
+    return SafePaths(
+        arrived=fmean(bool((path[-1] == sample.goal).all()) for path in safe),
         longer=fmean(a / b for a, b in pairs),
         clearance=room(safe),
         shortest_clearance=room(shortest),
@@ -137,10 +137,10 @@ class AdderRun:
     most_updates: int
 
 
-def adder_run(one: Sample) -> AdderRun:
+def adder_run(sample: Sample) -> AdderRun:
     """Clock equation 3 on a map until nothing changes."""
     from codesign.planners.wavefront.plan.reference import adder_circuit
 
-    potentials, cycles, updates = adder_circuit(one.free, [one.goal])
+    potentials, cycles, updates = adder_circuit(sample.free, [sample.goal])
     reached = updates[potentials > 0]
     return AdderRun(cycles, float(reached.mean()), int(reached.max()))

@@ -12,11 +12,11 @@ from codesign.planners.wavefront import published
 from codesign.planners.wavefront.paper.maps import (
     SAMPLES,
     AdderRun,
-    SafeWays,
+    SafePaths,
     Sample,
     adder_run,
-    safe_ways,
-    sample,
+    compare_safe_paths,
+    make_sample,
     unit_seconds,
 )
 from codesign.planners.wavefront.paper.rows import paper_rows
@@ -32,19 +32,19 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
     """Every figure of the paper that the model can be held against, with plots and findings.
 
     Args:
-        quick: fewer maps, and one circuit left out: a second instead of half a minute.
-        progress: told in a line what is being computed.
+        quick: fewer maps, without one circuit: a second instead of half a minute.
+        progress: gets a line on each step of the computation.
     """
     samples = []
     for name in list(SAMPLES)[: QUICK_SAMPLES if quick else None]:
-        _tell(progress, f"potentials on {name} cells")
-        samples.append(sample(name))
+        _report(progress, f"potentials on {name} cells")
+        samples.append(make_sample(name))
     chosen = tuple(samples)
-    _tell(progress, "safe ways")
-    safe = tuple(safe_ways(one) for one in chosen)
+    _report(progress, "safe paths")
+    safe = tuple(compare_safe_paths(sample) for sample in chosen)
     adder = None
     if not quick:
-        _tell(progress, "the adder/comparator circuit, clocked")
+        _report(progress, "the adder/comparator circuit, clocked")
         adder = adder_run(chosen[0])
     return Reproduction(
         paper="Möller, Paschke 1998, A Simple Hardware Solution for Fast Computation of Shortest Paths",
@@ -56,12 +56,14 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
 
 
 def front_plot(samples: tuple[Sample, ...]) -> Plot:
-    """How many nodes the wave locks at each cycle."""
+    """The number of nodes that the wave locks at each cycle."""
     series = []
-    for one in samples:
-        parts = np.array_split(one.front, BINS)
+    for sample in samples:
+        parts = np.array_split(sample.front, BINS)
         edges = np.cumsum([len(part) for part in parts])
-        series.append(Series(one.name, tuple(map(float, edges)), tuple(float(part.mean()) for part in parts)))
+        series.append(
+            Series(sample.name, tuple(map(float, edges)), tuple(float(part.mean()) for part in parts))
+        )
     return Plot(
         name="wave-front",
         title="Nodes that update their potential at a cycle, of 65,536",
@@ -109,19 +111,22 @@ def largest_error(costs: tuple[float, float]) -> float:
 
 
 def findings(
-    samples: tuple[Sample, ...], safe: tuple[SafeWays, ...], adder: AdderRun | None
+    samples: tuple[Sample, ...], safe: tuple[SafePaths, ...], adder: AdderRun | None
 ) -> tuple[Finding, ...]:
-    """What the rows come to."""
-    found = [*_time_findings(samples), *_circuit_findings(samples), _footnote_finding(), _safe_finding(safe)]
-    if adder is not None:
-        found.append(_adder_finding(samples[0], adder))
-    return tuple(found)
+    """The conclusions from the rows."""
+    return (
+        *_time_findings(samples),
+        *_circuit_findings(samples),
+        _footnote_finding(),
+        _safe_finding(safe),
+        *(() if adder is None else (_adder_finding(samples[0], adder),)),
+    )
 
 
 def _time_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
     """The one cost that is fitted, and the speed-up."""
     unit = unit_seconds(samples)
-    reached = [one.reached for one in samples]
+    reached = [sample.reached for sample in samples]
     wave, cells = published.STOP_CYCLE / published.CLOCK, published.SIDE**2
     load, slow_load = timing.load_cycles(cells) / published.CLOCK, cells / published.CLOCK
     slow_speed_up = published.SOFTWARE_SECONDS / (wave + slow_load)
@@ -151,7 +156,7 @@ def _time_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
 
 def _circuit_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
     """The obstacle map, and the register that safe paths need."""
-    needed = max(int(one.obstacle_potentials.max()) for one in samples)
+    needed = max(int(sample.obstacle_potentials.max()) for sample in samples)
     longest = longest_distance((published.SIDE, published.SIDE))
     return (
         Finding(
@@ -182,10 +187,10 @@ def _footnote_finding() -> Finding:
     )
 
 
-def _safe_finding(safe: tuple[SafeWays, ...]) -> Finding:
-    arrived = 100 * min(one.arrived for one in safe)
-    longer = 100 * (fmean(one.longer for one in safe) - 1)
-    farther = fmean(one.clearance / one.shortest_clearance for one in safe)
+def _safe_finding(safe: tuple[SafePaths, ...]) -> Finding:
+    arrived = 100 * min(comparison.arrived for comparison in safe)
+    longer = 100 * (fmean(comparison.longer for comparison in safe) - 1)
+    farther = fmean(comparison.clearance / comparison.shortest_clearance for comparison in safe)
     return Finding(
         "Safe paths arrive from every tracked cell, as the paper guarantees.",
         {
@@ -197,8 +202,8 @@ def _safe_finding(safe: tuple[SafeWays, ...]) -> Finding:
     )
 
 
-def _adder_finding(one: Sample, adder: AdderRun) -> Finding:
-    cycles = one.stop_potential + 1
+def _adder_finding(sample: Sample, adder: AdderRun) -> Finding:
+    cycles = sample.stop_potential + 1
     return Finding(
         "The adder/comparator array takes fewer cycles than the wave.",
         {
@@ -212,6 +217,6 @@ def _adder_finding(one: Sample, adder: AdderRun) -> Finding:
     )
 
 
-def _tell(progress: Progress | None, what: str) -> None:
+def _report(progress: Progress | None, step: str) -> None:
     if progress is not None:
-        progress(what)
+        progress(step)

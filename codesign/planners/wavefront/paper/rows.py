@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from statistics import fmean
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from codesign.figures import Status
 from codesign.planners.reproduction import Row, Use, row
 from codesign.planners.wavefront import published
-from codesign.planners.wavefront.paper.maps import AdderRun, SafeWays, Sample, unit_seconds
+from codesign.planners.wavefront.paper.maps import AdderRun, SafePaths, Sample, unit_seconds
 from codesign.planners.wavefront.plan.skeleton import skeleton
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits, stop_cycle
 from codesign.planners.wavefront.styles import resources
@@ -21,9 +22,14 @@ BITS = register_bits(published.STOP_POTENTIAL)
 PARTS = ("XC4VLX160-12", "XC2V6000-4", "XC2VP30-6", "XC3S500E-4")
 HARDWARE, SHORTEST, SAFE = "Hardware", "Shortest Paths", "Safe Paths"
 
+published_law = partial(row, status=Status.PUBLISHED, use=Use.HELD_OUT)
+measured = partial(row, status=Status.MEASURED, use=Use.HELD_OUT)
+unpublished = partial(row, status=Status.MEASURED, use=Use.NOTHING)
+"""Rows held out: by a law of the paper, by a measurement; and a measurement without a published figure."""
+
 
 def paper_rows(
-    samples: tuple[Sample, ...], safe: tuple[SafeWays, ...], adder: AdderRun | None, quick: bool
+    samples: tuple[Sample, ...], safe: tuple[SafePaths, ...], adder: AdderRun | None, quick: bool
 ) -> tuple[Row, ...]:
     """Every row."""
     return (
@@ -44,55 +50,45 @@ def _node_rows() -> Iterator[Row]:
     line = dict((part[0], part[1]) for part in node.flip_flops)["delay lines"]
     bare = published.ADDER_LUT4_A_BIT * BITS / published.NODE_LUT4
     read_out = published.ADDER_LUT4_A_BIT * BITS / (published.NODE_LUT4 + BITS)
-    flip_flops = [sum(part[1] for part in one.flip_flops) for one in (node, adder)]
+    flip_flops = [sum(part[1] for part in node_type.flip_flops) for node_type in (node, adder)]
     own = f"{published.RTL}, R = {BITS}"
-    yield row(
+    yield published_law(
         HARDWARE,
         "delay elements a node",
         published.DELAY_ELEMENTS,
         line,
-        status=Status.PUBLISHED,
         source="as many as the longest delay",
-        use=Use.HELD_OUT,
     )
-    yield row(
+    yield published_law(
         HARDWARE,
         "wires from a node to its neighbours",
         1,
         1,
-        status=Status.PUBLISHED,
         source="Y, Figure 2",
-        use=Use.HELD_OUT,
         note=f"{BITS} for adders and comparators",
     )
-    yield row(
+    yield measured(
         HARDWARE,
         "LUT, adder/comparator node over delay-line node",
         "radically reduced",
         bare,
-        status=Status.MEASURED,
         source=own,
-        use=Use.HELD_OUT,
         note=f"{read_out:.1f} where the registers can be read out",
     )
-    yield row(
+    yield measured(
         HARDWARE,
         "flip-flops, adder/comparator node over delay-line node",
         "radically reduced",
         flip_flops[1] / flip_flops[0],
-        status=Status.MEASURED,
         source=own,
-        use=Use.HELD_OUT,
         note=f"{flip_flops[1]} against {flip_flops[0]}: not saved",
     )
-    yield row(
+    yield unpublished(
         HARDWARE,
         "flip-flops of all nodes",
         None,
         layout.nodes * flip_flops[0],
-        status=Status.MEASURED,
         source=own,
-        use=Use.NOTHING,
         note=f"{BITS} bits hold {published.STOP_POTENTIAL} and infinity",
     )
 
@@ -100,14 +96,12 @@ def _node_rows() -> Iterator[Row]:
 def _footnote_rows() -> Iterator[Row]:
     """Footnote 1: 2:3 in place of 1:√2."""
     ours, octagon = 1.5 / math.sqrt(2) - 1, 1 / math.cos(math.pi / 8) - 1
-    yield row(
+    yield published_law(
         "Footnote 1",
         "error of 2:3 over that of the octagon",
         "small",
         ours / octagon,
-        status=Status.PUBLISHED,
         source="closed form",
-        use=Use.HELD_OUT,
         note=f"{ours:.1%} against {octagon:.1%}; together {math.sqrt(1.25) - 1:.1%}",
     )
 
@@ -116,51 +110,45 @@ def _wave_rows(samples: tuple[Sample, ...], quick: bool) -> Iterator[Row]:
     """The wave, its stop, and Dijkstra's answer."""
     from codesign.planners.wavefront.plan.reference import delay_line_circuit, dijkstra
 
-    yield row(
+    yield published_law(
         SHORTEST,
         "cycle of the stop",
         published.STOP_CYCLE,
         stop_cycle(published.STOP_POTENTIAL),
-        status=Status.PUBLISHED,
         source=f"D + 1, D = {published.STOP_POTENTIAL}",
-        use=Use.HELD_OUT,
     )
-    for one in samples:
+    for sample in samples:
         yield row(
             SHORTEST,
-            f"potential of the stop node, {one.name} cells",
+            f"potential of the stop node, {sample.name} cells",
             published.STOP_POTENTIAL,
-            one.stop_potential,
+            sample.stop_potential,
             status=Status.MEASURED,
             source="own map, chosen for this figure",
             use=Use.FITTED,
-            note=f"{one.reached:,} of {int(one.free.sum()):,} free nodes reached",
+            note=f"{sample.reached:,} of {int(sample.free.sum()):,} free nodes reached",
         )
     wrong = sum(
-        int((dijkstra(one.free, [one.goal], stop=one.start) != one.potentials).sum())
-        for one in samples[: 1 if quick else None]
+        int((dijkstra(sample.free, [sample.goal], stop=sample.start) != sample.potentials).sum())
+        for sample in samples[: 1 if quick else None]
     )
-    yield row(
+    yield measured(
         SHORTEST,
         "nodes that differ from Dijkstra's potentials",
         "identical",
         wrong,
-        status=Status.MEASURED,
         source="own maps, heap",
-        use=Use.HELD_OUT,
         note="holds" if wrong == 0 else "does not hold",
     )
-    one = samples[0]
-    registers, cycles = delay_line_circuit(one.free, [one.goal], one.start)
-    differ = int((np.where(registers == cycles, -1, registers) != one.potentials).sum())
-    yield row(
+    sample = samples[0]
+    registers, cycles = delay_line_circuit(sample.free, [sample.goal], sample.start)
+    differ = int((np.where(registers == cycles, -1, registers) != sample.potentials).sum())
+    yield measured(
         SHORTEST,
-        f"cycle of the stop, circuit clocked on {one.name} cells",
-        f"D + 1 = {stop_cycle(one.stop_potential)}",
+        f"cycle of the stop, circuit clocked on {sample.name} cells",
+        f"D + 1 = {stop_cycle(sample.stop_potential)}",
         cycles,
-        status=Status.MEASURED,
         source="Figure 2, clocked; infinity is the counter at the stop",
-        use=Use.HELD_OUT,
         note=f"{differ} registers differ from the potentials",
     )
 
@@ -169,37 +157,30 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
     """68 µs, 63 ms and the speed-up."""
     wave = published.STOP_CYCLE / published.CLOCK
     unit = unit_seconds(samples)
-    yield row(
-        SHORTEST,
-        "time at 20 MHz",
-        published.PLAN_SECONDS,
-        wave,
-        unit="s",
-        status=Status.PUBLISHED,
-        source="D + 1 cycles",
-        use=Use.HELD_OUT,
+    yield published_law(
+        SHORTEST, "time at 20 MHz", published.PLAN_SECONDS, wave, unit="s", source="D + 1 cycles"
     )
     yield row(
         SHORTEST,
         "time on the 133 MHz Pentium",
         published.SOFTWARE_SECONDS,
-        unit * fmean(one.reached for one in samples),
+        unit * fmean(sample.reached for sample in samples),
         unit="s",
         status=Status.CALIBRATED,
         source=f"{1e6 * unit:.2f} µs a node reached",
         use=Use.FITTED,
         note="the one cost is fitted to this row; the number of nodes is that of own maps",
     )
-    yield row(
+    yield published_law(
         SHORTEST,
         "speed-up, published times",
         published.SPEED_UP,
         published.SOFTWARE_SECONDS / wave,
-        status=Status.PUBLISHED,
         source="63 ms over D + 1 cycles",
-        use=Use.HELD_OUT,
     )
-    gains = [unit * one.reached * published.CLOCK / stop_cycle(one.stop_potential) for one in samples]
+    gains = [
+        unit * sample.reached * published.CLOCK / stop_cycle(sample.stop_potential) for sample in samples
+    ]
     yield row(
         SHORTEST,
         "speed-up, own maps",
@@ -213,128 +194,109 @@ def _time_rows(samples: tuple[Sample, ...]) -> Iterator[Row]:
 
 
 def _front_rows(samples: tuple[Sample, ...], adder: AdderRun | None) -> Iterator[Row]:
-    """How little of the array works at a time, and what the other array does."""
-    share = fmean(100 * float(one.front.mean()) / one.free.size for one in samples)
-    yield row(
+    """The share of the array that works at a time, and the updates of the other array."""
+    share = fmean(100 * float(sample.front.mean()) / sample.free.size for sample in samples)
+    yield measured(
         HARDWARE,
         "nodes that update at a cycle",
         "only the wave front",
         share,
         unit="%",
-        status=Status.MEASURED,
         source="own maps",
-        use=Use.HELD_OUT,
         note="mean, of all nodes",
     )
     if adder is None:
         return
     own = "equation 3 in all nodes, clocked on the first own map"
-    yield row(
+    yield measured(
         HARDWARE,
         "updates of a node by equation 3",
         "once or a few times",
         adder.mean_updates,
-        status=Status.MEASURED,
         source=own,
-        use=Use.HELD_OUT,
         note=f"mean of the nodes reached; at most {adder.most_updates}",
     )
-    yield row(
+    yield measured(
         HARDWARE,
         "cycles, delay lines over adders",
         "> 1 is slower",
         stop_cycle(samples[0].stop_potential) / adder.cycles,
-        status=Status.MEASURED,
         source=own,
-        use=Use.HELD_OUT,
         note=f"{adder.cycles} cycles for the whole map, which cannot stop early",
     )
 
 
-def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafeWays, ...]) -> Iterator[Row]:
-    """The obstacle map, ways by equations 4 and 5, the skeleton."""
+def _safe_rows(samples: tuple[Sample, ...], safe: tuple[SafePaths, ...]) -> Iterator[Row]:
+    """The obstacle map, paths by equations 4 and 5, the skeleton."""
     longest = longest_distance((published.SIDE, published.SIDE))
-    yield row(
+    yield published_law(
         SAFE,
         "cycles of the obstacle map",
         published.OBSTACLE_CYCLES,
         stop_cycle(longest),
-        status=Status.PUBLISHED,
         source="longest distance + 1",
-        use=Use.HELD_OUT,
         note=f"768 = 3 × 256; 255 diagonal steps are {longest}",
     )
-    yield row(
+    yield published_law(
         SAFE,
         "time of the obstacle map at 20 MHz",
         published.OBSTACLE_SECONDS,
         stop_cycle(longest) / published.CLOCK,
         unit="s",
-        status=Status.PUBLISHED,
         source="longest distance + 1",
-        use=Use.HELD_OUT,
     )
-    farthest = [int(one.obstacle_potentials.max()) for one in samples]
-    yield row(
+    farthest = [int(sample.obstacle_potentials.max()) for sample in samples]
+    yield unpublished(
         SAFE,
         "largest distance from an obstacle",
         None,
         max(farthest),
-        status=Status.MEASURED,
         source="own maps",
-        use=Use.NOTHING,
         note=f"{min(farthest)} to {max(farthest)}: how long the wave does anything",
     )
-    yield row(
+    yield measured(
         SAFE,
         "safe ways that arrive",
         "guaranteed",
-        100 * min(one.arrived for one in safe),
+        100 * min(comparison.arrived for comparison in safe),
         unit="%",
-        status=Status.MEASURED,
         source="own maps, equations 4 and 5",
-        use=Use.HELD_OUT,
         note="least over the maps",
     )
-    yield row(
+    yield unpublished(
         SAFE,
         "length of safe ways over shortest",
         None,
-        fmean(one.longer for one in safe),
-        status=Status.MEASURED,
+        fmean(comparison.longer for comparison in safe),
         source="own maps, octile",
-        use=Use.NOTHING,
-        note=f"{min(one.longer for one in safe):.2f} to {max(one.longer for one in safe):.2f}",
+        note=f"{min(comparison.longer for comparison in safe):.2f} to"
+        f" {max(comparison.longer for comparison in safe):.2f}",
     )
-    crest = [float(skeleton(one.obstacle_potentials)[one.free].mean()) for one in samples]
-    yield row(
+    crest = [float(skeleton(sample.obstacle_potentials)[sample.free].mean()) for sample in samples]
+    yield unpublished(
         SAFE,
         "free nodes on the skeleton",
         None,
         100 * fmean(crest),
         unit="%",
-        status=Status.MEASURED,
         source="own rule in 5 × 5 nodes; the paper gives none",
-        use=Use.NOTHING,
         note=f"{100 * min(crest):.0f} to {100 * max(crest):.0f} %",
     )
 
 
 def _part_rows() -> Iterator[Row]:
-    """What of "large grids on a single chip" fits the four FPGA of the other papers."""
+    """The largest arrays that fit the four FPGA of the other papers, for "large grids on a single chip"."""
     from codesign.inputs.part_file import load_part
 
     node = resources.delay_line_node(ArrayLayout((1, 1), BITS))
     for name in PARTS:
         part = load_part(name)
         side = math.isqrt(int(part.resources["slices"].value) // node.slices)
-        yield row(
+        yield unpublished(
             "Conclusion",
             f"side of the largest array, {part.name}",
             None,
             side,
-            status=Status.MEASURED,
             source=f"{node.slices} slices a node, R = {BITS}",
-            use=Use.NOTHING,
             note=f"{side * side:,} of {published.SIDE**2:,} nodes; counter and selection left out",
         )

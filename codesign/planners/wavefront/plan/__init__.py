@@ -1,4 +1,4 @@
-"""Shortest and safe paths by a wave whose delays are the costs (Möller and Paschke 1998)."""
+"""Shortest and safe paths by a wave with delays as costs (Möller and Paschke 1998)."""
 
 from codesign.planners.wavefront.plan.grid import UNREACHED
 from codesign.planners.wavefront.plan.skeleton import skeleton

@@ -21,7 +21,7 @@ DELAYS = (2, 3)
 """Delays of a straight and of a diagonal step, in cycles (section "Hardware", footnote 1)."""
 
 CLOCKWISE = ((-1, 0), (0, 1), (1, 0), (0, -1), (-1, 1), (1, 1), (1, -1), (-1, -1))
-"""The neighbours on a flat map in the order in which ways prefer them: straight ones first, from north on."""
+"""The neighbours on a flat map in the order in which paths prefer them: straight ones first, from north on."""
 
 MAX_CELLS = 1 << 24
 MAX_DELAY = 64
@@ -33,8 +33,8 @@ MAX_EXTRA_DELAY = 63
 class Neighbours:
     """The neighbours of a cell: ``steps`` n × axes (int32), their ``delays`` (rising), ``beside`` n × m × axes.
 
-    ``beside``: the cells that have to be free as well, seen from the cell that the step leaves; rows of zeros
-    where there are fewer. m is 0 where corners may be cut.
+    ``beside``: the cells that must be free as well, as offsets from the cell that the step leaves. Rows of zeros fill
+    up shorter lists. m is 0 where corners may be cut.
     """
 
     steps: NDArray[np.int32]
@@ -67,7 +67,7 @@ def neighbours(axes: int, delays: Sequence[int] = DELAYS, corner_cutting: bool =
         ]
         beside.append([] if corner_cutting else sorted(corners))
     width = max(map(len, beside))
-    padded = [found + [(0,) * axes] * (width - len(found)) for found in beside]
+    padded = [corners + [(0,) * axes] * (width - len(corners)) for corners in beside]
     return Neighbours(
         np.array(steps, np.int32),
         np.array([delays[sum(map(abs, step)) - 1] for step in steps], np.int32),
@@ -119,7 +119,7 @@ class WaveMap:
 
 
 def check_map(free: Any, delays: Any = None, corner_cutting: bool = True, extra_delay: Any = None) -> WaveMap:
-    """Raise MapError for a map, InputError for another argument, that the wave cannot run on."""
+    """The checked map of a wave. Raises MapError for an unusable map, InputError for another unusable argument."""
     cells = _check_free(free)
     steps = neighbours(cells.ndim, check_delays(delays, cells.ndim), bool(corner_cutting))
     return WaveMap(cells, steps, _check_extra(extra_delay, cells))
@@ -180,11 +180,11 @@ def check_cells(cells: Any, free: NDArray[np.bool_], name: str) -> NDArray[np.in
     """
     if not isinstance(cells, Iterable):
         raise MapError(f"{cells!r:.80} is not a list of cells", name)
-    found = [_whole_numbers(cell, name) for cell in cells]
-    if not found:
+    checked = [_whole_numbers(cell, name) for cell in cells]
+    if not checked:
         raise MapError("no cell is given", name, "give at least one free cell")
     sides = " × ".join(str(side) for side in free.shape)
-    for cell in found:
+    for cell in checked:
         if len(cell) != free.ndim:
             raise MapError(f"{cell} is not a cell of a map of {sides}", name)
         if not all(0 <= part < side for part, side in zip(cell, free.shape, strict=True)):
@@ -192,7 +192,12 @@ def check_cells(cells: Any, free: NDArray[np.bool_], name: str) -> NDArray[np.in
             raise MapError(what, name, hint)
         if not free[cell]:
             raise MapError(f"cell {cell} is on an obstacle", name, "move it to a free cell")
-    return np.array(found, np.int64)
+    return np.array(checked, np.int64)
+
+
+def tile_count(map_shape: Sequence[int], tile: Sequence[int]) -> int:
+    """Tiles that cover a map, partial ones counted."""
+    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
 
 
 def _whole_numbers(values: Any, name: str) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""The wave over a flat padded array, and the ways back along it, compiled.
+"""The wave over a flat padded array, and the paths back along it, compiled.
 
 A map of any number of dimensions is padded by one closed cell on every side and laid out flat, so that a
 neighbour is an index plus an offset and no bound is ever tested. ``potentials`` (int32) says everything of a
@@ -8,6 +8,13 @@ than the map's own), or the time the wave locked it.
 The wave does what the circuit does: at time t it enters the open neighbours at the straight offsets of the
 cells locked at t - 2 and at the diagonal offsets of those locked at t - 3. So every cell is locked once, in
 order of time, without a queue that sorts, and nothing is ever taken back.
+
+``order`` is the record of the wave. The cells of its last times, as many as the longest delay and one more, are slices
+of it:
+
+    order   .. | t - 3 | t - 2 | t - 1 | t .. used      slice of time s: begins[s % size] to ends[s % size]
+               '-> diagonal    |
+                       '-> straight
 """
 
 from __future__ import annotations
@@ -22,6 +29,27 @@ OPEN, CLOSED, ENTERED = -1, -2, -3
 
 
 @njit(cache=True, nogil=True)
+def _lock_seeds(
+    potentials: NDArray[np.int32],
+    order: NDArray[np.int32],
+    used: int,
+    seeds: NDArray[np.int32],
+    seed_times: NDArray[np.int32],
+    seed: int,
+    time: int,
+) -> Any:
+    """Lock the seeds of this time; returns how many cells are locked, and the next seed."""
+    # p = 0 at a reference cell (equation 1), or the time at which a cell around a tile emits.
+    while seed < seeds.size and seed_times[seed] == time:
+        if potentials[seeds[seed]] < 0:
+            potentials[seeds[seed]] = time
+            order[used] = seeds[seed]
+            used += 1
+        seed += 1
+    return used, seed
+
+
+@njit(cache=True, nogil=True)
 def _release(
     potentials: NDArray[np.int32],
     order: NDArray[np.int32],
@@ -30,7 +58,7 @@ def _release(
     following: NDArray[np.int32],
     time: int,
 ) -> Any:
-    """Lock the cells whose own line ends now; returns how many are locked, and how many left their lines."""
+    """Lock the cells with an own line that ends now; returns how many are locked, and how many left their lines."""
     # The cells in delay lines of their own, in a list for each time at which a line ends; as many lists as the
     # longest line has flip-flops, and one more:
     #
@@ -118,7 +146,7 @@ def spread(
     """Run the wave; fills ``potentials`` and returns the locked cells in order of time, int32.
 
     ``seeds``: cells locked at ``seed_times`` (rising), whatever stands there. ``offsets`` and ``delays`` (rising): the
-    neighbours. ``beside``: K × M offsets from a cell that have to be free for the step (0: none). ``extra``: delay of a
+    neighbours. ``beside``: K × M offsets from a cell that must be free for the step (0: none). ``extra``: delay of a
     cell's own line beyond the map's, empty for none. The wave ends with the time at which the last of ``stops`` is
     locked, after ``limit``, or when it has died.
     """
@@ -126,12 +154,6 @@ def spread(
     # (diagonal) a node's output comes to the register of its neighbour 2 or 3 cycles later:
     #
     #   p_j = min over neighbours i of p_i + w_ij        (equation 3, by time in place of addition)
-    #
-    # ``order`` is the record of the wave; the cells of the last ``longest`` + 1 times are slices of it:
-    #
-    #   order   .. | t - 3 | t - 2 | t - 1 | t .. used      slice of time s: begins[s % size] to ends[s % size]
-    #              '-> diagonal    |
-    #                      '-> straight
     order = np.empty(potentials.size, np.int32)
     used = seed = waiting = quiet = 0
     longest = delays[-1]
@@ -142,17 +164,12 @@ def spread(
     time = int(seed_times[0])
     while time <= limit:
         begin = used
-        while seed < seeds.size and seed_times[seed] == time:
-            if potentials[seeds[seed]] < 0:
-                potentials[seeds[seed]] = time
-                order[used] = seeds[seed]
-                used += 1
-            seed += 1
+        used, seed = _lock_seeds(potentials, order, used, seeds, seed_times, seed, time)
         if waiting > 0:
             used, left = _release(potentials, order, used, first, following, time)
             waiting -= left
         for side in range(offsets.size):
-            # Only what was locked exactly one delay ago sends its wave now.
+            # Only cells that were locked exactly one delay ago send their wave now.
             since = (time - delays[side]) % begins.size
             origins = order[begins[since] : ends[since]]
             used, entered = _enter(
@@ -184,11 +201,11 @@ def rounds(
     beside: NDArray[np.int32],
     extra: NDArray[np.uint8],
 ) -> int:
-    """Parallel updates by equation 3 until the last potential stands: the steps of the longest shortest way.
+    """Parallel updates by equation 3 until the last potential stands: the steps of the longest shortest path.
 
-    Of the shortest ways to a cell the one with the fewest steps counts. ``order``: cells by rising potential.
+    Of several shortest paths to a cell, the path with the fewest steps counts. ``order``: cells by rising potential.
     """
-    # Equation 3 for all nodes in parallel: a potential is final after as many rounds as its shortest way has steps.
+    # Equation 3 for all nodes in parallel: a potential is final after as many rounds as its shortest path has steps.
     #
     #   steps_i = 1 + min over neighbours j with p_j + w_ji = p_i of steps_j
     steps = np.zeros(potentials.size, np.int32)
@@ -219,15 +236,15 @@ def follow(
     beside: NDArray[np.int32],
     extra: NDArray[np.uint8],
 ) -> Any:
-    """The way from ``start`` down the potentials, int32 cells, ``start`` first.
+    """The path from ``start`` down the potentials, int32 cells, ``start`` first.
 
     Without ``distances`` (empty) by equation 2: the first neighbour j in the order of ``offsets`` with
     p_i = p_j + w_ji. With them by equations 4 and 5: of the neighbours nearer to the source those farthest
     from the obstacles, and of these the nearest to the source, the first among equals.
     """
     safe = distances.size > 0
-    way = np.empty(64, np.int32)
-    way[0] = start
+    path = np.empty(64, np.int32)
+    path[0] = start
     used = 1
     cell = start
     while potentials[cell] > 0 and used <= most_steps:
@@ -256,10 +273,10 @@ def follow(
         if best < 0:
             break
         cell = best
-        if used == way.size:
+        if used == path.size:
             longer = np.empty(2 * used, np.int32)
-            longer[:used] = way
-            way = longer
-        way[used] = cell
+            longer[:used] = path
+            path = longer
+        path[used] = cell
         used += 1
-    return way[:used]
+    return path[:used]

@@ -8,7 +8,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from codesign.models import RefusalError, SpecModel, TaskParameters
-from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY
+from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY, tile_count
 
 
 class WaveEnd(StrEnum):
@@ -19,14 +19,14 @@ class WaveEnd(StrEnum):
 
 
 class Paths(StrEnum):
-    """Which ways are tracked."""
+    """Which paths are tracked."""
 
     SHORTEST = "shortest"
     SAFE = "safe"
 
 
 class Course(StrEnum):
-    """How much of a way is tracked before the robot sets out."""
+    """The part of a path that is tracked before the robot sets out."""
 
     LOCAL = "local"
     COMPLETE = "complete"
@@ -42,7 +42,7 @@ Side = Annotated[int, Field(ge=1, le=4096)]
 class Penalty(SpecModel):
     """Extra delay near obstacles: nodes with a longer delay line (the paper's conclusion).
 
-    Which nodes these are is told with the map; finding them is not part of the plan's time.
+    The map marks these nodes when it is loaded. The plan's time does not count how they are determined.
     """
 
     distance: Annotated[
@@ -52,12 +52,12 @@ class Penalty(SpecModel):
 
 
 class PropagateParameters(TaskParameters):
-    """How the wave runs, what is tracked, and how wide the registers are."""
+    """The run of the wave, the tracked paths, and the width of the registers."""
 
     stop: Annotated[
         WaveEnd,
         Field(
-            description="starts: when the wave has reached all starts, as in the paper; whole_map: never before the end"
+            description="starts: when the wave reaches the last start, as in the paper; whole_map: at its own end"
         ),
     ] = WaveEnd.STARTS
     paths: Annotated[
@@ -67,8 +67,8 @@ class PropagateParameters(TaskParameters):
     course: Annotated[
         Course,
         Field(
-            description="local: only the next steps are tracked, in a drive anew at every control turn;"
-            " complete: the whole way of the first start"
+            description="local: only the next steps are tracked, in a drive again at every control turn;"
+            " complete: the whole path of the first start"
         ),
     ] = Course.LOCAL
     steps: Annotated[int, Field(ge=1, le=65_535, description="steps of a local course")] = 1
@@ -103,15 +103,14 @@ class PropagateParameters(TaskParameters):
     def tile_shape(self, rows: int, columns: int) -> tuple[int, int]:
         """Rows and columns of a tile on a map of ``rows`` × ``columns``: by default those of the map.
 
-        A tile larger than the map is one more partial one: its other nodes hold obstacles.
+        A tile larger than the map is a partial tile: its other nodes hold obstacles.
         """
         return self.tile or (rows, columns)
 
     def tile_count(self, rows: int, columns: int) -> int:
-        """How many tiles cover a map of ``rows`` × ``columns``."""
-        height, width = self.tile_shape(rows, columns)
-        return -(-rows // height) * -(-columns // width)
+        """The number of tiles that cover a map of ``rows`` × ``columns``."""
+        return tile_count((rows, columns), self.tile_shape(rows, columns))
 
 
 class TrackParameters(TaskParameters):
-    """The tracking of the way has nothing of its own to choose."""
+    """The tracking of a path has no parameters of its own."""

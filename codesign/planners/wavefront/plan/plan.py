@@ -21,12 +21,12 @@ _plans = Memo(max_bytes=128 * 2**20)
 
 @dataclass(frozen=True, eq=False)
 class WavefrontPlan:
-    """What the wave left.
+    """The result of a wave.
 
     - ``potentials``: int32 H×W, ``UNREACHED`` where the wave did not come.
     - ``obstacle_potentials``: int32 H×W, p^d, for safe paths; else None.
     - ``stop_potential``: the potential of the farthest stop, at which the wave ended; None where it ran to its end.
-    - ``wave_map``: the map that it ran on.
+    - ``wave_map``: the map of the wave.
     """
 
     potentials: NDArray[np.int32]
@@ -46,19 +46,19 @@ class WavefrontPlan:
 
     @cached_property
     def tracker(self) -> Tracker:
-        """Ways over these potentials, by the rule of the parameters."""
+        """Tracks paths over these potentials, by the rule of the parameters."""
         return Tracker(self.wave_map, self.potentials, self.obstacle_potentials)
 
     @cached_property
     def digest(self) -> str:
-        """SHA-256 over all that ways depend on."""
+        """SHA-256 over everything that a path depends on."""
         import hashlib
 
         delays, steps = self.wave_map.neighbours.delays, self.wave_map.neighbours.beside.shape
-        found = hashlib.sha256(f"{self.potentials.shape}{delays.tolist()}{steps}".encode())
+        hasher = hashlib.sha256(f"{self.potentials.shape}{delays.tolist()}{steps}".encode())
         for values in (self.potentials, self.obstacle_potentials, self.wave_map.extra):
-            found.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
-        return found.hexdigest()
+            hasher.update(b"none" if values is None else np.ascontiguousarray(values).tobytes())
+        return hasher.hexdigest()
 
 
 def problem_map(problem: Problem, parameters: PropagateParameters) -> WaveMap:
@@ -83,8 +83,8 @@ def compute_plan(problem: Problem, parameters: PropagateParameters) -> Wavefront
     """Run the wave without a clock.
 
     Raises:
-        MapError: a goal or start that cannot be used, or a start that no way joins to a goal while the wave waits
-            for it.
+        MapError: a goal or start that cannot be used, or a start that no path joins to a goal while the wave
+            waits for it.
     """
     wave_map = problem_map(problem, parameters)
     stops = stop_cells(problem, parameters)
@@ -98,23 +98,23 @@ def compute_plan(problem: Problem, parameters: PropagateParameters) -> Wavefront
 
 
 def plan_key(problem: Problem, parameters: PropagateParameters) -> tuple[object, ...]:
-    """What a plan depends on; widths of registers and shapes of tiles change none of it."""
+    """Everything that a plan depends on. Widths of registers and shapes of tiles do not change a plan."""
     chosen = parameters.model_dump(include={"stop", "paths", "corner_cutting", "delays", "penalty"})
     return "wavefront", problem.digest, repr(sorted(chosen.items()))
 
 
-def known_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
+def cached_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
     """``compute_plan``, kept in this process: laws of resources ask for it before anything runs."""
     return _plans.get(plan_key(problem, parameters), lambda: compute_plan(problem, parameters))
 
 
 def sizing_parameters(problem: Problem, parameters: PropagateParameters) -> PropagateParameters:
-    """The parameters that laws of size go by: without a stop where the wave cannot reach a start.
+    """The parameters for laws of size: without a stop where the wave cannot reach a start.
 
-    ``Wavefront.check`` refuses to plan then; but a drive may begin so, and its design has a size all the same.
+    ``Wavefront.check`` refuses such a plan. But a drive may begin in this state, and its design still has a size.
     """
     try:
-        known_plan(problem, parameters)
+        cached_plan(problem, parameters)
     except MapError:
         return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
     return parameters

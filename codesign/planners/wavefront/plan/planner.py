@@ -1,4 +1,4 @@
-"""The wavefront planner as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+"""The wavefront planner as a plug-in: the members of ``codesign.planners.interface.Planner``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from codesign.planners.wavefront.plan.parameters import (
     PropagateParameters,
     TrackParameters,
 )
-from codesign.planners.wavefront.plan.plan import WavefrontPlan, compute_plan, known_plan, sizing_parameters
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, compute_plan, sizing_parameters
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 
 CELL_BITS = 2
@@ -44,7 +44,7 @@ class Wavefront(Planner):
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str] | None:
-        """A wave that waits for its starts has to reach them; tiles are not too many."""
+        """A wave that waits for its starts must reach them, and the number of tiles is limited."""
         problem, parameters = job.problem, job.parameters
         if parameters.tile is not None:
             height, width = parameters.tile
@@ -52,7 +52,7 @@ class Wavefront(Planner):
             if count > MAX_TILES:
                 return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
         try:
-            known_plan(problem, parameters)
+            cached_plan(problem, parameters)
         except MapError as fault:
             return "stop", fault.what
         return None
@@ -71,13 +71,13 @@ class Wavefront(Planner):
     def flows(self, job: Job[Problem, PropagateParameters]) -> tuple[Flow, ...]:
         """The map, F and Z of every cell; the potentials; the path of the first start, a cell at a time.
 
-        A local course brings its ``steps`` next cells, and is asked for again at every pose; a complete one all cells
-        of the path. Where the wave cannot reach a start, as when a drive begins walled in, the sizes are those of a
-        wave that does not wait for it.
+        A local course sends its next ``steps`` cells at every pose. A complete course sends all cells of the path.
+        Where the wave cannot reach a start, as in a drive that begins walled in, the sizes are those of a wave that
+        does not wait for the start.
         """
         problem, parameters = job.problem, job.parameters
         parameters = sizing_parameters(problem, parameters)
-        cells, plan = problem.free.size, known_plan(problem, parameters)
+        cells, plan = problem.free.size, cached_plan(problem, parameters)
         local = parameters.course is Course.LOCAL
         steps = parameters.steps if local else self._steps(problem, plan)
         return (
@@ -88,10 +88,10 @@ class Wavefront(Planner):
         )
 
     def check_drive(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str, str] | None:
-        """A way that passes between two obstacles that touch at a corner is none for a robot."""
+        """A robot cannot drive along a path between two obstacles that touch at a corner."""
         if not job.parameters.corner_cutting:
             return None
-        text = "a way that cuts corners may lead between two obstacles, where no robot can drive"
+        text = "a path that cuts corners may lead between two obstacles, where no robot can drive"
         return "corner_cutting", text, "set corner_cutting: false"
 
     def horizon(self, job: Job[Any, PropagateParameters]) -> int | None:
@@ -100,7 +100,7 @@ class Wavefront(Planner):
         return parameters.steps if parameters.course is Course.LOCAL else None
 
     def _steps(self, problem: Problem, plan: WavefrontPlan) -> int:
-        """Steps of the path of the first start; at least one, which tells that it is there."""
+        """Steps of the path of the first start; at least 1, as a robot on the goal gets its own cell."""
         if not problem.starts or plan.potentials[problem.starts[0]] < 0:
             return 1
         return max(1, len(plan.tracker.follow(problem.starts[0])) - 1)
@@ -110,7 +110,7 @@ class Wavefront(Planner):
         return 56 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: WavefrontPlan) -> Quality:
-        """What the paths are worth."""
+        """The quality of the paths."""
         from codesign.planners.wavefront.plan.quality import quality
 
         return quality(problem, plan)
@@ -120,7 +120,7 @@ class Wavefront(Planner):
         return plan.digest
 
     def figures(self, plan: WavefrontPlan) -> dict[str, Any]:
-        """How far the wave came, and how wide a register has to be for it."""
+        """The reach of the wave, and the width of register that it needs."""
         details: dict[str, Any] = {
             "largest_potential": plan.largest_potential,
             "reached_cells": plan.reached_cells,
@@ -160,10 +160,10 @@ class Wavefront(Planner):
 
 
 def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
-    """Bits of what a way is tracked by, of one cell: a register's; and for safe paths those of p^d beside them."""
+    """Bits of a cell that tracking reads: those of its register, and for safe paths also those of p^d."""
     bits = parameters.register_bits
     if bits is None:
-        plan = known_plan(problem, sizing_parameters(problem, parameters))
+        plan = cached_plan(problem, sizing_parameters(problem, parameters))
         bits = register_bits(plan.largest_potential)
     if parameters.paths is Paths.SAFE:
         bits += register_bits(longest_distance(problem.shape, parameters.delays))

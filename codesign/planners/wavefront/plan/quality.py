@@ -1,4 +1,4 @@
-"""What the potentials are worth to a robot: where paths lead, how long they are, how close to the walls."""
+"""The quality of the potentials for a robot: where paths lead, their lengths, and their clearances."""
 
 from __future__ import annotations
 
@@ -12,12 +12,13 @@ from codesign.planners.wavefront.plan.plan import WavefrontPlan
 def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     """The quality of ``plan`` on ``problem``.
 
-    The plan covers the cells that the wave reached before it was stopped. Each of them has a way, as equation 2 always
-    finds a neighbour: ``local_maxima`` is 0, and ``share_reaching_goal`` 1 where there is such a cell. Of the cells
-    beyond the wave nothing is known.
+    The plan covers the cells that the wave reached before it ended. Each of them has a path, as equation 2 always finds
+    a neighbour. So ``local_maxima`` is 0, and ``share_reaching_goal`` is 1 where the plan covers a cell. Cells beyond
+    the wave have no path.
 
-    Ways are tracked from the starts by the rule of the plan. Lengths are octile; a way that cuts corners can be shorter
-    than the shortest one that does not, so ratios below 1 occur. The mean clearance weighs every step by its length.
+    Paths are tracked from the starts by the rule of the plan. Lengths are octile. A path that cuts corners can be
+    shorter than the shortest path that does not, so ratios below 1 occur. The mean clearance weighs every step by its
+    length.
     """
     from codesign.maps.reach import reachable
 

@@ -59,7 +59,7 @@ def dijkstra(
 def delay_line_circuit(
     free: NDArray[np.bool_], sources: Sequence[Cell], stop: Cell | None = None
 ) -> tuple[NDArray[np.int64], int]:
-    """Figure 2, clocked: what the registers hold in the end (the counter's value: infinity), and the cycles taken.
+    """Figure 2, clocked: the final registers (the counter's value: infinity), and the cycles taken.
 
     Three flip-flops a node: the first takes the OR of the diagonal neighbours, the second the first or the OR of the
     straight ones, the third the second. Y = third and F, or Z. Without ``stop`` it runs three cycles past the last
@@ -93,7 +93,7 @@ def _around(output: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], NDArray[np.bo
 def adder_circuit(
     free: NDArray[np.bool_], sources: Sequence[Cell]
 ) -> tuple[NDArray[np.int64], int, NDArray[np.int64]]:
-    """Equation 3 in all nodes at once: potentials, the cycles until one changes nothing, and updates of each node."""
+    """Equation 3 in all nodes at once: potentials, cycles to the first without a change, and updates of each node."""
     infinity = 2**40
     potentials = np.full(free.shape, infinity, np.int64)
     potentials[tuple(np.array(sources).T)] = 0
@@ -123,17 +123,17 @@ def track(
     distances: NDArray[np.int32] | None = None,
 ) -> list[Cell]:
     """``tracking.track`` by equations 2, or 4 and 5, as they stand."""
-    way = [start]
-    while potentials[way[-1]] > 0:
-        cell = way[-1]
+    path = [start]
+    while potentials[path[-1]] > 0:
+        cell = path[-1]
         around = [(other, delay) for other, delay in edges(free, cell) if potentials[other] >= 0]
         if distances is None:
-            way.append(next(j for j, delay in around if potentials[cell] == potentials[j] + delay))
+            path.append(next(j for j, delay in around if potentials[cell] == potentials[j] + delay))
             continue
         nearer = [other for other, _ in around if potentials[other] < potentials[cell]]
         farthest = max(distances[other] for other in nearer)
-        way.append(min((j for j in nearer if distances[j] == farthest), key=lambda j: potentials[j]))
-    return way
+        path.append(min((j for j in nearer if distances[j] == farthest), key=lambda j: potentials[j]))
+    return path
 
 
 def skeleton(distances: NDArray[np.int32]) -> NDArray[np.bool_]:

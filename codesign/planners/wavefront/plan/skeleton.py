@@ -1,9 +1,9 @@
-"""The skeleton of a map: the crest of the distance from obstacles, found in 5 × 5 neighbourhoods.
+"""The skeleton of a map: the crest of the distance from obstacles, computed in 5 × 5 neighbourhoods.
 
 The paper says of its procedure that it is purely local, involves only the 5 × 5 neighbourhood of a node, and
-detects all points at the crest of p^d; not how. Here a free cell is on the crest if, along one of the four axes through
-it (row, column, both diagonals), it is not below its two neighbours and above the two cells behind them. That is what a
-ridge looks like whether its top is one cell wide or two (corridors of even width).
+detects all points at the crest of p^d. It does not say how. Here a free cell is on the crest if, along one of the four
+axes through it (row, column, both diagonals), it is not below its two neighbours and above the two cells behind them.
+The rule holds for ridges with a top of one cell and of two cells (corridors of even width).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ REACH = 2
 def skeleton(obstacle_potentials: NDArray[np.int32]) -> NDArray[np.bool_]:
     """Bool H×W: the cells on the crest of ``obstacle_potentials`` (int32 H×W, 0 on obstacles).
 
-    Outside of the map the border cells go on: p^d knows no obstacle there, and so no crest against it.
+    The border cells are repeated outside of the map: p^d has no obstacle there, and so no crest against it.
 
     >>> distances = np.array([[0] * 6, [2] * 6, [4] * 6, [2] * 6, [0] * 6], dtype=np.int32)
     >>> np.flatnonzero(skeleton(distances).any(axis=1))

@@ -1,10 +1,10 @@
-"""A map in tiles, one after the other on an array of one tile: exact, with the visits that it takes.
+"""A map in tiles, one after the other on an array of one tile: exact potentials, and the visits of tiles.
 
-A visit runs the wave in one tile from its own sources and from the cells around the tile, which emit at the times that
-their potentials say. Its answer is the shortest distance given what is known outside. If a border cell changed, the
-tiles beside it are visited (again), the one with the earliest change first. Potentials only fall and are lengths of
-real ways, so it ends, and at the end equation 1 holds everywhere: the potentials are those of the whole map at once.
-With stops it ends as soon as no change that is still to be handed on is early enough to matter to any of them.
+A visit runs the wave in one tile from its own sources and from the cells around the tile. These cells emit at the
+times of their potentials. The result of a visit is the shortest distance for the present potentials outside. If a
+border cell changes, the tiles beside it are visited (again); the tile with the earliest change is first. Potentials
+only fall and are lengths of real paths, so the visits end. Then equation 1 holds everywhere: the potentials are those
+of the whole map at once. With stops the visits end as soon as no pending change is early enough to change a stop.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ NEVER = np.iinfo(np.int32).max
 
 @dataclass(frozen=True)
 class Visits:
-    """What the tiles took, one entry a visit, in order.
+    """The visits of tiles, one entry each, in order.
 
     ``tile``: int32, raster number. ``span``: int64, cycles from the first emission to the last emission or arrival.
-    ``largest``: the largest potential that any visit met, which may be above those that are left in the end.
+    ``largest``: the largest potential that any visit met, which may be above the final ones.
     """
 
     tile: NDArray[np.int32]
@@ -38,7 +38,7 @@ class Visits:
 
 @dataclass
 class _State:
-    """The map under way, padded. ``potentials``: OPEN, CLOSED, or a time so far. ``source``: where waves start."""
+    """The padded map during the visits. ``potentials``: OPEN, CLOSED, or a time so far. ``source``: the sources."""
 
     potentials: NDArray[np.int32]
     source: NDArray[np.bool_]
@@ -48,9 +48,10 @@ class _State:
 def run_tiles(
     wave_map: WaveMap, sources: NDArray[np.int64], stops: NDArray[np.int64], tile: Sequence[int]
 ) -> tuple[NDArray[np.int32], Visits]:
-    """Potentials as of ``wave.run_wave``, and the visits. The map has two axes; ``tile``: rows, columns.
+    """Potentials as by ``wave.run_wave``, and the visits. The map has two axes; ``tile``: rows, columns.
 
-    Cells farther than the farthest stop are ``UNREACHED``. An unreachable stop is told by ``run_wave`` before.
+    Cells farther than the farthest stop are ``UNREACHED``. Callers run ``run_wave`` first, which refuses an
+    unreachable stop.
     """
     from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN
 
@@ -108,14 +109,14 @@ def _visit(
 
     window = slice(corner[0], corner[0] + size[0] + 2), slice(corner[1], corner[1] + size[1] + 2)
     inner = slice(1, -1), slice(1, -1)
-    known = state.potentials[window]
-    before = known[inner].copy()
+    potentials = state.potentials[window]
+    before = potentials[inner].copy()
     # One more closed cell around, so that the halo has neighbours too.
     frame = np.full((size[0] + 4, size[1] + 4), CLOSED, np.int32)
     halo = frame[inner]
-    halo[...] = np.where(known == CLOSED, np.int32(CLOSED), np.int32(HALO))
+    halo[...] = np.where(potentials == CLOSED, np.int32(CLOSED), np.int32(HALO))
     halo[inner] = np.where(before == CLOSED, np.int32(CLOSED), np.int32(OPEN))
-    times = np.where(known >= 0, known, NEVER)
+    times = np.where(potentials >= 0, potentials, NEVER)
     times[inner] = np.where(state.source[window][inner], 0, NEVER)
     emitting = np.argwhere(times < NEVER)
     at = times[tuple(emitting.T)]
@@ -142,7 +143,7 @@ def _visit(
     )
     after = flat.reshape(frame.shape)[2:-2, 2:-2]
     after[(after < 0) & (after != CLOSED)] = OPEN
-    known[inner] = after
+    potentials[inner] = after
     last = max(int(at.max()), int(after.max(initial=0)))
     changed = np.where((after >= 0) & (after != before), after, NEVER)
     return int(at.min()), last, _towards(changed)
@@ -151,10 +152,10 @@ def _visit(
 def _towards(changed: NDArray[np.int32]) -> dict[tuple[int, int], int]:
     """The earliest change at the border (NEVER: none) that each of the eight tiles beside it can see."""
     sides = {-1: slice(0, 1), 0: slice(None), 1: slice(-1, None)}
-    found = {}
+    earliest_changes = {}
     for down, rows in sides.items():
         for right, columns in sides.items():
             earliest = int(changed[rows, columns].min())
             if (down or right) and earliest < NEVER:
-                found[down, right] = earliest
-    return found
+                earliest_changes[down, right] = earliest
+    return earliest_changes

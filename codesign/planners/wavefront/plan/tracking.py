@@ -1,4 +1,4 @@
-"""Ways down the potentials: by Dreyfus' rule (equation 2), and safe ones (equations 4 and 5)."""
+"""Paths down the potentials: by Dreyfus' rule (equation 2), and safe ones (equations 4 and 5)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from codesign.errors import InputError, MapError
 from codesign.planners.wavefront.plan.grid import WaveMap, check_map
 
-WHOLE_WAY = 2**31 - 1
+WHOLE_PATH = 2**31 - 1
 
 
 def track(
@@ -24,19 +24,20 @@ def track(
     extra_delay: NDArray[np.integer] | None = None,
     delays: Sequence[int] | None = None,
 ) -> NDArray[np.int64]:
-    """The way from ``start`` to a source: int64 n × axes cells, both ends included.
+    """The path from ``start`` to a source: int64 n × axes cells, both ends included.
 
     Each step goes to a neighbour j with p_i = p_j + w_ji (equation 2; the first in a fixed order among several), so
-    the way is a shortest one. With ``obstacle_potentials`` it is a safe one: of the neighbours nearer to the source
-    it takes those farthest from obstacles (equation 4) and of these the nearest to the source (equation 5). Potentials
-    fall at every step, and every reached cell has a neighbour that the wave came from: both rules arrive.
+    the path is a shortest one. With ``obstacle_potentials`` it is a safe one: each step goes to a neighbour nearer to
+    the source, among these to those farthest from obstacles (equation 4), and among those to the nearest to the source
+    (equation 5). Potentials fall at every step, and every reached cell has a neighbour that the wave came from. So
+    both rules arrive.
 
     Args:
-        free, corner_cutting, extra_delay, delays: as ``propagate`` was given them.
-        potentials: what ``propagate`` returned.
+        free, corner_cutting, extra_delay, delays: the arguments of ``propagate``.
+        potentials: the result of ``propagate``.
         start: a cell that the wave reached.
-        steps: at most so many steps (the paper's local course); None: the whole way.
-        obstacle_potentials: p^d, of ``wave.obstacle_potentials``.
+        steps: the most steps (the paper's local course); None: the whole path.
+        obstacle_potentials: p^d, the result of ``wave.obstacle_potentials``.
 
     Raises:
         MapError: a start outside of the map, on an obstacle, or that the wave did not reach.
@@ -52,7 +53,7 @@ def track(
 
 
 class Tracker:
-    """Tracks many ways over the same potentials."""
+    """Tracks many paths over the same potentials."""
 
     def __init__(
         self,
@@ -73,7 +74,7 @@ class Tracker:
         )
 
     def follow(self, start: Sequence[int], steps: int | None = None) -> NDArray[np.int64]:
-        """The way from ``start``; see ``track``."""
+        """The path from ``start``; see ``track``."""
         from codesign.planners.wavefront.plan.grid import check_cells
         from codesign.planners.wavefront.plan.kernels import follow
 
@@ -83,14 +84,14 @@ class Tracker:
             raise MapError(
                 f"the wave did not reach cell {tuple(int(part) for part in start)}",
                 "start",
-                "no way leads there, or the wave was stopped before",
+                "no path leads there, or the wave ended before",
             )
-        most = WHOLE_WAY if steps is None else steps
-        way = follow(self._potentials, self._distances, index, most, *self._map.arrays)
-        return self._map.cells(way)
+        most = WHOLE_PATH if steps is None else steps
+        path = follow(self._potentials, self._distances, index, most, *self._map.arrays)
+        return self._map.cells(path)
 
 
-def octile_length(way: NDArray[np.int64]) -> float:
-    """Length of a way of cells: 1 for a straight step, √2 for a diagonal one, √3 for one along three axes."""
-    moved = np.abs(np.diff(way, axis=0)).sum(axis=1)
+def octile_length(path: NDArray[np.int64]) -> float:
+    """Length of a path of cells: 1 for a straight step, √2 for a diagonal one, √3 for one along three axes."""
+    moved = np.abs(np.diff(path, axis=0)).sum(axis=1)
     return float(np.sqrt(moved).sum())

@@ -1,14 +1,15 @@
 """The potentials: when the wave reaches each cell (Möller and Paschke 1998, "Computation of Potential Vectors").
 
 A wave starts from the source cells at time 0 and passes from cell to cell with a delay of 2 cycles for a straight
-step and 3 for a diagonal one; the time of its arrival is the potential. That is Dijkstra's answer on the graph with
-weights 2 and 3, bit for bit. ``reference`` has the same in a few plain lines, and the circuit cycle by cycle.
+step and 3 for a diagonal one. The time of its arrival is the potential. The potentials equal those of Dijkstra's
+algorithm on the graph with weights 2 and 3, bit for bit. ``reference`` computes the same in a few plain lines, and
+clocks the circuit cycle by cycle.
 
-How far from the true distance: a way of a straight and b diagonal steps has octile length a + √2 b and potential
-2 (a + 1.5 b), and a + √2 b ≤ a + 1.5 b ≤ (1.5 / √2)(a + √2 b). So half the potential, and the octile length of the way
-that it leads along, lie between the shortest octile length and 1.0607 times it. The potential meets the upper bound on
-every way of diagonal steps alone; the length comes as near to it as one likes, where a detour of almost only straight
-steps ties with such a way.
+The error against the true distance: a path of a straight and b diagonal steps has octile length a + √2 b and potential
+2 (a + 1.5 b), and a + √2 b ≤ a + 1.5 b ≤ (1.5 / √2)(a + √2 b). So half the potential, and the octile length of the
+tracked path, lie between the shortest octile length and 1.0607 times it. The potential meets the upper bound on every
+path of diagonal steps alone. The length approaches the bound where a detour of almost only straight steps ties with
+such a path.
 """
 
 from __future__ import annotations
@@ -46,17 +47,17 @@ def propagate(
     Args:
         free: bool, rows × columns, or layers × rows × columns.
         sources: the reference cells (Z = 1).
-        stop: the wave ends with the cycle that reaches this cell; cells farther away stay unreached, those as
-            far do not. The circuit takes ``stop_cycle`` cycles.
+        stop: the wave ends with the cycle that reaches this cell. Cells farther away stay unreached; cells at the same
+            distance are reached. The circuit takes ``stop_cycle`` cycles.
         limit: the wave ends after this potential.
         corner_cutting: whether a diagonal step may pass between obstacles, as in the paper; without, the cells beside
-            it have to be free too.
+            it must be free too.
         extra_delay: cycles, 0 to 63, that the wave needs to enter each cell beyond the step's own ("special
             penalties", section "Conclusion").
         delays: of steps along one axis, along two (and three); 2, 3 (and 4) by default.
 
     Raises:
-        MapError: a map, source or stop that cannot be used, or a stop that no way joins to a source.
+        MapError: a map, source or stop that cannot be used, or a stop that no path joins to a source.
         InputError: another argument.
     """
     wave_map = check_map(free, delays, corner_cutting, extra_delay)
@@ -68,14 +69,11 @@ def propagate(
 
 
 def run_wave(
-    wave_map: WaveMap,
-    sources: NDArray[np.int64],
-    stops: NDArray[np.int64],
-    limit: int | None = None,
+    wave_map: WaveMap, sources: NDArray[np.int64], stops: NDArray[np.int64], limit: int | None = None
 ) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Potentials, and the reached cells as flat padded indices in order of time.
 
-    The wave ends once every one of ``stops`` (n × axes) is reached; with none it runs until it has died.
+    The wave ends once all ``stops`` (n × axes) are reached. Without a stop it runs until it has died.
 
     Raises:
         MapError: the wave dies before it reaches a stop. InputError: an impossible limit.
@@ -107,7 +105,7 @@ def run_wave(
 def stop_cycle(stop_potential: int) -> int:
     """Cycles until the circuit may stop: D_stop + 1, one after the wave's arrival.
 
-    The counter then stands at a value above every potential, which the registers that are still open hold: infinity.
+    The counter is then above every potential. The registers that are still open hold this value: infinity.
 
     >>> stop_cycle(1355)
     1356
@@ -138,7 +136,7 @@ def longest_distance(shape: Sequence[int], delays: Sequence[int] | None = None) 
     cheapest = list(along)
     for axes in range(1, len(sides)):
         cheapest[axes] = min(along[axes], cheapest[axes - 1] + along[0])
-    # The shortest side is crossed by steps along every axis, what is left of the next by steps along one axis less.
+    # Steps along every axis cross the shortest side. Steps along one axis less cross the rest of the next side.
     total = crossed = 0
     for axis, side in enumerate(sides):
         total += cheapest[len(sides) - axis - 1] * (side - crossed)
@@ -149,9 +147,9 @@ def longest_distance(shape: Sequence[int], delays: Sequence[int] | None = None) 
 def obstacle_potentials(free: NDArray[np.bool_], *, delays: Sequence[int] | None = None) -> NDArray[np.int32]:
     """Distance of every cell from the nearest obstacle, p^d: int32 of the map's shape, 0 on obstacles.
 
-    All nodes are free space (F = 1) and every obstacle is a source (section "Safe Paths"). Outside of the map
-    is no obstacle. The wave ends at ``longest_distance``; a map without obstacles holds that + 1 everywhere, what
-    the open registers of the circuit would hold.
+    All nodes are free space (F = 1) and every obstacle is a source (section "Safe Paths"). No obstacle is outside of
+    the map. The wave ends at ``longest_distance``. A map without obstacles holds ``longest_distance`` + 1 everywhere,
+    the value of the open registers of the circuit.
 
     Raises:
         MapError: a map that cannot be used.
@@ -165,11 +163,11 @@ def obstacle_potentials(free: NDArray[np.bool_], *, delays: Sequence[int] | None
 def obstacle_map(
     free: NDArray[np.bool_], delays: Sequence[int] | None = None
 ) -> tuple[WaveMap, NDArray[np.int64]]:
-    """What the wave from all obstacles runs on: all nodes free, and the obstacles as sources, n × axes."""
+    """The map and sources of the wave from all obstacles: all nodes free, and the obstacles, n × axes."""
     wave_map = check_map(free, delays)
     return WaveMap(np.ones_like(wave_map.free), wave_map.neighbours, None), np.argwhere(~wave_map.free)
 
 
 def near_obstacles(free: NDArray[np.bool_], distance: int, delay: int) -> NDArray[np.uint8]:
-    """Extra delays: ``delay`` cycles for every free cell whose obstacle potential is at most ``distance``."""
+    """Extra delays: ``delay`` cycles for every free cell with an obstacle potential of at most ``distance``."""
     return np.where(obstacle_potentials(free) <= distance, np.uint8(delay), np.uint8(0))

@@ -1,4 +1,4 @@
-"""The wavefront planner: the circuit of Möller and Paschke (1998), what it is compared with, and software.
+"""The wavefront planner: the circuit of Möller and Paschke (1998), the circuit that they compare it with, and software.
 
 - ``delay_line`` on an FPGA: the paper's node, three flip-flops and a register; one for each node of the map.
 - ``adder_comparator`` on an FPGA: the node of Hassoun and Sanghvi (1990), eight adders and eight comparators.

@@ -1,8 +1,8 @@
 """Style ``adder_comparator``: eight adders and eight comparators a node (Hassoun and Sanghvi 1990).
 
-The paper's reference [4], and what its node is compared with: every node gathers its neighbours' potentials and updates
-its own by equation 3, all nodes in every cycle, until none changes. It cannot stop at a stop node, as a smaller
-potential may still come by a longer way round.
+The paper compares its node with this one (reference [4]). Every node gathers its neighbours' potentials and updates its
+own by equation 3, all nodes in every cycle, until none changes. The array cannot stop at a stop node, as a smaller
+potential may still come by a path of more steps.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ _waves = Memo(max_bytes=2**20)
 
 
 class AdderComparator(ArrayStyle):
-    """A cycle an update, as many updates as the longest shortest way has steps, and one that changes nothing."""
+    """An update a cycle: as many as the longest shortest path has steps, and a last one without a change."""
 
     style = "adder_comparator"
     description = "a node with adders and comparators for every cell (Hassoun and Sanghvi)"
 
     def settled(self, parameters: PropagateParameters) -> PropagateParameters:
-        """With ``stop: whole_map``: only when no potential changes any more is that of a start known to be final."""
+        """With ``stop: whole_map``: the potential of a start is final only when no potential changes any more."""
         return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
-        """That it does not stop at the starts, where it is asked to."""
+        """A note where the parameters ask for a stop at the starts, which this style cannot do."""
         if job.parameters.stop is WaveEnd.WHOLE_MAP or not job.problem.starts:
             return ()
         return (
@@ -50,7 +50,7 @@ class AdderComparator(ArrayStyle):
         return self._whole(job)[0]
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
-        """Nodes, counter, select lines, and the tree that tells whether any potential changed."""
+        """Nodes, counter, select lines, and the tree that detects a changed potential."""
         layout = self.layout(job)
         node = resources.adder_node(layout)
         return (
@@ -59,7 +59,7 @@ class AdderComparator(ArrayStyle):
         )
 
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
-        """Updates until none changes; p^d first where paths are to be safe."""
+        """Updates until no potential changes; for safe paths, p^d first."""
         problem, parameters = job.problem, job.parameters
         if parameters.paths is Paths.SAFE:
             key = ("wavefront obstacle updates", problem.digest, parameters.delays)
@@ -83,6 +83,6 @@ class AdderComparator(ArrayStyle):
 
 
 def obstacle_updates(problem: Problem, parameters: PropagateParameters) -> int:
-    """Updates until p^d stands; none on a map without obstacles."""
+    """Updates until p^d is final; 0 on a map without obstacles."""
     wave_map, obstacles = obstacle_map(problem.free, parameters.delays)
     return updates(wave_map, obstacles)[1] if len(obstacles) else 0

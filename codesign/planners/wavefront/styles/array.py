@@ -1,4 +1,4 @@
-"""What the styles on an FPGA have in common: an array of nodes, loaded, run, and tracked."""
+"""The common part of the styles on an FPGA: an array of nodes, loaded, run, and tracked."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class ArrayStyle(Architecture):
 
     @abstractmethod
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
-        """The largest potential that a register has to hold."""
+        """The largest potential that a register must hold."""
 
     @abstractmethod
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
@@ -53,7 +53,7 @@ class ArrayStyle(Architecture):
         return register_bits(self.largest_potential(job)) if given is None else given
 
     def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
-        """What decides the size of the array."""
+        """The sizes that decide the demand of the array."""
         problem, parameters, obstacle_bits = job.problem, job.parameters, 0
         if parameters.paths is Paths.SAFE:
             longest = longest_distance(problem.shape, parameters.delays)
@@ -70,8 +70,8 @@ class ArrayStyle(Architecture):
     def demand(self, job: Job[Problem, PropagateParameters]) -> Demand:
         """Nodes, counter and select lines; the register against the largest potential.
 
-        ``inside`` changes nothing: the papers count no circuit that tracks, and the chains that read the potentials out
-        are needed to send them, too.
+        ``inside`` changes nothing: the papers count no tracking circuit, and sending the potentials also needs the
+        read-out chains.
         """
         map_shape, part = job.problem.shape, job.chip
         layout = self.layout(job)
@@ -112,7 +112,7 @@ class ArrayStyle(Architecture):
         return plan
 
     def tracking(self, job: Job[Problem, PropagateParameters], plan: WavefrontPlan) -> Step:
-        """The first steps of the path of the first start, or all of them, once the plan stands."""
+        """The first steps of the path of the first start, or all of them, after the plan."""
         return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), job.parameters.paths))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:

@@ -1,4 +1,4 @@
-"""What would make an array fit: the tile that does, the register that is enough, the part it takes."""
+"""The levers that make an array fit: a tile, a narrower register, another part."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ItemsOf = Callable[[Shape], tuple[Line, ...]]
 
 
 def short_resources(items: tuple[Line, ...], part: Part) -> dict[str, int]:
-    """What each resource that the part lacks is asked for."""
+    """The demand of each resource that the part is short of."""
     return {
         kind: need
         for kind, need in totals(items).items()
@@ -24,10 +24,10 @@ def short_resources(items: tuple[Line, ...], part: Part) -> dict[str, int]:
 
 
 def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | None:
-    """The largest square, cut to the map, whose array fits the part; None: not even one node.
+    """The largest square, cut to the map, with an array that fits the part; None: not even one node fits.
 
     The nodes' demand grows with the side, but that of the memories falls by steps, so every side is tried from the
-    largest down, by halves first where only nodes matter.
+    largest down, in steps of an eighth above 128.
     """
     side = max(map_shape)
     while side >= 1:
@@ -42,7 +42,7 @@ def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | Non
 class Alternatives:
     """Other designs for the same problem: whole-map arrays by style, tiled arrays by tile, a narrower register.
 
-    ``spare_bits``: bits of the register and the fewer that are enough, or None.
+    ``spare_bits``: bits of the register, and the smaller number that is enough; or None.
     """
 
     whole: Mapping[str, tuple[Line, ...]]
@@ -58,8 +58,8 @@ def resource_levers(items: tuple[Line, ...], part: Part, other: Alternatives) ->
         return {}
     shared = [
         Lever("propagate.style", f"{style} fits {part.name}")
-        for style, found in other.whole.items()
-        if not short_resources(found, part)
+        for style, array in other.whole.items()
+        if not short_resources(array, part)
     ]
     tile = largest_tile(other.tiled, other.map_shape, part)
     if tile is not None:

@@ -1,4 +1,4 @@
-"""How the kernels of wavefront propagation are timed on this machine."""
+"""The probes that time the kernels of wavefront propagation on this machine."""
 
 from __future__ import annotations
 
@@ -17,7 +17,5 @@ def _wavefront() -> Probe:
     return Probe(free.size, lambda: propagate(free, [(0, 0)]))
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {
-    "wavefront_cell": _wavefront,
-}
-"""How each kernel is timed, by the name that platforms give its cost."""
+PROBES: Mapping[str, Callable[[], Probe]] = {"wavefront_cell": _wavefront}
+"""The probe of each kernel, by the name of its cost in platforms."""

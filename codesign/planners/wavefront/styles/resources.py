@@ -1,4 +1,4 @@
-"""What the arrays take of a part: items by resource, for nodes with registers of R bits.
+"""The demand of the arrays: items by resource, for nodes with registers of R bits.
 
 A node of the delay line has the line's flip-flops (as many as the longest delay), F, and R bits of register; 5 LUT, and
 R more for the chain that reads it out. Without the chain it takes a fiftieth of the LUT of an adder/comparator node
@@ -15,6 +15,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.styles import Line
 from codesign.planners.wavefront import published
+from codesign.planners.wavefront.plan.grid import tile_count
 from codesign.planners.wavefront.published import PAPER, RTL
 
 Shape = tuple[int, int]
@@ -28,7 +29,7 @@ RAM_FLAG_BITS = 1
 
 @dataclass(frozen=True)
 class Node:
-    """One node: flip-flops and LUT by what they are for, with status and source."""
+    """One node: flip-flops and LUT by purpose, with status and source."""
 
     flip_flops: tuple[tuple[str, int, Status, str], ...]
     lut4: tuple[tuple[str, int, Status, str], ...]
@@ -42,7 +43,7 @@ class Node:
 
 @dataclass(frozen=True)
 class ArrayLayout:
-    """What decides the size of an array.
+    """The sizes that decide the demand of an array.
 
     ``shape``: rows and columns of nodes. ``bits``: of a register. ``obstacle_bits``: of a second register for p^d, 0:
     none. ``line``: flip-flops of the delay line. ``extra``: those of the longer line of penalised nodes.
@@ -64,7 +65,7 @@ class ArrayLayout:
 def delay_line_node(layout: ArrayLayout) -> Node:
     """A node of Figure 2: 4 + R flip-flops and 5 + R LUT in the paper's own form.
 
-    >>> node = delay_line_node(Layout((256, 256), 11))
+    >>> node = delay_line_node(ArrayLayout((256, 256), 11))
     >>> sum(part[1] for part in node.flip_flops), sum(part[1] for part in node.lut4), node.slices
     (15, 16, 8)
     """
@@ -174,7 +175,7 @@ def or_tree_items(nodes: int, what: str) -> tuple[Line, ...]:
 
 
 def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple[Line, ...]:
-    """What a tiled array has beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
+    """The demand of a tiled array beside its nodes: cells around it that emit, memories of the columns, a scheduler."""
     rows, columns = layout.shape
     # The cells around a tile, corners included, since the wave enters diagonally as well:
     #
@@ -221,11 +222,6 @@ def totals(items: Sequence[Line]) -> dict[str, int]:
     return sums
 
 
-def tile_count(map_shape: Shape, tile: Shape) -> int:
-    """Tiles that cover a map, partial ones counted."""
-    return -(-map_shape[0] // tile[0]) * -(-map_shape[1] // tile[1])
-
-
 def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
     """The demand of a tile's array with its memories, at the widths of ``layout``.
 
@@ -234,7 +230,4 @@ def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) 
     tiles = tile_count(map_shape, tile)
     shown = ArrayLayout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
     words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
-    return (
-        *array_items(delay_line_node(shown), shown),
-        *tile_items(shown, tiles, words, part),
-    )
+    return (*array_items(delay_line_node(shown), shown), *tile_items(shown, tiles, words, part))

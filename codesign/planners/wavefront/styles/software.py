@@ -1,8 +1,8 @@
 """Style ``software``: the improved Dijkstra algorithm on a processor.
 
-The paper's: sets of nodes with equal potential in place of a search for the minimum, ended at the stop node. A cycle
-of a step stands for one unit of the kernel ``wavefront_cell``: one node taken from its set, with its eight neighbours.
-The paper's 63 ms on a 133 MHz Pentium fix it, once it is assumed how many nodes of its map the wave reaches.
+The paper's algorithm keeps sets of nodes with equal potential in place of a search for the minimum, and ends at the
+stop node. A cycle of a step stands for one unit of the kernel ``wavefront_cell``: one node taken from its set, with its
+eight neighbours. The paper's 63 ms on a 133 MHz Pentium and an assumed number of reached nodes give the cost of a unit.
 """
 
 from __future__ import annotations
@@ -15,13 +15,7 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
-from codesign.planners.wavefront.styles.steps import (
-    OBSTACLES,
-    PROPAGATE,
-    TRACK,
-    planned,
-    tracked_steps,
-)
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
 
 class Software(HostStyle):

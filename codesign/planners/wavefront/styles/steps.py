@@ -1,4 +1,4 @@
-"""Phases, and the planner's answers as the styles share them."""
+"""Phases, and the planner's answers that styles share."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.grid import WaveMap
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters
-from codesign.planners.wavefront.plan.plan import WavefrontPlan, known_plan, plan_key
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, plan_key
 from codesign.planners.wavefront.plan.wave import run_wave
 
 LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK = "load", "propagate_obstacles", "propagate", "exchange", "track"
-"""The phases that cycles are booked under."""
+"""The phases to which cycles are booked."""
 
 
 def planned(job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
     """The plan, once for all design points that have it in common."""
-    return job.shared(plan_key(job.problem, job.parameters), lambda: known_plan(job.problem, job.parameters))
+    return job.shared(plan_key(job.problem, job.parameters), lambda: cached_plan(job.problem, job.parameters))
 
 
 def tracked_steps(
     job: Job[Problem, PropagateParameters], plan: WavefrontPlan, start: Cell | None = None
 ) -> int:
-    """Steps that are tracked before a decision is out: at least one, even from a start on the goal.
+    """Steps that are tracked before a decision: at least 1, even from a start on the goal.
 
-    ``start``: the cell that it is asked for; by default the first start of the problem.
+    ``start``: the first cell of the path; by default the first start of the problem.
     """
     if start is None:
         start = job.problem.starts[0] if job.problem.starts else None
@@ -37,7 +37,7 @@ def tracked_steps(
 
 
 def updates(wave_map: WaveMap, sources: NDArray[np.int64]) -> tuple[int, int]:
-    """The largest potential of a wave that nothing stops, and the parallel updates of equation 3 until it stands."""
+    """The largest potential of a wave without a stop, and the parallel updates of equation 3 until it is final."""
     from codesign.planners.wavefront.plan.kernels import CLOSED, OPEN, rounds
 
     potentials, order = run_wave(wave_map, sources, np.zeros((0, 2), np.int64))

@@ -32,9 +32,9 @@ CONTROL_LUT4, CONTROL_FLIP_FLOPS = 30, 12
 
 
 class Tracker(TaskStyle):
-    """9 cycles a step, 17 of a safe way, as in the arrays, with the potentials in block RAM beside it. All assumed.
+    """9 cycles a step, 17 for a safe path, as in the arrays, with the potentials in block RAM beside it. All assumed.
 
-    In a drive it is asked for at every turn where the course is local, be it a part of the array or apart.
+    In a drive with a local course the tracker runs at every turn, inside the array or placed by itself.
     """
 
     planner = "wavefront"
@@ -68,7 +68,7 @@ class Tracker(TaskStyle):
         )
 
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
-        """That of its block RAM, Hz, up to the one that a state machine around block RAMs was shown at. Assumed."""
+        """That of its block RAM, Hz, up to the published clock of a state machine around block RAMs. Assumed."""
         shown, ram = timing.TRACK_CLOCK, job.chip.block_ram_clock
         if ram.value < shown:
             return ram
@@ -81,22 +81,22 @@ class Tracker(TaskStyle):
         return PLANNER.path_from(job.problem, job.plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """As of a state machine around block RAMs, W."""
+        """The power of a state machine around block RAMs, W."""
         return StateMachine().power(demand, clock, part)
 
 
 def _steps(job: Job[Problem, PropagateParameters]) -> int:
-    """Steps that are tracked from the position of the job; one where no path leads from there."""
+    """Steps that are tracked from the position of the job; 1 where no path leads from there."""
     cell = cell_of(job.problem, job.position)
     return 1 if cell is None else tracked_steps(job, job.plan, cell)
 
 
 class HostTracking(HostTask):
-    """A unit for each step of the path, as in style ``software``: eight neighbours are looked at. Assumed."""
+    """A unit for each step of the path, as in style ``software``: the step reads eight neighbours. Assumed."""
 
     planner = "wavefront"
     task = TRACK
-    description = "the way by the rule of Dreyfus, eight neighbours a step"
+    description = "the path by the rule of Dreyfus, eight neighbours a step"
     kernel = "wavefront_cell"
 
     def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Path]:

@@ -1,7 +1,7 @@
 """Style ``tiled``: an array of one tile of delay-line nodes, which visits the tiles of a larger map.
 
 The answer is exact (``codesign.planners.wavefront.plan.tiles``). Its costs are the exchange of tiles with the memories
-of the columns (phase ``exchange``), and the visits that are repeated when a path winds in and out of a tile.
+of the columns (phase ``exchange``), and repeated visits where a path winds in and out of a tile.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from codesign.planners.styles import Line, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (
-    known_plan,
+    cached_plan,
     plan_key,
     problem_map,
     sizing_parameters,
@@ -41,16 +41,16 @@ class Tiled(ArrayStyle):
     description = "delay-line nodes for one tile, which visits the tiles of a larger map"
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
-        """The largest that a register meets on the way: potentials of the plan, and of p^d."""
+        """The largest that a register ever holds: potentials of the plan and of the visits, and p^d."""
         problem, parameters = job.problem, sizing_parameters(job.problem, job.parameters)
-        largest = known_plan(problem, parameters).largest_potential
+        largest = cached_plan(problem, parameters).largest_potential
         visits = self._visits(replace(job, parameters=parameters, memo=None))
         if parameters.paths is Paths.SAFE:
             largest = max(largest, longest_distance(problem.shape, parameters.delays))
         return max(largest, visits.largest)
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
-        """A tile that is larger than the map."""
+        """A note where a tile is larger than the map."""
         problem = job.problem
         map_shape = problem.shape
         return beyond_map("propagate.tile", "tile", job.parameters.tile_shape(*map_shape), map_shape)
@@ -77,7 +77,7 @@ class Tiled(ArrayStyle):
         return Memory(width, {name: -(-words // each) for name in contents})
 
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
-        """A visit is an exchange and a wave; p^d first where paths are to be safe."""
+        """A visit is an exchange and a wave; for safe paths, p^d first."""
         problem, parameters, plan = job.problem, job.parameters, planned(job)
         if plan.obstacle_potentials is not None:
             key = ("wavefront obstacle tiles", problem.digest, parameters.delays, parameters.tile)

@@ -1,11 +1,11 @@
 """Cycles and clocks of the arrays.
 
-Published: D_stop + 1 cycles for the wave. The paper counts nothing else: not the loading of the map, not the tracking
-of the path, not where p^d stays while p^t is computed. What is assumed for those stands here, in phases of their own.
+Published: D_stop + 1 cycles for the wave. The paper does not count the loading of the map, the tracking of the path, or
+the storage of p^d while p^t is computed. This module has the assumed costs of these, in phases of their own.
 
 Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
-as that of harmonic control, so its law of the clock over the number of nodes is borrowed (``assumed``; interval from
-the paper's 20 MHz up); the adder/comparator node has five chained operations over R bits in addition.
+like the array of harmonic control. So its law of the clock over the number of nodes is borrowed (``assumed``; interval
+from the paper's 20 MHz up). The adder/comparator node has five chained operations over R bits in addition.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def whole_map_cycles(bits: int) -> int:
 
 
 def track_cycles(steps: int, paths: Paths) -> int:
-    """Cycles to track ``steps`` steps of a way."""
+    """Cycles to track ``steps`` steps of a path."""
     return steps * (SAFE_STEP if paths is Paths.SAFE else SHORTEST_STEP)
 
 
@@ -73,7 +73,7 @@ def visit_cycles(span: NDArray[np.int64], longest_delay: int) -> NDArray[np.int6
 
 def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
     """The fastest clock of an array on a part, Hz; ``adder_bits``: the width of an adder/comparator node, or 0."""
-    # Period of the borrowed grid, and of what the adder/comparator node (equation 3) has chained in one cycle.
+    # Period of the borrowed grid, and of the operations that the adder/comparator node (equation 3) chains in a cycle.
     period = 1e9 / harmonic_timing.clock_fit().clock(nodes)
     chain = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits) if adder_bits else 0.0
     law = 1e9 / (period + chain)
