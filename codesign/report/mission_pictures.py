@@ -19,8 +19,8 @@ from codesign.records import (
 )
 from codesign.report.mission_timeline import MARKS, legend, marker_size
 from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import plural, prefix, quantity_text, share_text
-from codesign.units import format_time
+from codesign.report.wording import prefix, quantity_text, share_text
+from codesign.units import counted, format_time
 
 _LARGEST_SIDE = 1200
 _MOST_LINES = 64
@@ -77,7 +77,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
             layers.marks.setdefault(event.event, []).append((row, column))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
-    told = [f"{plural(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
+    told = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
     told += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
         layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format

@@ -19,8 +19,8 @@ from codesign.records import (
     VisitsRecord,
 )
 from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import plural, prefix
-from codesign.units import PICOSECONDS_PER_SECOND, format_time
+from codesign.report.wording import prefix
+from codesign.units import PICOSECONDS_PER_SECOND, counted, format_time
 
 _BINS = 240
 
@@ -90,7 +90,7 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     title = "How busy each component and link was"
     return Picture(
         title=title,
-        alt=f"Time line of {', '.join(sources)} over {format_time(last)}, {plural(len(events), 'event')};"
+        alt=f"Time line of {', '.join(sources)} over {format_time(last)}, {counted(len(events), 'event')};"
         f" the busiest is {busiest}",
         format=format,
         data=data,

@@ -18,12 +18,10 @@ from typing import TYPE_CHECKING, Any
 from codesign.files import write_atomically
 from codesign.planners.reproduction import Reproduction
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
-from codesign.report.cost_tables import sources_table
-from codesign.report.fleet_tables import pace_text
 from codesign.report.mission_pictures import account_picture
-from codesign.report.mission_tables import bottleneck_text
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
-from codesign.report.result_tables import figure_tables, headline, result_reasons_table
+from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
+from codesign.report.sentences import bottleneck_text, headline, pace_text
 from codesign.report.study_tables import (
     best_table,
     fixed_axes,

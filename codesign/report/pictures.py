@@ -20,8 +20,8 @@ from codesign.records import (
 from codesign.report.mission_pictures import drive_picture
 from codesign.report.mission_timeline import mission_timeline_picture
 from codesign.report.plots import Format, Picture, canvas, map_picture, picture_bytes, style
-from codesign.report.wording import plural, prefix
-from codesign.units import PICOSECONDS_PER_SECOND, format_time
+from codesign.report.wording import prefix
+from codesign.units import PICOSECONDS_PER_SECOND, counted, format_time
 
 _MOST_BARS = 400
 
@@ -58,7 +58,7 @@ def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
         title = f"Map, and the field of {label(fields[-1].name)}"
     if ways:
         arrived = sum(way.arrived for way in ways)
-        title += f"; {plural(len(ways), 'way')} drawn, {arrived} of them to the goal"
+        title += f"; {counted(len(ways), 'way')} drawn, {arrived} of them to the goal"
     return map_picture(
         start.free,
         [(int(row), int(column)) for row, column in start.goals],

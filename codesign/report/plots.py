@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report.study_tables import axis_levels, varying_axes
-from codesign.report.wording import axis_text, labelled, plural, prefix, wants_logarithm
+from codesign.report.wording import axis_text, labelled, prefix, wants_logarithm
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
@@ -89,11 +90,11 @@ def front_picture(
         if shades is not None:
             _in_grey(legend)
         title = f"{y.label} against {x.label}"
-        axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
+        axes.set_title(f"{study.workload} on {study.platform}: {counted(len(positions), 'feasible point')}")
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
-        alt=f"Scatter plot of {title}, {plural(len(positions), 'feasible point')}, front outlined and joined",
+        alt=f"Scatter plot of {title}, {counted(len(positions), 'feasible point')}, front outlined and joined",
         format=format,
         data=data,
     )
@@ -146,9 +147,9 @@ def map_picture(
         )  # fmt: skip
         axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
         data = picture_bytes(picture, format)
-    shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
+    shown = [f"{rows} by {columns} cells", counted(len(goals), "goal")]
     shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
-    shown += [f"{plural(len(trajectories), 'way')} drawn"] if trajectories else []
+    shown += [f"{counted(len(trajectories), 'way')} drawn"] if trajectories else []
     return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
 
 

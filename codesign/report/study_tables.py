@@ -17,6 +17,7 @@ from codesign.report.wording import (
     count_cell,
     figure_cell,
     quantity_text,
+    yes_cell,
 )
 from codesign.results.result import Reason
 from codesign.units import format_count
@@ -126,8 +127,8 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
                 _number(point),
                 *of_axes(point),
                 *_figure_cells(point, figures),
-                _yes(position in feasible),
-                _yes(position in front),
+                yes_cell(position in feasible),
+                yes_cell(position in front),
                 Cell(why := why_not(point, study.lacking(point)), why),
             )
         )
@@ -321,7 +322,3 @@ def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell
 
 def _number(point: Outcome) -> Cell:
     return Cell(str(point.index), point.index)
-
-
-def _yes(truth: bool) -> Cell:
-    return Cell("yes" if truth else "no", truth)

@@ -11,7 +11,8 @@ from codesign.figures import ResultFigure
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.study_tables import axis_cells, axis_levels, short_names, varying_axes
 from codesign.report.table import Cell, Column, Table, left, right
-from codesign.report.wording import ABSENT, axis_text, figure_cell, number_cell, plural
+from codesign.report.wording import ABSENT, axis_text, figure_cell, quantity_cell
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Outcome, Study
@@ -86,7 +87,7 @@ def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> t
     names = _EQUAL.join(name for value, name in valued if value == ranks[1])
     over, under = (best, second) if objective.maximise else (second, best)
     ratio = over / under if under > 0 else None
-    runner_up = (Cell(names, names), figure_cell(objective, second), number_cell(ratio))
+    runner_up = (Cell(names, names), figure_cell(objective, second), quantity_cell(ratio))
     return best_names, (*winner, *runner_up, left_out)
 
 
@@ -103,4 +104,4 @@ def _told(objective: ResultFigure, winners: Sequence[str]) -> str:
     """Who wins how often by an objective, in a sentence."""
     wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
     parts = (f"{name} in {count}" for name, count in wins.most_common())
-    return f"{objective.aim}, of {plural(len(winners), 'setting')}: {', '.join(parts)}"
+    return f"{objective.aim}, of {counted(len(winners), 'setting')}: {', '.join(parts)}"

@@ -16,8 +16,9 @@ from report_samples import FRAMES, SECOND, a_fleet, a_fleet_result, a_result, a_
 from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table
-from codesign.report.fleet_tables import fleet_headline, fleet_tables, pace_text
 from codesign.report.page import result_html
+from codesign.report.scenario_tables import fleet_tables
+from codesign.report.sentences import fleet_headline, pace_text
 from codesign.report.table import Table
 from codesign.results.fleet import FleetFigures, Frames, Spread
 
@@ -80,8 +81,10 @@ def test_frames_are_all_accounted_for() -> None:
 def test_a_fleet_speaks_of_its_run_and_not_of_a_first_plan() -> None:
     tables = result_tables(a_fleet_result())
     words = {cell.text for table in tables for row in table.rows for cell in row}
-    assert {"time of the run", "starts and targets loaded", "last update over", "energy of the run"} <= words
-    assert not any("first" in word for word in words if word.startswith(("time", "first", "energy")))
+    assert {"time of the run", "starts and targets loaded", "last update over"} <= words
+    words |= {table.title for table in tables}
+    assert "Energy of the run" in words
+    assert not any("first" in word for word in words if word.lower().startswith(("time", "first", "energy")))
     assert not fleet_tables(a_result())
     assert "time to the first plan" in {row[0].text for row in result_tables(a_result())[0].rows}
 
@@ -100,8 +103,9 @@ def test_what_is_of_one_board_and_what_of_all_is_told_apart() -> None:
     }
     assert "trials" in tables["More of this planner"].notes[0]
     assert "all robots" in tables["More of this planner"].notes[0]
-    told = {row[0].text for row in tables["Clock, power and energy"].rows}
-    assert {"static power of each board", "dynamic power of each board", "energy of all FPGAs"} <= told
+    powers = {row[0].text for row in tables["Clock and power"].rows}
+    assert {"static power of each board", "dynamic power of each board"} <= powers
+    assert tables["Energy of the run"].rows[0][0].text == "FPGAs"
     # Without a fleet, an update takes the cycles of the robot that the others wait for.
     alone = {table.title for table in result_tables(result.model_copy(update={"fleet": None}))}
     assert "Clock cycles by phase, of each update's slowest robot" in alone
