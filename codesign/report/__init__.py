@@ -31,10 +31,10 @@ from codesign.report.study_tables import (
     nearest_table,
     reasons_table,
     study_table,
+    winners_table,
     write_study_csv,
 )
 from codesign.report.table import Cell, Column, Table
-from codesign.report.variant_tables import winners_table
 
 __all__ = [
     "Cell",

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
 from codesign.planners.reproduction import Reproduction
+from codesign.report.axes import fixed_axes
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.mission_pictures import account_picture
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
@@ -24,14 +25,13 @@ from codesign.report.result_tables import figure_tables, result_reasons_table, s
 from codesign.report.sentences import bottleneck_text, headline, pace_text
 from codesign.report.study_tables import (
     best_table,
-    fixed_axes,
     front_table,
     nearest_table,
     reasons_table,
     study_counts,
+    winners_table,
 )
 from codesign.report.table import Table
-from codesign.report.variant_tables import winners_table
 from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.results.result import Result
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
-from codesign.report.study_tables import axis_levels, varying_axes
+from codesign.report.axes import axis_levels, varying_axes
 from codesign.report.wording import axis_text, labelled, prefix, wants_logarithm
 from codesign.units import counted
 

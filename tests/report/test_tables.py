@@ -26,8 +26,9 @@ from codesign.report import (
     result_tables,
     study_table,
 )
+from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
-from codesign.report.study_tables import fixed_axes, short_names, study_counts, summary, varying_axes
+from codesign.report.study_tables import study_counts, summary
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
 from codesign.results.result import DisplayUse, Reason, Result
