@@ -1,4 +1,4 @@
-"""What a person reads: tables (text, Markdown, CSV), plots, and one self-contained HTML page.
+"""Reports for a person: tables (text, Markdown, CSV), plots, and one self-contained HTML page.
 
 A table is made first (``front_table(study)``, ``result_tables(result)``, ...) and shown after
 (``render_text``, ``render_markdown``, ``render_csv``); pages and pictures use the same tables and words.

@@ -60,7 +60,7 @@ def _arrivals_rows(results: Sequence[Result | None]) -> Iterable[tuple[str, list
 
 
 def _why_not(result: Result | CodesignError) -> str:
-    """In one line: what was wrong with a design that did not run, or the first reason against one that did."""
+    """The fault of a design that did not run, or the first reason against one that did, in a line."""
     if isinstance(result, SpecError):
         return result.faults[0].what
     if isinstance(result, CodesignError):

@@ -1,4 +1,4 @@
-"""A mission as pictures: where the robot drove and what came in its way, and how busy everything was over time."""
+"""A mission as pictures: where the robot drove, the obstacles that came, and how busy each component and link was."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ class _Layers:
 
 
 def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
-    """The true map with all that ever came in the way, where the robots drove, and what happened where.
+    """The true map with every obstacle that came, the paths of the robots, and the events at their places.
 
-    None where no robot told where it was, or there is no map.
+    None where no robot reports its place, or there is no map.
     """
     start: MapRecord | None = None
     came = np.zeros((0, 0), bool)
@@ -68,7 +68,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             events.append(record)
     if start is None or not places:
         return None
-    tracks = {source: np.array(told, np.float64) for source, told in places.items()}
+    tracks = {source: np.array(track, np.float64) for source, track in places.items()}
     layers = _Layers(start.free, start.goals, came, "obstacle at some time")
     layers.lines = [track[:, 1:] for track in tracks.values()]
     for event in events:
@@ -77,10 +77,10 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
             layers.marks.setdefault(event.event, []).append((row, column))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
-    told = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
-    told += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
+    facts = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
+    facts += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
-        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format
+        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", facts, format
     )
 
 
@@ -96,11 +96,11 @@ def moment_picture(
     robots: Points | None = None,
     format: Format = "png",
 ) -> Picture:
-    """A mission at one moment: what is in the way, what the robot does not know, its way, and where it is.
+    """A mission at one moment: the obstacles, the cells that the robot does not know, its path, and its place.
 
     Args:
         time: ps. start, free: bool, rows × columns: the cells that were free at the start, and that are now.
-        goals: int32, n × 2. unknown: bool, rows × columns: the cells of which the robot knows nothing.
+        goals: int32, n × 2. unknown: bool, rows × columns: the cells that the robot does not know.
         way, driven, robots: float64, n × 2 each, (row, column) in cells; the robot stands where ``driven`` ends.
     """
     drives = driven is not None and len(driven) > 0
@@ -113,11 +113,11 @@ def moment_picture(
         way=way,
         robots=driven[-1:] if drives and driven is not None else robots,
     )
-    told = [f"{int((start & ~free).sum())} cells blocked since the start"]
-    return _drawn(layers, f"The mission at {format_time(time)}", told, format)
+    facts = [f"{int((start & ~free).sum())} cells blocked since the start"]
+    return _drawn(layers, f"The mission at {format_time(time)}", facts, format)
 
 
-def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> Picture:
+def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) -> Picture:
     rows, columns = layers.free.shape
     with style():
         picture, axes = canvas((8.0, min(12.0, max(2.6, 8.0 * rows / max(columns, 1) + 1.1))))
@@ -131,7 +131,7 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
             )  # fmt: skip
             axes.plot(line[:1, 1], line[:1, 0], "o", color=colour, markersize=4, zorder=3)
         if layers.way is not None and len(layers.way):
-            axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="way")
+            axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="path")
         _draw_marks(axes, layers)
         top, left, bottom, right = _extent(layers)
         axes.set(xlabel="column", ylabel="row", xlim=(left, right), ylim=(bottom, top))
@@ -139,10 +139,10 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
-        alt=f"Map of {rows} by {columns} cells: {', '.join(told)}",
+        alt=f"Map of {rows} by {columns} cells: {', '.join(facts)}",
         format=format,
         data=data,
-        caption=f"{title}: {', '.join(told)}",
+        caption=f"{title}: {', '.join(facts)}",
     )
 
 

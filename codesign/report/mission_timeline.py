@@ -27,15 +27,13 @@ _BINS = 240
 _NUMBER = re.compile(r"_\d+$")
 _MOST_ALIKE = 8
 _ANY = "any of"
-_SPREAD_ROW = (
-    "; many that are alike, as the FPGAs of a fleet, stand in one row, which is busy where any of them is"
-)
+_SPREAD_ROW = "; many components that are alike, such as the FPGAs of a fleet, share a row, which is busy where any of them is"
 
 MARKS: dict[str, tuple[str, str, str]] = {
     "plan_requested": ("new plan asked for", "o", "#7b3294"),
     "deadline_missed": ("deadline missed", "v", "#e08214"),
     "safety_stop": ("safety stop", "s", "#b35806"),
-    "no_way": ("no way", "D", "#000000"),
+    "no_way": ("no path", "D", "#000000"),
     "contact": ("contact", "X", "#d7191c"),
     "livelock": ("livelock", "P", "#542788"),
     "goal_reached": ("goal reached", "*", "#1a9850"),
@@ -46,7 +44,7 @@ MARKS: dict[str, tuple[str, str, str]] = {
 def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
     """How busy each component and link was over the mission, with its plans and events; None without a mission.
 
-    The mission is cut into 240 spans; each shows the share of it in which something was under way, or a robot moved.
+    The mission is divided into 240 spans. Each shows the share of it in which work was under way, or a robot moved.
     Small shares are drawn darker than in proportion, so that they can be seen.
     """
     spans: dict[str, list[tuple[int, int]]] = {}
@@ -116,8 +114,8 @@ def _busy_rows(spans: Mapping[str, list[tuple[int, int]]], last: int) -> dict[st
 
 def _numbered(source: str) -> int:
     """The number at the end of a name."""
-    found = _NUMBER.search(source)
-    return int(found[0][1:]) if found else 0
+    ending = _NUMBER.search(source)
+    return int(ending[0][1:]) if ending else 0
 
 
 def _span(record: Record) -> tuple[int, int] | None:
@@ -148,8 +146,8 @@ def busy_shares(spans: Sequence[tuple[int, int]], end: int, bins: int) -> NDArra
         # Time covered up to each edge: piecewise linear between the ends of the spans.
         times = np.array(merged, np.float64).ravel()
         total = np.concatenate(([0.0], np.cumsum(times[1::2] - times[::2])))
-        known = np.column_stack((total[:-1], total[1:])).ravel()
-        covered = np.interp(edges, times, known)
+        at_ends = np.column_stack((total[:-1], total[1:])).ravel()
+        covered = np.interp(edges, times, at_ends)
     shares: NDArray[np.float64] = np.diff(covered) / (end / bins)
     return np.clip(shares, 0.0, 1.0)
 

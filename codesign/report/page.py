@@ -51,7 +51,7 @@ def study_page(
 ) -> None:
     """Write the page of a study: front to look into, tables, reasons, sources, and how to make it again.
 
-    ``pictures`` stand below the plot. ``command``: the line that made the study; told from its names if None.
+    ``pictures`` stand below the plot. ``command``: the line that made the study; by default it is made of its names.
 
     Raises:
         RunError: the file cannot be written.
@@ -87,7 +87,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
 def result_page(
     result: Result, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
 ) -> None:
-    """Write the page of one result: what it costs, what the plan is worth, where the figures come from.
+    """Write the page of one result: its costs, the quality of the plan, the sources of the figures.
 
     Raises:
         RunError: the file cannot be written.
@@ -157,10 +157,8 @@ def _is_narrow(table: Table) -> bool:
         return True
     texts = zip(*([cell.text for cell in row] for row in table.rows), strict=True)
     widths = (max(map(len, column)) for column in texts)
-    return (
-        sum(max(len(one.name), width) for one, width in zip(table.columns, widths, strict=False))
-        <= _NARROW_LETTERS
-    )
+    columns = zip(table.columns, widths, strict=False)
+    return sum(max(len(column.name), width) for column, width in columns) <= _NARROW_LETTERS
 
 
 def _rendered(template: str, **values: Any) -> str:

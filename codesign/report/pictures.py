@@ -1,4 +1,4 @@
-"""What the records of one run show: the map with its field and ways, and when each component and link was busy."""
+"""What the records of one run show: the map with its field and paths, and when each component and link was busy."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
 
     A mission is shown as its drive and its time line in place of the plans' bars.
     """
-    known = tuple(records)
-    drive, busy = drive_picture(known), mission_timeline_picture(known)
+    all_records = tuple(records)
+    drive, busy = drive_picture(all_records), mission_timeline_picture(all_records)
     if drive is not None or busy is not None:
         return tuple(picture for picture in (drive, busy) if picture is not None)
     pictures = []
-    maps = [record for record in known if isinstance(record, MapRecord)]
+    maps = [record for record in all_records if isinstance(record, MapRecord)]
     if maps:
-        pictures.append(_map(maps[-1], known))
-    bars = _bars(known)
+        pictures.append(_map(maps[-1], all_records))
+    bars = _bars(all_records)
     if bars:
         pictures.append(timeline_picture(bars))
     return tuple(pictures)
@@ -47,7 +47,7 @@ def run_pictures(records: Iterable[Record]) -> tuple[Picture, ...]:
 
 def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
     stages = [record for record in records if isinstance(record, StageRecord)]
-    ways = [record for record in records if isinstance(record, TrajectoryRecord)]
+    paths = [record for record in records if isinstance(record, TrajectoryRecord)]
     fields = [record for record in records if isinstance(record, FieldRecord)]
     potential, shades, title = None, "", "Map"
     if stages:
@@ -56,15 +56,15 @@ def _map(start: MapRecord, records: tuple[Record, ...]) -> Picture:
     elif fields and fields[-1].values.shape == start.free.shape:
         potential, shades = fields[-1].values, _quantity(fields[-1])
         title = f"Map, and the field of {label(fields[-1].name)}"
-    if ways:
-        arrived = sum(way.arrived for way in ways)
-        title += f"; {counted(len(ways), 'way')} drawn, {arrived} of them to the goal"
+    if paths:
+        arrived = sum(path.arrived for path in paths)
+        title += f"; {counted(len(paths), 'path')} drawn, {arrived} of them to the goal"
     return map_picture(
         start.free,
         [(int(row), int(column)) for row, column in start.goals],
         potential=potential,
         shades=shades,
-        trajectories=[way.points for way in ways if len(way.points)],
+        trajectories=[path.points for path in paths if len(path.points)],
         title=title,
     )
 
@@ -74,7 +74,7 @@ def _quantity(field: FieldRecord) -> str:
 
 
 Bar = tuple[str, str, int, int]
-"""Who, what, from, to (ps)."""
+"""The component or link, what it did, from, to (ps)."""
 
 
 def _bars(records: tuple[Record, ...]) -> list[Bar]:
@@ -92,7 +92,7 @@ def _bars(records: tuple[Record, ...]) -> list[Bar]:
 
 
 def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
-    """When each component and link was busy, with what: one row each, one bar for each (who, what, from, to in ps)."""
+    """When each component and link was busy, and with what: a row for each, and a bar for each span of work."""
     shown = list(bars)
     sources = list(dict.fromkeys(bar[0] for bar in sorted(shown, key=lambda bar: (bar[2], bar[0]))))
     kinds = list(dict.fromkeys(bar[1] for bar in sorted(shown, key=lambda bar: (bar[2], bar[1]))))
@@ -121,7 +121,9 @@ def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind
     # Only the first of a kind stands in the legend; an underscore keeps the others out.
     labels = itertools.chain([kind], itertools.repeat("_"))
     for row, source in enumerate(sources):
-        spans = sorted((begin / scale, (end - begin) / scale) for who, _, begin, end in bars if who == source)
+        spans = sorted(
+            (begin / scale, (end - begin) / scale) for busy, _, begin, end in bars if busy == source
+        )
         if spans:
             # Shades alternate, so that neighbours can be told apart; the edge keeps slivers in sight.
             shades = [to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Format = Literal["png", "svg"]
 
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-_WAY = "#d1495b"
+_PATH = "#d1495b"
 _GOAL = "#1a9850"
 _LARGEST_SIDE = 1200
 
@@ -110,7 +110,7 @@ def map_picture(
     title: str = "Map",
     format: Format = "png",
 ) -> Picture:
-    """The map, with the potential (by its logarithm) or another field, the ways to the goal and the goals where given.
+    """The map, with the potential (by its logarithm) or another field, the paths to the goal and the goals where given.
 
     Args:
         free: bool, rows × columns. goals: (row, column) pairs.
@@ -137,10 +137,10 @@ def map_picture(
             )
             picture.colorbar(drawn, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
         axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
-        for way in trajectories:
-            axes.plot(way[:, 1], way[:, 0], color="white", linewidth=2.2, alpha=0.8)
-            axes.plot(way[:, 1], way[:, 0], color=_WAY, linewidth=1.2)
-            axes.plot(way[:1, 1], way[:1, 0], "o", color=_WAY, markersize=3.5)
+        for path in trajectories:
+            axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
+            axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2)
+            axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5)
         axes.plot(
             [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
             markeredgecolor="white", linestyle="none",
@@ -149,7 +149,7 @@ def map_picture(
         data = picture_bytes(picture, format)
     shown = [f"{rows} by {columns} cells", counted(len(goals), "goal")]
     shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
-    shown += [f"{counted(len(trajectories), 'way')} drawn"] if trajectories else []
+    shown += [f"{counted(len(trajectories), 'path')} drawn"] if trajectories else []
     return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
 
 
@@ -235,8 +235,8 @@ def _shades(study: Study, positions: Sequence[int], colour: ResultFigure | None)
 
     if colour is None:
         return None, None
-    found = [study.points[position].figure(colour) for position in positions]
-    values = np.array([np.nan if value is None else value for value in found])
+    of_points = [study.points[position].figure(colour) for position in positions]
+    values = np.array([np.nan if value is None else value for value in of_points])
     if not np.isfinite(values).any():
         return None, None
     least, most = np.nanmin(values), np.nanmax(values)

@@ -37,7 +37,7 @@ def reproduction_table(reproduction: Reproduction) -> Table:
 
 
 def findings_table(reproduction: Reproduction) -> Table:
-    """Each statement, whether the run bears it out, and the figures that it rests on, one a row."""
+    """Each statement, whether it holds in the run, and the figures that it rests on, a row for each."""
     rows = []
     for finding in reproduction.findings:
         first = (word(finding.statement), yes_cell(finding.holds))

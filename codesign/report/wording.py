@@ -89,7 +89,8 @@ def quantity_text(value: float, unit: str) -> str:
     if not math.isfinite(value):
         return f"{value}"
     if unit in {"s", "ps"}:
-        return format_time(round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND))
+        picoseconds = round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND)
+        return format_time(picoseconds) if picoseconds else "0 s"
     if unit == "Hz" and value > 0:
         return format_frequency(value)
     if unit in {"W", "J"} and value >= 0:

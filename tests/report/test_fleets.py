@@ -211,7 +211,7 @@ def test_the_time_line_of_many_robots_has_one_row_for_all_but_the_first(count: i
     sources = busy.alt.removeprefix("Time line of ").partition(" over ")[0]
     told = [f"fpga.robot_{one}" for one in range(1, 8)] if rows == 8 else ["fpga.robot, any of 63"]
     assert sources == ", ".join(["fpga", *told])
-    assert ("in one row" in busy.caption) == (count == 64)
+    assert ("share a row" in busy.caption) == (count == 64)
 
 
 def test_where_robots_leave_the_map_the_picture_follows_them() -> None:

@@ -396,6 +396,7 @@ def test_only_one_is_all_and_only_zero_is_nothing(share: float) -> None:
         (3_210_000_000, "ps", "3.21 ms"),
         (150e6, "Hz", "150 MHz"),
         (0.0, "Hz", "0 Hz"),
+        (0.0, "s", "0 s"),
         (-2e6, "Hz", "-2,000,000 Hz"),
         (99.4, "%", "99.4 %"),
         (67_584.0, "1", "67,584"),
