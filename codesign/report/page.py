@@ -19,7 +19,6 @@ from codesign.files import write_atomically
 from codesign.planners.reproduction import Reproduction
 from codesign.report.axes import fixed_axes
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
-from codesign.report.mission_pictures import account_picture
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.sentences import bottleneck_text, headline, pace_text
@@ -32,12 +31,13 @@ from codesign.report.study_tables import (
     winners_table,
 )
 from codesign.report.table import Table
+from codesign.report.timelines import account_picture
 from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.results.result import Result
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
-    from codesign.report.plots import Picture
+    from codesign.report.canvas import Picture
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""

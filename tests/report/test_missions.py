@@ -31,7 +31,6 @@ from codesign.report import (
     result_tables,
     run_pictures,
 )
-from codesign.report.mission_timeline import busy_shares
 from codesign.report.page import result_html
 from codesign.report.scenario_tables import (
     account_table,
@@ -42,6 +41,7 @@ from codesign.report.scenario_tables import (
 )
 from codesign.report.sentences import mission_headline
 from codesign.report.table import Table
+from codesign.report.timelines import busy_shares
 from codesign.results.mission import ContactPoint
 
 SECOND = 10**12

@@ -11,7 +11,7 @@ from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
 from codesign.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
 from codesign.report import front_picture, map_picture, run_pictures
-from codesign.report.plots import _staircase
+from codesign.report.front_picture import _staircase
 
 FREE = np.ones((12, 30), dtype=bool)
 FREE[5, :20] = False

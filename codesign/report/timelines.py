@@ -1,7 +1,8 @@
-"""How busy each component and link of a mission was over time, with its plans and events."""
+"""Where the time of components and links went: each span of a plan, the busy shares of a mission, the sums."""
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -9,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.figures import label
 from codesign.records import (
+    ENDED,
     MessageRecord,
     MissionRecord,
     PoseRecord,
@@ -18,27 +21,92 @@ from codesign.records import (
     TaskRecord,
     VisitsRecord,
 )
-from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import prefix
+from codesign.report.canvas import MARKS, Format, Picture, canvas, legend, marker_size, picture_bytes, style
+from codesign.report.scenario_tables import busy_share
+from codesign.report.wording import prefix, share_text
+from codesign.results.mission import Account
 from codesign.units import PICOSECONDS_PER_SECOND, counted, format_time
 
+_MOST_BARS = 400
 _BINS = 240
 
 _NUMBER = re.compile(r"_\d+$")
 _MOST_ALIKE = 8
 _ANY = "any of"
-_SPREAD_ROW = "; many components that are alike, such as the FPGAs of a fleet, share a row, which is busy where any of them is"
+_SPREAD_ROW = (
+    "; many components of a kind, such as the FPGAs of a fleet, share a row: it is busy where any of them is"
+)
 
-MARKS: dict[str, tuple[str, str, str]] = {
-    "plan_requested": ("new plan asked for", "o", "#7b3294"),
-    "deadline_missed": ("deadline missed", "v", "#e08214"),
-    "safety_stop": ("safety stop", "s", "#b35806"),
-    "no_way": ("no path", "D", "#000000"),
-    "contact": ("contact", "X", "#d7191c"),
-    "livelock": ("livelock", "P", "#542788"),
-    "goal_reached": ("goal reached", "*", "#1a9850"),
-}
-"""How an event of a mission is marked: its words, its marker and its colour."""
+Bar = tuple[str, str, int, int]
+"""The component or link, what it did, from, to (ps)."""
+
+
+def bars_of(records: Iterable[Record]) -> list[Bar]:
+    """The spans of work that a picture shows, longest first: a thousand slivers would make it heavy."""
+    works = [
+        (record.source, *work)
+        for record in records
+        if not isinstance(record, VisitsRecord) and (work := _work(record)) is not None
+    ]
+    return sorted(works, key=lambda bar: (bar[2] - bar[3], bar))[:_MOST_BARS]
+
+
+def _work(record: Record) -> tuple[str, int, int] | None:
+    """What ``record.source`` did, from when to when, ps."""
+    if isinstance(record, MessageRecord):
+        return f"message: {record.name}", record.begin, record.end
+    if isinstance(record, TaskRecord):
+        outcome = "" if record.outcome == ENDED else f" ({record.outcome})"
+        return f"{label(record.task)}{outcome}", record.time, record.end
+    if isinstance(record, VisitsRecord):
+        return "visits", record.time, record.end
+    return ("stages", record.begin, record.time) if isinstance(record, StageRecord) else None
+
+
+def timeline_picture(bars: Iterable[Bar], *, format: Format = "png") -> Picture:
+    """When each component and link was busy, and with what: a row for each, and a bar for each span of work."""
+    shown = list(bars)
+    sources = list(dict.fromkeys(bar[0] for bar in sorted(shown, key=lambda bar: (bar[2], bar[0]))))
+    kinds = list(dict.fromkeys(bar[1] for bar in sorted(shown, key=lambda bar: (bar[2], bar[1]))))
+    last = max(bar[3] for bar in shown)
+    size, unit = prefix([last / PICOSECONDS_PER_SECOND], "s")
+    scale = size * PICOSECONDS_PER_SECOND
+    with style():
+        picture, axes = canvas((8.0, 0.9 + 0.42 * len(sources)))
+        for number, kind in enumerate(kinds):
+            _row_bars(axes, [bar for bar in shown if bar[1] == kind], sources, scale, kind, f"C{number % 10}")
+        axes.set_yticks(range(len(sources)), sources)
+        axes.set(xlabel=f"time ({unit})", xlim=(0, last / scale), ylim=(len(sources) - 0.5, -0.5))
+        axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False, fontsize=8)
+        data = picture_bytes(picture, format)
+    return Picture(
+        title="When each component and link was busy",
+        alt=f"Time line of {', '.join(sources)} over {format_time(last)}; utilisation stands in its table",
+        format=format,
+        data=data,
+    )
+
+
+def _row_bars(axes: Any, bars: list[Bar], sources: list[str], scale: float, kind: str, colour: str) -> None:
+    from matplotlib.colors import to_rgba
+
+    # Only the first of a kind stands in the legend; an underscore keeps the others out.
+    labels = itertools.chain([kind], itertools.repeat("_"))
+    for row, source in enumerate(sources):
+        spans = sorted(
+            (begin / scale, (end - begin) / scale) for busy, _, begin, end in bars if busy == source
+        )
+        if spans:
+            # Shades alternate, so that neighbours can be told apart; the edge keeps slivers in sight.
+            shades = [to_rgba(colour, 0.55 if number % 2 else 0.9) for number in range(len(spans))]
+            axes.broken_barh(
+                spans,
+                (row - 0.34, 0.68),
+                facecolors=shades,
+                edgecolors=colour,
+                linewidth=0.6,
+                label=next(labels),
+            )
 
 
 def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
@@ -52,7 +120,8 @@ def mission_timeline_picture(records: Iterable[Record], *, format: Format = "png
     poses: dict[str, PoseRecord] = {}
     last = 0
     for record in records:
-        span = _span(record)
+        work = _work(record)
+        span = None if work is None else work[1:]
         if isinstance(record, PoseRecord):
             before = poses.get(record.source, record)
             # Between two poses it moved, unless it stood at both.
@@ -118,17 +187,6 @@ def _numbered(source: str) -> int:
     return int(ending[0][1:]) if ending else 0
 
 
-def _span(record: Record) -> tuple[int, int] | None:
-    """From when to when ``record.source`` was at work, ps."""
-    if isinstance(record, MessageRecord):
-        return record.begin, record.end
-    if isinstance(record, TaskRecord | VisitsRecord):
-        return record.time, record.end
-    if isinstance(record, StageRecord):
-        return record.begin, record.time
-    return None
-
-
 def busy_shares(spans: Sequence[tuple[int, int]], end: int, bins: int) -> NDArray[np.float64]:
     """The share of each of ``bins`` equal parts of the time from 0 to ``end`` that the spans (ps) cover.
 
@@ -182,12 +240,42 @@ def _draw_events(axes: Any, events: Sequence[MissionRecord], scale: float) -> No
         )  # fmt: skip
 
 
-def marker_size(marker: str) -> int:
-    """Points across: a star needs more to be seen."""
-    return 9 if marker == "*" else 5
+def account_picture(accounts: Mapping[str, Account], *, format: Format = "png") -> Picture | None:
+    """Where the time of each component and link went, as stacked bars; None where there are none.
 
-
-def legend(picture: Any) -> None:
-    """A legend below the axes; none where there is nothing to name."""
-    if any(axes.get_legend_handles_labels()[1] for axes in picture.axes):
-        picture.legend(loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    ``accounts``: by name, with ``compute_s``, ``transfer_s`` and ``idle_s``, which make up the mission, and ``wait_s``,
+    a bar of its own below.
+    """
+    if not accounts:
+        return None
+    names = list(accounts)
+    size, unit = prefix(
+        [max(account.compute_s + account.transfer_s + account.idle_s for account in accounts.values())], "s"
+    )
+    kinds = (("compute", "#2166ac"), ("transfer", "#4dac26"), ("idle", "#e6e9ed"))
+    with style():
+        picture, axes = canvas((8.0, 1.3 + 0.42 * len(names)))
+        rows, left = np.arange(len(names)), np.zeros(len(names))
+        for kind, colour in kinds:
+            widths = np.array([vars(accounts[name])[f"{kind}_s"] for name in names]) / size
+            axes.barh(rows, widths, left=left, color=colour, height=0.56, label=kind)
+            left += widths
+        # What waits does so side by side, and while others are served: it is no part of the bar.
+        waits = np.array([accounts[name].wait_s for name in names]) / size
+        axes.barh(rows + 0.38, waits, color="#f4a259", height=0.14, label="others wait for it")
+        for row, name in enumerate(names):
+            axes.text(
+                left[row], row, f"  {share_text(busy_share(accounts[name]))} busy", va="center", fontsize=8
+            )
+        axes.set_yticks(range(len(names)), names)
+        axes.margins(x=0.14)
+        axes.set_xlim(left=0.0)
+        axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
+        legend(picture)
+        data = picture_bytes(picture, format)
+    return Picture(
+        title="Where the time of each component and link went",
+        alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, waits below; figures stand in a table",
+        format=format,
+        data=data,
+    )
