@@ -267,7 +267,7 @@ def _listed(names: dict[str, dict[str, None]]) -> str:
 def _sourced(result: Result) -> Iterable[tuple[str, str, Figure]]:
     """Each figure with a source but resources: its name, the FPGA without a task that it is of or "", the figure."""
     for name, figure in result.processor.items():
-        yield name, "", figure
+        yield label(name), "", figure
     if result.clock is not None:
         yield "clock limit", "", result.clock.limit
     if result.power is not None:
