@@ -130,7 +130,12 @@ class Quality:
         float | None, Field(title="clearance, mean", description=described("clearance_mean"))
     ]
     clearance_least: Annotated[
-        float | None, Field(title="clearance in cells, least", description="the same, least, cells")
+        float | None,
+        Field(
+            title="clearance, least",
+            description="the same, least, cells",
+            json_schema_extra={"unit": "cells"},
+        ),
     ]
     wrong_cells: Annotated[
         int | None, Field(title="cells with a wrong value", description=described("wrong_cells"))

@@ -1,4 +1,4 @@
-"""What a person reads: tables (text, Markdown, CSV), plots, and one self-contained HTML page.
+"""Reports for a person: tables (text, Markdown, CSV), plots, and one self-contained HTML page.
 
 A table is made first (``front_table(study)``, ``result_tables(result)``, ...) and shown after
 (``render_text``, ``render_markdown``, ``render_csv``); pages and pictures use the same tables and words.
@@ -11,16 +11,12 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 
 from __future__ import annotations
 
+from codesign.report.canvas import Picture
 from codesign.report.comparison_tables import comparison_table
-from codesign.report.mission_pictures import (
-    account_picture,
-    drive_picture,
-    moment_picture,
-)
-from codesign.report.mission_timeline import mission_timeline_picture
+from codesign.report.front_picture import front_picture
+from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
 from codesign.report.page import reproduction_page, result_page, study_page
-from codesign.report.pictures import run_pictures, timeline_picture
-from codesign.report.plots import Picture, front_picture, map_picture
+from codesign.report.pictures import run_pictures
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import result_tables
@@ -31,10 +27,11 @@ from codesign.report.study_tables import (
     nearest_table,
     reasons_table,
     study_table,
+    winners_table,
     write_study_csv,
 )
 from codesign.report.table import Cell, Column, Table
-from codesign.report.variant_tables import winners_table
+from codesign.report.timelines import account_picture, mission_timeline_picture, timeline_picture
 
 __all__ = [
     "Cell",

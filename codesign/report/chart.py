@@ -10,7 +10,8 @@ from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 from codesign.figures import FIGURES, ResultFigure
-from codesign.report.study_tables import level_teller, short_names, varying_axes, why_not
+from codesign.report.axes import level_texts, short_names, varying_axes
+from codesign.report.study_tables import why_not
 from codesign.report.wording import figure_cell, labelled, prefix, wants_logarithm
 
 if TYPE_CHECKING:
@@ -91,9 +92,9 @@ def _kept(study: Study) -> list[int]:
 
 
 def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
-    told = level_teller(study, name)
-    texts = [told(study.points[position].axes.get(name)) for position in kept]
-    levels = list(dict.fromkeys([*map(told, study.axes[name]), *texts]))
+    text_of = level_texts(study, name)
+    texts = [text_of(study.points[position].axes.get(name)) for position in kept]
+    levels = list(dict.fromkeys([*map(text_of, study.axes[name]), *texts]))
     numbers = {text: number for number, text in enumerate(levels)}
     return {"name": short, "levels": levels, "level": [numbers[text] for text in texts]}
 
@@ -102,13 +103,13 @@ def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[st
     values = [study.points[position].figure(figure) for position in kept]
     # Points that are not feasible have figures too, but are not plotted.
     plotted = [study.points[position].figure(figure) for position in kept if study.points[position].feasible]
-    known = [value for value in plotted if value is not None and math.isfinite(value)]
-    size, unit = prefix(known, figure.unit)
+    finite = [value for value in plotted if value is not None and math.isfinite(value)]
+    size, unit = prefix(finite, figure.unit)
     return {
         "name": figure.label,
         "label": labelled(figure.label, unit),
         "maximise": figure.maximise,
-        "logarithm": bool(known) and wants_logarithm(min(known), max(known)),
+        "logarithm": bool(finite) and wants_logarithm(min(finite), max(finite)),
         "values": [_rounded(value, size) for value in values],
         "texts": [figure_cell(figure, value).text for value in values],
     }

@@ -9,20 +9,24 @@ from textwrap import wrap
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import FIGURES, ResultFigure, label
 from codesign.planners.interface import Quality
-from codesign.report.result_tables import SHORTEST, arrivals_of, arrived_cell, feasible_cell
+from codesign.report.result_tables import SHORTEST
+from codesign.report.sentences import arrivals_of, arrived_cell
 from codesign.report.table import Cell, Column, Table, left, word
-from codesign.report.wording import ABSENT, figure_cell, quantity_text
+from codesign.report.wording import ABSENT, figure_cell, quantity_text, yes_cell
 from codesign.results.result import Result
 
 _WIDTH_OF_REASON = 28
 
 
 def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> Table:
-    """Named results side by side, or why there is none; figures also as multiples of the first design with a plan."""
+    """Named results side by side, or why a design has none.
+
+    Figures are given also as multiples of those of the first design with a plan.
+    """
     results = [result if isinstance(result, Result) else None for _, result in designs]
     base = next((number for number, result in enumerate(results) if result and _has_plan(result)), None)
     rows: list[tuple[Cell, ...]] = [
-        (word("feasible"), *map(feasible_cell, results)),
+        (word("feasible"), *(yes_cell(result.feasible) if result else Cell("not run") for result in results)),
         *((word(name), *cells) for name, cells in _arrivals_rows(results)),
     ]
     if not all(result and result.feasible for result in results):
@@ -46,17 +50,17 @@ def _warnings(result: Result | CodesignError) -> tuple[str, ...]:
 
 def _has_plan(result: Result) -> bool:
     arrivals = arrivals_of(result)
-    return result.feasible and (arrivals is None or arrivals[1] > 0)
+    return result.feasible and (arrivals is None or arrived_cell(arrivals[1]).value != 0)
 
 
 def _arrivals_rows(results: Sequence[Result | None]) -> Iterable[tuple[str, list[Cell]]]:
     arrivals = [arrivals_of(result) if result else None for result in results]
     for name in dict.fromkeys(each[0] for each in arrivals if each):
-        yield name, [arrived_cell(each) if each and each[0] == name else Cell(ABSENT) for each in arrivals]
+        yield name, [arrived_cell(each[1]) if each and each[0] == name else Cell(ABSENT) for each in arrivals]
 
 
 def _why_not(result: Result | CodesignError) -> str:
-    """In one line: what was wrong with a design that did not run, or the first reason against one that did."""
+    """The fault of a design that did not run, or the first reason against one that did, in a line."""
     if isinstance(result, SpecError):
         return result.faults[0].what
     if isinstance(result, CodesignError):

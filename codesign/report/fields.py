@@ -1,7 +1,8 @@
 """The numbers of a record as rows or columns of a table: labels, units and kinds are those that the record declares.
 
-A field is called by its title, else by the label of the figure of its name, else by its name in words. A name that ends
-in ``_s``, ``_j`` or ``_m`` has this unit. So a field that is added to a record of a result stands in its table.
+The label of a field is its title, else the label of the declared figure of its name, else its name in words. Its unit
+is that of the declared figure, else the one that ``json_schema_extra`` declares, else the ending of its name: ``_s``,
+``_j`` or ``_m``. So a field that is added to a record of a result stands in its table.
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from codesign.figures import FIGURES, Counted, named_unit
-from codesign.report.table import Cell, Column, Table, left, word
-from codesign.report.wording import ABSENT, count_cell, number_cell, quantity_text, share_cell
+from codesign.report.table import Cell, Column, Table, left, right, word, words
+from codesign.report.wording import count_cell, quantity_cell, share_cell
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A field that holds a number: its name, what it is called, its unit, and whether it is a count or a share.
+    """A field that holds a number: its name, its label, its unit, and whether it is a count or a share.
 
-    The unit of a count stands in the head of its column only.
+    The unit of a count stands only in the heading of its column.
     """
 
     name: str
@@ -33,52 +34,57 @@ class Shown:
     counted: Counted
 
     def cell(self, value: Any) -> Cell:
-        """A value of it; of counts by reason their sum."""
-        if value is None:
-            return Cell(ABSENT)
+        """One value. Counts by reason are added up."""
         if isinstance(value, Mapping):
             return count_cell(sum(value.values()))
         if self.counted == "share":
             return share_cell(value)
         if self.counted == "count" or (self.unit == "1" and isinstance(value, int)):
             return count_cell(value)
-        return number_cell(value) if self.unit == "1" else Cell(quantity_text(value, self.unit), value)
+        return quantity_cell(value, self.unit)
+
+    @property
+    def is_declared(self) -> bool:
+        """Whether it is a declared figure of results."""
+        return self.name in FIGURES
 
     @property
     def column(self) -> Column:
-        """A column of its values."""
+        """The column of its values."""
         unit = "" if self.unit == "1" and self.counted != "share" else self.unit
         return Column(self.label, unit, "right")
 
 
 @cache
 def shown_fields(kind: type) -> tuple[Shown, ...]:
-    """The fields of a record that hold numbers, in their order; counts by reason where they have a title."""
+    """The fields of a record that hold numbers, in their order; counts by reason if they have a title."""
     if issubclass(kind, BaseModel):
         fields = dict(kind.model_fields)
     else:
         hints = get_type_hints(kind, include_extras=True)
         fields = {name: FieldInfo.from_annotation(hint) for name, hint in hints.items()}
     return tuple(
-        _shown(name, info.title)
+        _shown(name, info)
         for name, info in fields.items()
         if _is_number(info.annotation) or (info.annotation == dict[str, int] and info.title)
     )
 
 
 def _is_number(annotation: Any) -> bool:
-    """Whether it is a whole number or another one, or none."""
+    """Whether the field holds a number, or a number or None."""
     optional = get_origin(annotation) in (Union, UnionType)
     return annotation in (int, float) or (optional and set(get_args(annotation)) <= {int, float, NoneType})
 
 
-def _shown(name: str, title: str | None) -> Shown:
+def _shown(name: str, info: FieldInfo) -> Shown:
     if name in FIGURES:
         figure = FIGURES[name]
-        return Shown(name, title or figure.label, figure.unit, figure.counted)
-    words, unit = named_unit(name)
+        return Shown(name, info.title or figure.label, figure.unit, figure.counted)
+    in_words, unit = named_unit(name)
+    if isinstance(info.json_schema_extra, dict):
+        unit = str(info.json_schema_extra.get("unit", unit))
     share = unit == "1" and ("share" in name or name == "utilisation")
-    return Shown(name, title or words, unit, "share" if share else "measure")
+    return Shown(name, info.title or in_words, unit, "share" if share else "measure")
 
 
 def _fields_of(record: Any) -> tuple[Shown, ...]:
@@ -87,15 +93,15 @@ def _fields_of(record: Any) -> tuple[Shown, ...]:
 
 
 def row_of(record: Any, name: str) -> tuple[str, Cell]:
-    """One number of a record: what it is called, and its value."""
+    """One number of a record: its label and its value."""
     (field,) = (field for field in _fields_of(record) if field.name == name)
     return field.label, field.cell(vars(record)[name])
 
 
 def rows_of(record: Any, *left_out: str, always: bool = True) -> list[tuple[str, Cell]]:
-    """A row for each number of a record, in the order of its fields: what it is called, and its value.
+    """A row for each number of a record, in the order of its fields: its label and its value.
 
-    Without ``always``, a number that there is none of has no row.
+    Without ``always``, a number that is None has no row.
     """
     return [
         (field.label, field.cell(value))
@@ -105,16 +111,44 @@ def rows_of(record: Any, *left_out: str, always: bool = True) -> list[tuple[str,
 
 
 def records_table(
-    title: str, first: str, records: Iterable[tuple[str, Any]], kind: type, notes: tuple[str, ...] = ()
+    title: str,
+    first: str,
+    records: Iterable[tuple[str, Any]],
+    kind: type,
+    notes: tuple[str, ...] = (),
 ) -> Table:
-    """A row for each named record of one ``kind``, a column for each of its numbers; ``first`` heads the names."""
+    """A row for each named record of one ``kind``, and a column for each of its numbers.
+
+    ``first`` is the heading of the names; where it is "", no column shows them.
+    """
     fields = shown_fields(kind)
+    names = left(first) if first else ()
     return Table(
         title,
-        (*left(first), *(field.column for field in fields)),
+        (*names, *(field.column for field in fields)),
         tuple(
-            (word(name), *(field.cell(vars(record)[field.name]) for field in fields))
+            (*words(name)[: len(names)], *(field.cell(vars(record)[field.name]) for field in fields))
             for name, record in records
         ),
         notes,
     )
+
+
+def shares_table(
+    title: str,
+    names: tuple[str, ...],
+    amount: Column,
+    parts: Iterable[tuple[Cell, ...]],
+    total: Cell | None = None,
+    notes: tuple[str, ...] = (),
+) -> Table:
+    """The parts of a whole, and their sum in the last row where it is given.
+
+    A part is a tuple of cells: its ``names``, its ``amount`` and its share of the whole.
+    """
+    rows = tuple(parts)
+    columns = (*left(*names), amount, *right("share", unit="1"))
+    if total is None:
+        return Table(title, columns, rows, notes)
+    last = (word("all"), total, share_cell(1.0 if total.value else None))
+    return Table(title, columns, (*rows, last), notes, strong=frozenset([len(rows)]))

@@ -17,29 +17,27 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
 from codesign.planners.reproduction import Reproduction
+from codesign.report.axes import fixed_axes
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
-from codesign.report.cost_tables import sources_table
-from codesign.report.fleet_tables import pace_text
-from codesign.report.mission_pictures import account_picture
-from codesign.report.mission_tables import bottleneck_text
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
-from codesign.report.result_tables import figure_tables, headline, result_reasons_table
+from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
+from codesign.report.sentences import bottleneck_text, headline, pace_text
 from codesign.report.study_tables import (
     best_table,
-    fixed_axes,
     front_table,
     nearest_table,
     reasons_table,
     study_counts,
+    winners_table,
 )
 from codesign.report.table import Table
-from codesign.report.variant_tables import winners_table
+from codesign.report.timelines import account_picture
 from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.results.result import Result
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
-    from codesign.report.plots import Picture
+    from codesign.report.canvas import Picture
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
@@ -53,7 +51,7 @@ def study_page(
 ) -> None:
     """Write the page of a study: front to look into, tables, reasons, sources, and how to make it again.
 
-    ``pictures`` stand below the plot. ``command``: the line that made the study; told from its names if None.
+    ``pictures`` stand below the plot. ``command``: the line that made the study; by default it is made of its names.
 
     Raises:
         RunError: the file cannot be written.
@@ -89,7 +87,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
 def result_page(
     result: Result, path: Path, *, pictures: Sequence[Picture] = (), command: str | None = None
 ) -> None:
-    """Write the page of one result: what it costs, what the plan is worth, where the figures come from.
+    """Write the page of one result: its costs, the quality of the plan, the sources of the figures.
 
     Raises:
         RunError: the file cannot be written.
@@ -159,10 +157,8 @@ def _is_narrow(table: Table) -> bool:
         return True
     texts = zip(*([cell.text for cell in row] for row in table.rows), strict=True)
     widths = (max(map(len, column)) for column in texts)
-    return (
-        sum(max(len(one.name), width) for one, width in zip(table.columns, widths, strict=False))
-        <= _NARROW_LETTERS
-    )
+    columns = zip(table.columns, widths, strict=False)
+    return sum(max(len(column.name), width) for column, width in columns) <= _NARROW_LETTERS
 
 
 def _rendered(template: str, **values: Any) -> str:

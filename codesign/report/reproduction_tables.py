@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from codesign.planners.reproduction import Reproduction
-from codesign.report.table import Cell, Table, left, right
-from codesign.report.wording import ABSENT, quantity_text
+from codesign.report.table import Cell, Table, left, right, word, words
+from codesign.report.wording import ABSENT, quantity_cell, yes_cell
 
 
 def reproduction_table(reproduction: Reproduction) -> Table:
@@ -20,13 +20,11 @@ def reproduction_table(reproduction: Reproduction) -> Table:
         rows.append(
             (
                 Cell(place, row.table),
-                Cell(row.quantity, row.quantity),
+                word(row.quantity),
                 _figure(row.published, row.unit),
                 _figure(row.modelled, row.unit),
                 Cell(ABSENT if row.error is None else error_text(row.error), row.error),
-                Cell(str(row.status), str(row.status)),
-                Cell(str(row.use), str(row.use)),
-                Cell(row.note, row.note),
+                *words(str(row.status), str(row.use), row.note),
             )
         )
     columns = (
@@ -39,20 +37,13 @@ def reproduction_table(reproduction: Reproduction) -> Table:
 
 
 def findings_table(reproduction: Reproduction) -> Table:
-    """Each statement, whether the run bears it out, and the figures that it rests on, one a row."""
+    """Each statement, whether it holds in the run, and the figures that it rests on, a row for each."""
     rows = []
     for finding in reproduction.findings:
-        holds = "yes" if finding.holds else "no"
-        for index, (name, measured) in enumerate(finding.figures.items() or [("", "")]):
-            first = index == 0
-            rows.append(
-                (
-                    Cell(finding.statement if first else "", finding.statement),
-                    Cell(holds if first else "", finding.holds),
-                    Cell(name, name),
-                    Cell(measured, measured),
-                )
-            )
+        first = (word(finding.statement), yes_cell(finding.holds))
+        later = tuple(Cell("", cell.value) for cell in first)
+        for index, texts in enumerate(finding.figures.items() or [("", "")]):
+            rows.append((*(later if index else first), *words(*texts)))
     return Table("Findings", left("statement", "holds", "figure", "measured"), tuple(rows))
 
 
@@ -64,10 +55,7 @@ def reproduction_sources_table(reproduction: Reproduction) -> Table:
     return Table(
         "Where the modelled figures come from",
         left("status", "tables", "source"),
-        tuple(
-            (Cell(status, status), Cell(where := ", ".join(named), where), Cell(source, source))
-            for (status, source), named in tables.items()
-        ),
+        tuple(words(status, ", ".join(named), source) for (status, source), named in tables.items()),
     )
 
 
@@ -86,8 +74,4 @@ def error_text(error: float) -> str:
 
 
 def _figure(value: float | str | None, unit: str) -> Cell:
-    if value is None:
-        return Cell(ABSENT)
-    if isinstance(value, str):
-        return Cell(value, value)
-    return Cell(quantity_text(value, unit), value)
+    return word(value) if isinstance(value, str) else quantity_cell(value, unit)

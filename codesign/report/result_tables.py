@@ -2,31 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
-from codesign.figures import label
-from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.planners.interface import Quality, RobotsQuality
-from codesign.report.cost_tables import physical_table, resource_table, sources_table
-from codesign.report.fields import records_table, rows_of, shown_fields
-from codesign.report.fleet_tables import fleet_end, fleet_headline, fleet_tables, fleet_times_table
-from codesign.report.mission_tables import mission_end, mission_headline, mission_tables
-from codesign.report.table import Cell, Table, left, pairs, right, word
+from codesign.figures import FIGURES, Figure, label
+from codesign.planners.interface import RobotsQuality
+from codesign.report.fields import records_table, rows_of, shares_table
+from codesign.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
+from codesign.report.sentences import ARRIVALS, all_arrive, arrivals_of, arrived_cell
+from codesign.report.table import Cell, Column, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
     axis_text,
     count_cell,
     figure_cell,
-    number_cell,
+    interval_text,
     part_cell,
-    quantity_text,
+    quantity_cell,
     share_cell,
-    time_cell,
+    yes_cell,
 )
-from codesign.results.result import DisplayUse, Reason, Result, StageUse
+from codesign.results.result import DisplayUse, Reason, ResourceUse, Result, StageUse
+from codesign.units import counted
 
 SHORTEST = "path length: the shortest is 8-connected without corner cutting"
-"""What a ratio of path lengths is held against."""
+"""The shortest path in a ratio of path lengths."""
+
+
+_FIRST_BOARD = "of the first robot's board"
+_SUMS = "decisions, trials and acceleration checks are sums over all robots"
+_STRENGTH = ["published", "calibrated", "measured", "assumed"]
+_MOST_SOURCES = 100
 
 
 def result_tables(result: Result) -> tuple[Table, ...]:
@@ -38,21 +43,22 @@ def result_tables(result: Result) -> tuple[Table, ...]:
 
 def figure_tables(result: Result) -> tuple[Table, ...]:
     """The tables of ``result_tables`` but reasons and sources."""
-    return (
+    tables = (
         overview_table(result),
         *fleet_tables(result),
         *mission_tables(result),
         *_run_tables(result),
-        *((resource_table(result),) if result.resources else ()),
-        *((physical_table(result),) if result.clock or result.power or result.energy else ()),
+        resource_table(result),
+        clock_and_power_table(result),
+        *_energy_tables(result),
     )
+    return tuple(table for table in tables if table.rows)
 
 
 def overview_table(result: Result) -> Table:
     """How a mission or a fleet ended; what was run, and whether it can be built."""
     rows = [
-        *(() if result.mission is None else mission_end(result.mission)),
-        *(() if result.fleet is None else fleet_end(result.fleet)),
+        *end_rows(result),
         ("platform", word(result.platform)),
         ("workload", word(result.workload)),
         ("planner", word(result.planner)),
@@ -71,175 +77,201 @@ def overview_table(result: Result) -> Table:
     if result.blocks is not None:
         rows.append(("blocks", count_cell(result.blocks)))
     if result.precision is not None:
-        rows.append(("final precision", Cell(f"{result.precision} bits", result.precision)))
+        rows.append(("final precision", figure_cell(FIGURES["precision"], result.precision)))
     if result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
-        rows.append((name, time_cell(result.time.first_plan_s)))
-    rows.append(("feasible", feasible_cell(result)))
+        rows.append((name, quantity_cell(result.time.first_plan_s, "s")))
+    rows.append(("feasible", yes_cell(result.feasible)))
     arrivals = arrivals_of(result)
-    if arrivals is not None and arrivals[1] < arrivals[2]:
+    if arrivals is not None and not all_arrive(arrivals[1]):
         # A design that can be built, and yet its plan fails.
-        rows.append((arrivals[0], arrived_cell(arrivals)))
+        rows.append((arrivals[0], arrived_cell(arrivals[1])))
     return pairs("Design point", rows, result.notes)
 
 
-def arrivals_of(result: Result) -> tuple[str, int, int] | None:
-    """Where ways were tried: what should arrive, how many did, and of how many."""
-    quality = result.quality
-    if isinstance(quality, RobotsQuality):
-        return "robots that arrive", quality.robots_arrived, quality.robots
-    if quality is None or quality.starts == 0:
-        return None
-    return "starts that arrive", quality.starts_arrived, quality.starts
-
-
-def arrived_cell(arrivals: tuple[str, int, int]) -> Cell:
-    """How many of them, as ``63 of 64``."""
-    return Cell(f"{arrivals[1]} of {arrivals[2]}", arrivals[1])
-
-
-def headline(result: Result) -> tuple[tuple[str, str], ...]:
-    """The few figures that a reader looks for first, as (figure, what it is)."""
-    told = [("feasible" if result.feasible else "not feasible", "")]
-    if result.mission is not None:
-        return (*told, *mission_headline(result.mission))
-    if result.fleet is not None:
-        return (*told, *fleet_headline(result))
-    for figure in DEFAULT_OBJECTIVES:
-        value = result.figure(figure)
-        if value is not None:
-            told.append((figure_cell(figure, value).text, figure.label))
-    return tuple(told)
-
-
 def result_reasons_table(result: Result) -> Table:
-    """Why the design cannot be built, or is not wanted, with what would mend it."""
+    """Why the design cannot be built, or is not wanted, and what would mend it."""
     return Table(
         "Why it is not feasible",
         (*left("kind", "what"), *right("demand", "limit", "gap"), *left("what would close the gap")),
-        tuple(reason_cells(reason) for reason in result.reasons),
+        tuple(_reason_cells(reason) for reason in result.reasons),
     )
 
 
-def reason_cells(reason: Reason) -> tuple[Cell, ...]:
+def _reason_cells(reason: Reason) -> tuple[Cell, ...]:
     """One reason as kind, what, demand, limit, gap and levers."""
     return (
         word(reason.kind),
         word(label(reason.name)),
-        *(
-            Cell(quantity_text(value, reason.unit), value)
-            for value in (reason.demand, reason.limit, reason.gap)
-        ),
+        *(quantity_cell(value, reason.unit) for value in (reason.demand, reason.limit, reason.gap)),
         word("; ".join(reason.levers) or ABSENT),
     )
 
 
 def _run_tables(result: Result) -> list[Table]:
     tables = []
-    if result.time is not None and result.fleet is not None:
-        tables.append(fleet_times_table(result.time))
-    elif result.time is not None:
-        tables.append(pairs("Time from the start of the run", rows_of(result.time)))
+    if result.time is not None:
+        tables.append(_times_table(result))
     if result.cycles is not None:
         tables.append(_cycles_table(result.cycles, _whose_cycles(result)))
     if result.stages is not None:
-        tables.append(_stages_table(result.stages))
+        note = "cycles = iterations × (precision + 2); block switches are counted by phase only"
+        stages = [("", stage) for stage in result.stages]
+        tables.append(records_table("Stages", "", stages, StageUse, (note,)))
     if result.utilisation is not None:
         busy = sorted(result.utilisation.items(), key=lambda item: (-item[1], item[0]))
-        tables.append(
-            Table(
-                "Utilisation",
-                (*left("component or link"), *right("busy", unit="1")),
-                tuple((_busy_name(result, name), share_cell(share)) for name, share in busy),
-            )
-        )
+        rows = tuple((_busy_name(result, name), share_cell(share)) for name, share in busy)
+        tables.append(Table("Utilisation", (*left("component or link"), *right("busy", unit="1")), rows))
     if result.displays:
-        tables.append(displays_table(result.displays))
+        tables.append(records_table("Displays", "display", result.displays.items(), DisplayUse))
     if result.quality is not None:
         tables.append(_quality_table(result))
     if result.details:
         sums = isinstance(result.quality, RobotsQuality)
-        tables.append(details_table(result.details, (_SUMS,) if sums else ()))
+        tables.append(_details_table(result.details, (_SUMS,) if sums else ()))
     return tables
 
 
-_FIRST_BOARD = "of the first robot's board"
-_SUMS = "decisions, trials and acceleration checks are sums over all robots"
+def _times_table(result: Result) -> Table:
+    """When things were done. A fleet loads starts and targets, and its end is that of the last update."""
+    time = result.time
+    assert time is not None
+    rows = rows_of(time)
+    if result.fleet is not None:
+        rows = [
+            ("starts and targets loaded", quantity_cell(time.map_loaded_s, "s")),
+            ("last update over", quantity_cell(time.first_plan_s, "s")),
+        ]
+    return pairs("Time from the start of the run", rows)
 
 
 def _whose_cycles(result: Result) -> str:
-    """Of several robots, whose cycles a result holds; "" where there is one component that plans."""
+    """The robot to which the cycles of a result belong; "" where there is one component that plans."""
     if result.fleet is not None:
         return _FIRST_BOARD
     return "of each update's slowest robot" if isinstance(result.quality, RobotsQuality) else ""
 
 
 def _busy_name(result: Result, name: str) -> Cell:
-    """A component or link; of a fleet's boards, the one that the platform file declares is the first robot's."""
+    """A component or link. In a fleet, the board that the platform file declares is the first robot's."""
     of_board = name == result.component or name.startswith(f"{result.component}.")
     return Cell(f"{name} ({_FIRST_BOARD})", name) if result.fleet is not None and of_board else word(name)
 
 
-def _cycles_table(cycles: dict[str, int], whose: str) -> Table:
+def _cycles_table(cycles: Mapping[str, int], whose: str) -> Table:
     total = sum(cycles.values())
-    lines = [
+    rows = (
         (word(label(phase)), count_cell(count), part_cell(count, total)) for phase, count in cycles.items()
-    ]
-    return Table(
-        f"Clock cycles by phase, {whose}" if whose else "Clock cycles by phase",
-        (*left("phase"), *right("cycles"), *right("share", unit="1")),
-        (*lines, (word("all"), count_cell(total), part_cell(total, total))),
-        strong=frozenset([len(lines)]),
     )
-
-
-def _stages_table(stages: Sequence[StageUse]) -> Table:
-    fields = shown_fields(StageUse)
-    return Table(
-        "Stages",
-        tuple(field.column for field in fields),
-        tuple(tuple(cell for _, cell in rows_of(stage)) for stage in stages),
-        ("cycles = iterations × (precision + 2); block switches are counted by phase only",),
-    )
-
-
-def displays_table(displays: Mapping[str, DisplayUse]) -> Table:
-    """What each display read, and what its memory was too slow for."""
-    return records_table("Displays", "display", displays.items(), DisplayUse)
+    title = f"Clock cycles by phase, {whose}" if whose else "Clock cycles by phase"
+    return shares_table(title, ("phase",), Column("cycles", "", "right"), rows, count_cell(total))
 
 
 def _quality_table(result: Result) -> Table:
     quality = result.quality
     assert quality is not None
-    rows = _robots_rows(quality) if isinstance(quality, RobotsQuality) else _grid_rows(quality)
-    notes = () if isinstance(quality, RobotsQuality) else (SHORTEST, *quality.warnings)
-    return pairs("Plan quality", rows, notes)
+    rows = [(ARRIVALS[type(quality)], arrived_cell(quality))]
+    if isinstance(quality, RobotsQuality):
+        rows += rows_of(quality, "robots", "robots_arrived")
+        missing = {"why robots are missing": quality.shortfall, "what mends it": quality.remedy}
+        rows += [(name, word(text)) for name, text in missing.items() if text is not None]
+        return pairs("Plan quality", rows)
+    rows += rows_of(quality, "starts", "starts_arrived", always=False)
+    return pairs("Plan quality", rows, (SHORTEST, *quality.warnings))
 
 
-def _grid_rows(quality: Quality) -> list[tuple[str, Cell]]:
-    arrived = Cell(f"{quality.starts_arrived} of {quality.starts}", quality.starts_arrived)
-    return [("starts that arrive", arrived), *rows_of(quality, "starts", "starts_arrived", always=False)]
-
-
-def _robots_rows(quality: RobotsQuality) -> list[tuple[str, Cell]]:
-    arrived = Cell(f"{quality.robots_arrived} of {quality.robots}", quality.robots_arrived)
-    told = {"why robots are missing": quality.shortfall, "what mends it": quality.remedy}
-    return [
-        ("robots that arrive", arrived),
-        *rows_of(quality, "robots", "robots_arrived"),
-        *((name, word(text)) for name, text in told.items() if text is not None),
-    ]
-
-
-def details_table(details: Mapping[str, float | str], notes: tuple[str, ...] = ()) -> Table:
+def _details_table(details: Mapping[str, float | str], notes: tuple[str, ...]) -> Table:
     """The figures that only one planner has, by the names that the planner gives them."""
-    cells = (
-        (name, Cell(value) if isinstance(value, str) else number_cell(value))
+    rows = [
+        (label(name), word(value) if isinstance(value, str) else quantity_cell(value))
         for name, value in details.items()
+    ]
+    return pairs("More of this planner", rows, notes)
+
+
+def resource_table(result: Result) -> Table:
+    """Demand against budget, kind by kind, each with its items. Kinds are never added up."""
+    rows: list[tuple[Cell, ...]] = []
+    strong = []
+    for use in result.resources:
+        strong.append(len(rows))
+        rows += _resource_rows(use)
+    columns = (
+        *left("resource", "item"),
+        *right("demand", "budget"),
+        *right("used", unit="1"),
+        *right("gap"),
+        *left("status"),
     )
-    return pairs("More of this planner", [(label(name), cell) for name, cell in cells], notes)
+    return Table("Resources", columns, tuple(rows), strong=frozenset(strong))
 
 
-def feasible_cell(result: Result | None) -> Cell:
-    """Whether a result is feasible, as a word."""
-    return Cell("yes" if result.feasible else "no", result.feasible) if result else Cell("not run")
+def _resource_rows(use: ResourceUse) -> list[tuple[Cell, ...]]:
+    empty = Cell("")
+    amounts = (count_cell(use.demand), count_cell(use.budget), part_cell(use.demand, use.budget))
+    items = [
+        (empty, word(item.name), count_cell(int(item.figure.value)), *[empty] * 3, word(item.figure.status))
+        for item in use.items
+    ]
+    return [(*words(label(use.resource), "all"), *amounts, count_cell(use.gap), empty), *items]
+
+
+def clock_and_power_table(result: Result) -> Table:
+    """The clock and all figures with a source but resources, with their intervals and their status."""
+    each = "" if result.fleet is None else " of each board"
+    rows: list[tuple[Cell, ...]] = []
+    if result.clock is not None:
+        rows.append((word("clock"), quantity_cell(result.clock.hz, "Hz"), Cell(""), Cell("")))
+    for name, component, figure in _sourced(result):
+        board = each if name.endswith("power") and not component else ""
+        idle = f" of {component}, which has no task" if component else ""
+        interval = interval_text(*figure.interval, figure.unit)
+        value = quantity_cell(figure.value, figure.unit)
+        rows.append((word(f"{name}{board}{idle}"), value, word(interval), word(figure.status)))
+    columns = (*left("figure"), *right("value"), *left("interval", "status"))
+    return Table("Clock and power", columns, tuple(rows))
+
+
+def _energy_tables(result: Result) -> list[Table]:
+    """Energy of the plan or of the fleet. That of a mission stands among the tables of the mission."""
+    if result.energy is None or result.mission is not None:
+        return []
+    what = "up to the first plan" if result.fleet is None else "of the run"
+    return [energy_table(f"Energy {what}", result.energy)]
+
+
+def sources_table(results: Iterable[Result]) -> Table:
+    """Where the figures come from: each source once, with its status and the figures that rest on it."""
+    figures: dict[tuple[str, str], dict[str, dict[str, None]]] = {}
+    for result in results:
+        items_of = (
+            (label(use.resource), item.name, item.figure) for use in result.resources for item in use.items
+        )
+        for name, item, figure in (*items_of, *_sourced(result)):
+            items = figures.setdefault((figure.status.value, figure.source), {}).setdefault(name, {})
+            items |= {item: None} if item else {}
+    lines = sorted(figures.items(), key=lambda line: (_STRENGTH.index(line[0][0]), line[0][1]))
+    left_out = len(lines) - _MOST_SOURCES
+    return Table(
+        "Where the figures come from",
+        left("status", "figures", "source"),
+        tuple(words(status, _listed(names), source) for (status, source), names in lines[:_MOST_SOURCES]),
+        (f"{counted(left_out, 'more source')} in the JSON",) if left_out > 0 else (),
+    )
+
+
+def _listed(names: dict[str, dict[str, None]]) -> str:
+    return "; ".join(f"{name}: {', '.join(items)}" if items else name for name, items in names.items())
+
+
+def _sourced(result: Result) -> Iterable[tuple[str, str, Figure]]:
+    """Each figure with a source but resources: its name, the FPGA without a task that it is of or "", the figure."""
+    for name, figure in result.processor.items():
+        yield label(name), "", figure
+    if result.clock is not None:
+        yield "clock limit", "", result.clock.limit
+    if result.power is not None:
+        yield "static power", "", result.power.static
+        yield "dynamic power", "", result.power.dynamic
+    for component, figure in result.idle_fpgas.items():
+        yield "static power", component, figure

@@ -1,35 +1,42 @@
-"""A study, its front and what could not be built, as tables."""
+"""A study as tables: its points, its front, the points left out, and the variant that is best at each setting."""
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.edit import VARIANT_AXIS
+from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.render import write_csv
-from codesign.report.table import Cell, Column, Table, left, right
+from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
     axis_text,
     count_cell,
     figure_cell,
+    quantity_cell,
     quantity_text,
+    yes_cell,
 )
 from codesign.results.result import Reason
-from codesign.units import format_count
+from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
     from codesign.exploration import Outcome, Study
 
+_EQUAL = " = "
+
 
 def summary(study: Study) -> str:
-    """What was explored and what came of it, in one sentence."""
-    (_, total), *counts = study_counts(study)
-    told = ", ".join(f"{count} {name}" for name, count in counts)
-    return f"{total} design point{'' if len(study.points) == 1 else 's'}: {told}"
+    """What was explored, and how many points have each fate, in one sentence."""
+    _, *counts = study_counts(study)
+    fates = ", ".join(f"{count} {name}" for name, count in counts)
+    return f"{counted(len(study.points), 'design point')}: {fates}"
 
 
 def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
@@ -46,102 +53,53 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
     return tuple((name, format_count(count)) for name, count in counts.items())
 
 
-def varying_axes(study: Study) -> tuple[str, ...]:
-    """The axes with more than one value, in the order of the workload."""
-    return tuple(name for name in study.axes if len(axis_levels(study, name)) > 1)
+class _Points:
+    """The number, the axes that vary and some figures of each point of a study, as the cells of a row."""
 
+    def __init__(self, study: Study, figures: Sequence[ResultFigure] = ()) -> None:
+        axes = varying_axes(study)
+        self._figures = figures
+        self._texts = [(name, level_texts(study, name)) for name in axes]
+        self.columns = (*right("point"), *left(*short_names(axes)), *_figure_columns(figures))
 
-def short_names(axes: Sequence[str]) -> tuple[str, ...]:
-    """The axes as headings: without the task or component where no other axis has the same last word.
-
-    >>> short_names(["relax.block", "fpga.clock", "host.clock"])
-    ('block', 'fpga.clock', 'host.clock')
-    """
-    last = Counter(name.rpartition(".")[2] for name in axes)
-    return tuple(word if last[word := name.rpartition(".")[2]] == 1 else name for name in axes)
-
-
-def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
-    """The axes with a single value, and that value."""
-    return tuple((name, levels[0]) for name in study.axes if len(levels := axis_levels(study, name)) == 1)
-
-
-def axis_levels(study: Study, name: str) -> list[str]:
-    """The values of an axis as texts, in the order of the workload."""
-    return list(dict.fromkeys(map(level_teller(study, name), study.axes[name])))
-
-
-def level_teller(study: Study, name: str) -> Callable[[Any], str]:
-    """What says a value of an axis: of mappings (whole problems, whole scenarios) only what differs among them."""
-    values = study.axes.get(name, ())
-    told_apart = [_leaves(value) for value in values if isinstance(value, Mapping)]
-    ranges = all(set(value) == {"first", "step", "last"} for value in values if isinstance(value, Mapping))
-    if len(told_apart) < len(values) or len(values) < 2 or ranges:
-        return lambda value: axis_text(name, value)
-    paths = list(dict.fromkeys(path for leaves in told_apart for path in leaves))
-    differing = [path for path in paths if len({repr(leaves.get(path)) for leaves in told_apart}) > 1]
-
-    def told(value: Any) -> str:
-        leaves = _leaves(value) if isinstance(value, Mapping) else {}
-        parts = (f"{path[-1]} {axis_text(path[-1], leaves[path])}" for path in differing if path in leaves)
-        return ", ".join(parts) or axis_text(name, value)
-
-    return told
-
-
-def _leaves(value: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
-    """What stands inside nested mappings, by the way to it."""
-    found: dict[tuple[str, ...], Any] = {}
-    for key, inner in value.items():
-        if isinstance(inner, Mapping):
-            found |= _leaves(inner, (*path, str(key)))
-        else:
-            found[(*path, str(key))] = inner
-    return found
-
-
-def axis_cells(study: Study, axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
-    """What makes the cells of these axes for a point of the study."""
-    tellers = [(name, level_teller(study, name)) for name in axes]
-
-    def cells(point: Outcome) -> tuple[Cell, ...]:
-        return tuple(Cell(text := told(point.axes.get(name)), text) for name, told in tellers)
-
-    return cells
+    def cells(self, point: Outcome) -> tuple[Cell, ...]:
+        axes = words(*(text(point.axes.get(name)) for name, text in self._texts))
+        return (_number(point), *axes, *_figure_cells(point, self._figures))
 
 
 def study_table(study: Study, *, every_figure: bool = False) -> Table:
     """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
 
-    ``every_figure``, made for CSV: every axis, and every figure that any point has, under the names that JSON has.
+    ``every_figure``, made for CSV: every axis with its full values, and every figure that any point has, under the
+    names that JSON has.
     """
-    axes = tuple(study.axes) if every_figure else varying_axes(study)
-    figures = figures_with_values(study) if every_figure else tuple(study.objectives)
-    front, feasible = set(study.front), set(study.feasible)
-    of_axes = _full_cells(axes) if every_figure else axis_cells(study, axes)
-    rows = []
-    for position, point in enumerate(study.points):
-        rows.append(
-            (
-                _number(point),
-                *of_axes(point),
-                *_figure_cells(point, figures),
-                _yes(position in feasible),
-                _yes(position in front),
-                Cell(why := why_not(point, study.lacking(point)), why),
-            )
+    points = _Points(study, study.objectives)
+    columns = (*points.columns, *left("feasible", "on the front", "why not"))
+    cells = points.cells
+    if every_figure:
+        figures = _figures_with_values(study)
+        columns = (
+            *right("index"),
+            *left(*study.axes),
+            *_figure_columns(figures, named=False),
+            *left("feasible", "on_front", "why_not"),
         )
-    columns = (
-        *right("index" if every_figure else "point"),
-        *left(*(axes if every_figure else short_names(axes))),
-        *figure_columns(figures, named=not every_figure),
-        *(
-            left("feasible", "on_front", "why_not")
-            if every_figure
-            else left("feasible", "on the front", "why not")
-        ),
+
+        def cells(point: Outcome) -> tuple[Cell, ...]:
+            axes = words(*(axis_text(name, point.axes.get(name)) for name in study.axes))
+            return (_number(point), *axes, *_figure_cells(point, figures))
+
+    front, feasible = set(study.front), set(study.feasible)
+    rows = tuple(
+        (
+            *cells(point),
+            yes_cell(position in feasible),
+            yes_cell(position in front),
+            word(why_not(point, study.lacking(point))),
+        )
+        for position, point in enumerate(study.points)
     )
-    return Table("All points", columns, tuple(rows), fixed_notes(study), frozenset(study.front))
+    return Table("All points", columns, rows, _fixed_notes(study), frozenset(study.front))
 
 
 def write_study_csv(study: Study, path: Path) -> None:
@@ -155,56 +113,37 @@ def write_study_csv(study: Study, path: Path) -> None:
 
 def front_table(study: Study) -> Table:
     """The points that no other point beats in every objective, best first by the first objective."""
-    axes = varying_axes(study)
-    objectives = tuple(study.objectives)
-    sign = -1 if objectives and objectives[0].maximise else 1
-
-    of_axes = axis_cells(study, axes)
-
-    def rank(position: int) -> tuple[float, int]:
-        value = study.points[position].figure(objectives[0])
-        return (math.inf if value is None else sign * value, position)
-
-    rows = tuple(
-        (
-            _number(point),
-            *of_axes(point),
-            *_figure_cells(point, objectives),
-        )
-        for point in (study.points[position] for position in sorted(study.front, key=rank))
-    )
-    notes = (summary(study), *fixed_notes(study))
-    return Table(
-        "Front", (*right("point"), *left(*short_names(axes)), *figure_columns(objectives)), rows, notes
-    )
+    points = _Points(study, study.objectives)
+    rows = tuple(points.cells(study.points[position]) for position in _ranked(study, *study.objectives[:1]))
+    return Table("Front", points.columns, rows, (summary(study), *_fixed_notes(study)))
 
 
 def best_table(study: Study) -> Table:
     """For each objective the point of the front that is best in it; of equals the first."""
-    axes = varying_axes(study)
-    objectives = tuple(study.objectives)
-    of_axes = axis_cells(study, axes)
+    points = _Points(study, study.objectives)
     rows = []
-    for objective in objectives:
-        valued = [
-            (value, position)
-            for position in study.front
-            if (value := study.points[position].figure(objective)) is not None
-        ]
-        if not valued:
-            continue
-        sign = -1 if objective.maximise else 1
-        point = study.points[min(valued, key=lambda pair: (sign * pair[0], pair[1]))[1]]
-        rows.append(
-            (
-                Cell(objective.aim, objective.name),
-                _number(point),
-                *of_axes(point),
-                *_figure_cells(point, objectives),
-            )
-        )
-    columns = (*left("best"), *right("point"), *left(*short_names(axes)), *figure_columns(objectives))
-    return Table("Best in each objective", columns, tuple(rows))
+    for objective in study.objectives:
+        for position in _ranked(study, objective)[:1]:
+            point = study.points[position]
+            if point.figure(objective) is not None:
+                rows.append((Cell(objective.aim, objective.name), *points.cells(point)))
+    return Table("Best in each objective", (*left("best"), *points.columns), tuple(rows))
+
+
+def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
+    """The positions of the front, best first by these objectives; a point without a value comes last."""
+
+    def rank(position: int) -> tuple[float, ...]:
+        values = [(study.points[position].figure(objective), objective) for objective in objectives]
+        losses = [math.inf if value is None else _loss(objective, value) for value, objective in values]
+        return (*losses, position)
+
+    return sorted(study.front, key=rank)
+
+
+def _loss(objective: ResultFigure, value: float) -> float:
+    """The value with the sign that makes less of it better."""
+    return -value if objective.maximise else value
 
 
 def infeasible_table(study: Study) -> Table:
@@ -219,32 +158,31 @@ def nearest_table(study: Study) -> Table:
 
 
 def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
-    axes = varying_axes(study)
-    of_axes = axis_cells(study, axes)
+    points = _Points(study)
     rows = tuple(
-        (_number(point), *of_axes(point), Cell(why := why_not(point), why))
+        (*points.cells(point), word(why_not(point)))
         for point in (study.points[position] for position in positions)
     )
-    return Table(title, (*right("point"), *left(*short_names(axes), "why")), rows)
+    return Table(title, (*points.columns, *left("why")), rows)
 
 
 def reasons_table(study: Study) -> Table:
-    """Why points were left out, most frequent first: how many, by how little at best, which point that is, and
-    what would help there."""
+    """Why points were left out, most frequent first.
+
+    Each reason has its number of points, the least gap, the point that has this gap, and the levers at that point.
+    """
     rows = []
     for count in study.reasons:
         measured = count.kind not in {"failure", "unreached", "no figure"}
-        told = count.kind in {"failure", "unreached"}
-        least = quantity_text(count.least_gap, count.unit) if measured else ABSENT
-        advice = "; ".join(count.levers) or ABSENT
+        in_words = count.kind in {"failure", "unreached"}
         rows.append(
             (
-                Cell(count.kind, count.kind),
-                Cell(count.name if told else label(count.name), count.name),
+                word(count.kind),
+                Cell(count.name if in_words else label(count.name), count.name),
                 count_cell(count.points),
-                Cell(least, count.least_gap if measured else None),
+                quantity_cell(count.least_gap if measured else None, count.unit),
                 Cell(str(count.nearest), count.nearest),
-                Cell(advice, advice),
+                word("; ".join(count.levers) or ABSENT),
             )
         )
     columns = (
@@ -256,7 +194,7 @@ def reasons_table(study: Study) -> Table:
 
 
 def why_not(point: Outcome, lacking: Sequence[ResultFigure] = ()) -> str:
-    """All that keeps a point off the front besides better ones, in one line; nothing where nothing does.
+    """Why a point is not on the front, in one line; "" where only better points are the reason.
 
     ``lacking``: the objectives that it does not have, though it is feasible.
     """
@@ -279,7 +217,7 @@ def reason_text(reason: Reason) -> str:
     return f"{label(reason.name)} {demand} against {limit}"
 
 
-def figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
+def _figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
     """The figures that at least one point has: the objectives first, then the rest in their own order."""
     ordered = (*study.objectives, *(figure for figure in FIGURES.values() if figure not in study.objectives))
     return tuple(
@@ -287,7 +225,7 @@ def figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
     )
 
 
-def figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tuple[Column, ...]:
+def _figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tuple[Column, ...]:
     """A column for each figure, in the figure's unit; headed by its label, or else by its name.
 
     A name that ends with its unit is left as JSON has it.
@@ -300,19 +238,10 @@ def figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tu
     )
 
 
-def fixed_notes(study: Study) -> tuple[str, ...]:
-    """What all points share, said once in place of a column each."""
+def _fixed_notes(study: Study) -> tuple[str, ...]:
+    """The axes with one value, in a note in place of a column each."""
     fixed = fixed_axes(study)
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
-
-
-def _full_cells(axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
-    """As ``axis_cells``, with all that a value says: for programs."""
-
-    def cells(point: Outcome) -> tuple[Cell, ...]:
-        return tuple(Cell(text := axis_text(name, point.axes.get(name)), text) for name in axes)
-
-    return cells
 
 
 def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
@@ -323,5 +252,93 @@ def _number(point: Outcome) -> Cell:
     return Cell(str(point.index), point.index)
 
 
-def _yes(truth: bool) -> Cell:
-    return Cell("yes" if truth else "no", truth)
+def winners_table(
+    study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS
+) -> Table | None:
+    """For each setting of the other axes the best value of ``axis`` by an objective, the runner-up, and the ratio.
+
+    A point counts if it is feasible and its mission, if it has one, reached its goals. Values that are equal to the
+    last digit win together. For each of the study's objectives a note says how often each variant wins by it. None
+    where ``axis`` has fewer than two values.
+
+    Args:
+        study: with ``axis``.
+        objective: by default the study's first.
+        axis: by default that of the variants.
+    """
+    if axis not in study.axes or len(axis_levels(study, axis)) < 2:
+        return None
+    objective = objective or study.objectives[0]
+    others = tuple(name for name in varying_axes(study) if name != axis)
+    settings: dict[str, list[Outcome]] = {}
+    for point in study.points:
+        setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
+        settings.setdefault(setting, []).append(point)
+    texts = [(name, level_texts(study, name)) for name in others]
+    rows = [
+        (
+            *words(*(text(points[0].axes.get(name)) for name, text in texts)),
+            *_contest(points, objective, axis)[1],
+        )
+        for points in settings.values()
+    ]
+    figure = objective.label
+    columns = (
+        *left(*short_names(others), "best"),
+        Column(figure, objective.unit, "right"),
+        *left("runner-up"),
+        Column(f"its {figure}", objective.unit, "right"),
+        *right("times better"),
+        *left("left out"),
+    )
+    if not any(row[-1].text for row in rows):
+        columns, rows = columns[:-1], [row[:-1] for row in rows]
+    notes = tuple(
+        _wins_text(name, [_contest(points, name, axis)[0] for points in settings.values()])
+        for name in dict.fromkeys((objective, *study.objectives))
+    )
+    title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
+    return Table(title, columns, tuple(rows), notes)
+
+
+def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> tuple[str, tuple[Cell, ...]]:
+    """The winner at one setting, and the cells from ``best`` to ``left out``."""
+    names_by_loss: dict[float, list[str]] = {}
+    out = []
+    for point in points:
+        name = axis_text(axis, point.axes.get(axis))
+        value = point.figure(objective) if point.feasible and point.unreached is None else None
+        if value is None:
+            out.append(f"{name}: {_fate(point, objective)}")
+        else:
+            names_by_loss.setdefault(_loss(objective, value), []).append(name)
+    ranks = sorted(names_by_loss)[:2]
+    names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
+    values = [_loss(objective, rank) for rank in ranks]
+    cells = [
+        cell
+        for name, value in zip(names, values, strict=True)
+        for cell in (word(name), figure_cell(objective, value))
+    ]
+    cells += [Cell(ABSENT)] * (4 - len(cells))
+    ratio = None
+    if len(values) == 2:
+        over, under = values if objective.maximise else values[::-1]
+        ratio = over / under if under > 0 else None
+    return names[0] if names else "", (*cells, quantity_cell(ratio), word("; ".join(out)))
+
+
+def _fate(point: Outcome, objective: ResultFigure) -> str:
+    """Why a point is not compared, in a word."""
+    if point.unreached is not None:
+        return "goals not reached"
+    if point.state != "done":
+        return "failed" if point.state == "failed" else "not computed"
+    return f"no {objective.label}" if point.feasible else "infeasible"
+
+
+def _wins_text(objective: ResultFigure, winners: Sequence[str]) -> str:
+    """How often each variant wins by an objective, in a sentence."""
+    wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
+    parts = (f"{name} in {count}" for name, count in wins.most_common())
+    return f"{objective.aim}, of {counted(len(winners), 'setting')}: {', '.join(parts)}"

@@ -21,7 +21,7 @@ ABSENT = "–"
 """Stands where there is no figure."""
 
 ENDED, PACE = "ended", "what sets the pace"
-"""Rows of tables that a page says in its head."""
+"""Rows of tables. A page shows them in its head."""
 
 _LONGEST = 160
 _SHAPES = {"block", "blocks"}
@@ -29,41 +29,40 @@ _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
 
 
 def figure_cell(figure: ResultFigure, value: float | None) -> Cell:
-    """A figure of a result, whose value is in the unit of ``figure``."""
-    if value is None:
-        return Cell(ABSENT)
+    """A figure of a result. The value is in the unit of ``figure``."""
     if figure.counted == "share":
-        return Cell(share_text(value), value)
-    return Cell(quantity_text(value, figure.unit), round(value) if figure.counted == "count" else value)
+        return share_cell(value)
+    whole = figure.counted == "count" and value is not None
+    return quantity_cell(round(value) if whole and value is not None else value, figure.unit)
 
 
-def time_cell(seconds: float) -> Cell:
-    """A time."""
-    return Cell(quantity_text(seconds, "s"), seconds)
+def quantity_cell(value: float | None, unit: str = "") -> Cell:
+    """A quantity in ``unit``, or a bare number."""
+    return Cell(ABSENT) if value is None else Cell(quantity_text(value, unit), value)
 
 
-def count_cell(count: int) -> Cell:
+def count_cell(count: int | None) -> Cell:
     """A whole number."""
-    return Cell(format_count(count), count)
+    return Cell(ABSENT) if count is None else Cell(format_count(count), count)
 
 
-def number_cell(value: float | None) -> Cell:
-    """A bare number, to four significant digits."""
-    return Cell(ABSENT) if value is None else Cell(quantity_text(value, ""), value)
-
-
-def share_cell(share: float) -> Cell:
+def share_cell(share: float | None) -> Cell:
     """A share of one."""
-    return Cell(share_text(share), share)
+    return Cell(ABSENT) if share is None else Cell(share_text(share), share)
 
 
-def part_cell(part: int, whole: int) -> Cell:
+def part_cell(part: float, whole: float) -> Cell:
     """The share that ``part`` is of ``whole``, which may be more than all of it."""
     if whole <= 0:
         return Cell(ABSENT)
     share = part / whole
     # Above 1 the cautious rounding of a share has no meaning.
     return Cell(share_text(share) if share <= 1 else f"{100 * share:.4g} %", share)
+
+
+def yes_cell(truth: bool | None) -> Cell:
+    """Whether something holds."""
+    return Cell(ABSENT) if truth is None else Cell("yes" if truth else "no", truth)
 
 
 def share_text(share: float) -> str:
@@ -82,22 +81,26 @@ def share_text(share: float) -> str:
 def quantity_text(value: float, unit: str) -> str:
     """A quantity with the unit prefix that suits it.
 
-    ``unit`` is that of ``value``: s, ps, Hz, W, J, 1, or any other word, which is put behind the number.
+    ``unit`` is that of ``value``: s, ps, Hz, W, J or 1. Any other word stands behind the number.
+
+    >>> quantity_text(0.00321, "s"), quantity_text(2.5, "cells"), quantity_text(1, "cells")
+    ('3.21 ms', '2.5 cells', '1 cell')
     """
     if not math.isfinite(value):
         return f"{value}"
     if unit in {"s", "ps"}:
-        return format_time(round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND))
+        picoseconds = round(value if unit == "ps" else value * PICOSECONDS_PER_SECOND)
+        return format_time(picoseconds) if picoseconds else "0 s"
     if unit == "Hz" and value > 0:
         return format_frequency(value)
-    if unit == "W" and value >= 0:
-        return format_power(value)
-    if unit == "J" and value >= 0:
-        return format_energy(value)
+    if unit in {"W", "J"} and value >= 0:
+        return format_power(value) if unit == "W" else format_energy(value)
     # From 10,000 on a fraction is no news; %g would turn to exponents.
     whole = (value == round(value) or abs(value) >= 1e4) and abs(value) < 1e15
     number = format_count(round(value)) if whole else f"{value:,.4g}"
-    return number if unit in {"", "1"} else f"{number} {unit}"
+    if unit in {"", "1"}:
+        return number
+    return f"{number} {unit.removesuffix('s') if value == 1 else unit}"
 
 
 def interval_text(low: float, high: float, unit: str) -> str:
@@ -108,7 +111,7 @@ def interval_text(low: float, high: float, unit: str) -> str:
 
 
 def axis_text(name: str, value: Any) -> str:
-    """The value of an axis, or of a parameter, as a reader would say it.
+    """The value of an axis, or of a parameter, in a reader's words.
 
     >>> axis_text("relax.block", [36, 66]), axis_text("relax.schedule", [15, 31])
     ('36×66', '15, 31')
@@ -152,15 +155,6 @@ def labelled(name: str, unit: str) -> str:
 def wants_logarithm(least: float, most: float) -> bool:
     """Whether an axis from ``least`` to ``most`` is easier to read by its logarithm."""
     return least > 0 and most / least > 20
-
-
-def plural(count: int, noun: str) -> str:
-    """A count and its noun.
-
-    >>> plural(1, "point"), plural(1200, "point")
-    ('1 point', '1,200 points')
-    """
-    return f"{format_count(count)} {noun}{'' if count == 1 else 's'}"
 
 
 def _scalar_text(value: Any) -> str:

@@ -68,9 +68,9 @@ class FleetFigures(_Model):
         " fleet simulates its robots, and takes them one time step on with every update",
     )
     arrived_s: float | None = Field(
-        title="until the last robot that arrived had",
-        description="from the begin of the first update until the last robot that arrived had, s, by the clock of"
-        " span_s; None where none did",
+        title="time until the last arrival",
+        description="from the begin of the first update until the last arrival of a robot, s, by the clock of span_s;"
+        " None where none arrived",
     )
     time_step_s: float = Field(description="time step of the planner, s")
     decide: Spread | None = Field(description="from the begin of an update until the last robot has decided")

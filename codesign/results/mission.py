@@ -102,7 +102,7 @@ class LeverRun(_Model):
 class MissionEnergy(_Model):
     """Energy of a mission, J."""
 
-    fpga_j: float = Field(description="of all FPGAs of the platform, J")
+    fpga_j: float = Field(title="FPGAs", description="of all FPGAs of the platform, J")
     idle_fpgas_j: float = Field(
         default=0.0, description="the part of it that FPGAs without any task drew: their static power, J"
     )

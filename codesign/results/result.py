@@ -106,7 +106,8 @@ class Energy(_Model):
     """Energy up to the first plan, J: static power over the whole time, dynamic power over the busy time."""
 
     fpga_j: float = Field(
-        description="of all FPGAs of the platform: static over the whole time, dynamic over the busy time, J"
+        title="FPGAs",
+        description="of all FPGAs of the platform: static over the whole time, dynamic over the busy time, J",
     )
     idle_fpgas_j: float = Field(
         default=0.0, description="the part of it that FPGAs without any task drew: their static power, J"

@@ -16,8 +16,9 @@ from report_samples import FRAMES, SECOND, a_fleet, a_fleet_result, a_result, a_
 from benchmarks.velocity_obstacle_pace import LineLaw
 from codesign.records import MapRecord, MissionRecord, PositionsRecord, Record, TaskRecord
 from codesign.report import comparison_table, result_tables, run_pictures, study_table
-from codesign.report.fleet_tables import fleet_headline, fleet_tables, pace_text
 from codesign.report.page import result_html
+from codesign.report.scenario_tables import fleet_tables
+from codesign.report.sentences import fleet_headline, pace_text
 from codesign.report.table import Table
 from codesign.results.fleet import FleetFigures, Frames, Spread
 
@@ -80,8 +81,10 @@ def test_frames_are_all_accounted_for() -> None:
 def test_a_fleet_speaks_of_its_run_and_not_of_a_first_plan() -> None:
     tables = result_tables(a_fleet_result())
     words = {cell.text for table in tables for row in table.rows for cell in row}
-    assert {"time of the run", "starts and targets loaded", "last update over", "energy of the run"} <= words
-    assert not any("first" in word for word in words if word.startswith(("time", "first", "energy")))
+    assert {"time of the run", "starts and targets loaded", "last update over"} <= words
+    words |= {table.title for table in tables}
+    assert "Energy of the run" in words
+    assert not any("first" in word for word in words if word.lower().startswith(("time", "first", "energy")))
     assert not fleet_tables(a_result())
     assert "time to the first plan" in {row[0].text for row in result_tables(a_result())[0].rows}
 
@@ -100,8 +103,9 @@ def test_what_is_of_one_board_and_what_of_all_is_told_apart() -> None:
     }
     assert "trials" in tables["More of this planner"].notes[0]
     assert "all robots" in tables["More of this planner"].notes[0]
-    told = {row[0].text for row in tables["Clock, power and energy"].rows}
-    assert {"static power of each board", "dynamic power of each board", "energy of all FPGAs"} <= told
+    powers = {row[0].text for row in tables["Clock and power"].rows}
+    assert {"static power of each board", "dynamic power of each board"} <= powers
+    assert tables["Energy of the run"].rows[0][0].text == "FPGAs"
     # Without a fleet, an update takes the cycles of the robot that the others wait for.
     alone = {table.title for table in result_tables(result.model_copy(update={"fleet": None}))}
     assert "Clock cycles by phase, of each update's slowest robot" in alone
@@ -207,11 +211,11 @@ def test_the_time_line_of_many_robots_has_one_row_for_all_but_the_first(count: i
     sources = busy.alt.removeprefix("Time line of ").partition(" over ")[0]
     told = [f"fpga.robot_{one}" for one in range(1, 8)] if rows == 8 else ["fpga.robot, any of 63"]
     assert sources == ", ".join(["fpga", *told])
-    assert ("in one row" in busy.caption) == (count == 64)
+    assert ("share a row" in busy.caption) == (count == 64)
 
 
 def test_where_robots_leave_the_map_the_picture_follows_them() -> None:
-    from codesign.report.mission_pictures import _extent, _Layers
+    from codesign.report.map_pictures import _extent, _Layers
 
     layers = _Layers(np.ones((20, 30), bool), np.zeros((0, 2), np.int32), np.zeros((20, 30), bool))
     assert _extent(layers) == (-0.5, -0.5, 19.5, 29.5)

@@ -31,17 +31,17 @@ from codesign.report import (
     result_tables,
     run_pictures,
 )
-from codesign.report.mission_tables import (
+from codesign.report.page import result_html
+from codesign.report.scenario_tables import (
     account_table,
     contacts_table,
     energy_table,
     links_table,
-    mission_headline,
     mission_table,
 )
-from codesign.report.mission_timeline import busy_shares
-from codesign.report.page import result_html
+from codesign.report.sentences import mission_headline
 from codesign.report.table import Table
+from codesign.report.timelines import busy_shares
 from codesign.results.mission import ContactPoint
 
 SECOND = 10**12
@@ -115,9 +115,9 @@ def test_more_contacts_than_are_shown_are_counted() -> None:
 
 
 def test_energy_adds_up_and_shows_only_what_took_any() -> None:
-    table = energy_table(a_mission().energy)
+    table = energy_table("Energy", a_mission().energy)
     *lines, total = ([cell.value for cell in row] for row in table.rows)
-    assert [line[0] for line in lines] == ["FPGA", "processors", "links", "robot"]
+    assert [line[0] for line in lines] == ["FPGAs", "processors", "links", "robot"]
     assert sum(float(line[1]) for line in lines) == total[1] == 2000.0
     assert sum(float(line[2]) for line in lines) == pytest.approx(1.0)
 
@@ -125,7 +125,7 @@ def test_energy_adds_up_and_shows_only_what_took_any() -> None:
 def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
     energy = a_mission().energy
     missing = {"links": ("wire", "radio"), "memories": ("sram",)}
-    table = energy_table(energy.model_copy(update={"not_declared": missing}))
+    table = energy_table("Energy", energy.model_copy(update={"not_declared": missing}))
     told = {row[0].text: row[1].text for row in table.rows}
     assert energy.links_j > 0.0, "some links declare theirs"
     assert told["memories"] == "not declared"
@@ -135,19 +135,21 @@ def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
         "memories whose power is not declared count as 0 J: sram",
     )
     nothing = energy.model_copy(update={"links_j": 0.0, "not_declared": {"links": ("wire",)}})
-    assert {row[0].text: row[1].text for row in energy_table(nothing).rows}["links"] == "not declared"
-    assert not energy_table(energy).notes
+    assert {row[0].text: row[1].text for row in energy_table("Energy", nothing).rows}[
+        "links"
+    ] == "not declared"
+    assert not energy_table("Energy", energy).notes
     plan = a_result()
     assert plan.energy is not None
     plan = plan.model_copy(update={"energy": plan.energy.model_copy(update={"not_declared": missing})})
-    physical = next(table for table in result_tables(plan) if table.title == "Clock, power and energy")
-    told = {row[0].text: row[1].text for row in physical.rows}
-    assert told["energy of links"] == told["energy of memories"] == "not declared"
-    assert physical.notes == table.notes
+    of_plan = next(table for table in result_tables(plan) if table.title == "Energy up to the first plan")
+    told = {row[0].text: row[1].text for row in of_plan.rows}
+    assert told["links"] == told["memories"] == "not declared"
+    assert of_plan.notes == table.notes
 
 
 def test_the_account_gives_the_busy_share_of_the_mission() -> None:
-    table = account_table(a_mission().account, 100.0)
+    table = account_table(a_mission().account)
     assert [[cell.value for cell in row] for row in table.rows] == [
         ["host", 2.0, 0.0, 0.5, 98.0, 0.02],
         ["fpga", 1.0, 0.0, 0.0, 99.0, 0.01],

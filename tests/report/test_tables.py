@@ -9,7 +9,7 @@ from report_samples import QUALITY, SampleReproduction, a_result, a_study
 
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.exploration.study import Outcome
-from codesign.figures import FIGURES
+from codesign.figures import FIGURES, Figure, Status
 from codesign.planners.interface import Quality
 from codesign.report import (
     best_table,
@@ -26,8 +26,9 @@ from codesign.report import (
     result_tables,
     study_table,
 )
+from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
-from codesign.report.study_tables import fixed_axes, short_names, study_counts, summary, varying_axes
+from codesign.report.study_tables import study_counts, summary
 from codesign.report.table import Cell, Column, Table
 from codesign.report.wording import axis_text, prefix, quantity_text, share_text
 from codesign.results.result import DisplayUse, Reason, Result
@@ -120,13 +121,27 @@ def test_errors_are_told_with_their_sign_and_no_exponent(error: float, text: str
     assert error_text(error) == text
 
 
+def test_the_energy_of_a_plan_is_divided_by_what_took_it() -> None:
+    table = named(result_tables(a_result(energy=0.004)), "Energy up to the first plan")
+    rows = [[cell.value for cell in row] for row in table.rows]
+    assert rows == [["FPGAs", 0.003, 0.75], ["processors", 0.001, 0.25], ["all", 0.004, 1.0]]
+    assert table.strong == {2}
+
+
+def test_what_a_processor_costs_stands_beside_its_power() -> None:
+    figure = Figure(2e-9, "s", Status.ASSUMED, "a guess", 1e-9, 3e-9)
+    table = named(result_tables(a_result(processor={"cost of relaxation_cell": figure})), "Clock and power")
+    rows = [[cell.text for cell in row] for row in table.rows]
+    assert ["cost of relaxation cell", "2 ns", "1 ns to 3 ns", "assumed"] in rows
+
+
 def test_a_point_that_was_never_run_has_no_tables_of_a_run() -> None:
     titles = [table.title for table in result_tables(a_result(slices=40_000))]
     assert titles == [
         "Design point",
         "Why it is not feasible",
         "Resources",
-        "Clock, power and energy",
+        "Clock and power",
         "Where the figures come from",
     ]
 
@@ -145,7 +160,7 @@ def test_every_source_stands_once_and_names_its_figures() -> None:
 
 
 def test_an_interval_shows_only_where_there_is_one() -> None:
-    table = named(result_tables(a_result()), "Clock, power and energy")
+    table = named(result_tables(a_result()), "Clock and power")
     intervals = {row[0].text: row[2].text for row in table.rows}
     assert intervals["clock limit"] == "140 MHz to 165 MHz"
     assert intervals["dynamic power"] == ""
@@ -328,6 +343,15 @@ def test_what_displays_read_is_told() -> None:
     assert all(table.title != "Displays" for table in result_tables(a_result(displays={})))
 
 
+def test_a_figure_of_quality_has_the_unit_that_its_field_declares() -> None:
+    quality = Quality(share_reaching_goal=0.5, **QUALITY)
+    rows = {
+        row[0].text: row[1].text
+        for row in named(result_tables(a_result(quality=quality)), "Plan quality").rows
+    }
+    assert (rows["clearance, mean"], rows["clearance, least"]) == ("1.7 cells", "0.5 cells")
+
+
 def test_path_length_ratios_say_what_the_shortest_is() -> None:
     notes = named(result_tables(a_result()), "Plan quality").notes
     assert notes == ("path length: the shortest is 8-connected without corner cutting",)
@@ -372,11 +396,13 @@ def test_only_one_is_all_and_only_zero_is_nothing(share: float) -> None:
         (3_210_000_000, "ps", "3.21 ms"),
         (150e6, "Hz", "150 MHz"),
         (0.0, "Hz", "0 Hz"),
+        (0.0, "s", "0 s"),
         (-2e6, "Hz", "-2,000,000 Hz"),
         (99.4, "%", "99.4 %"),
         (67_584.0, "1", "67,584"),
         (2.5, "", "2.5"),
         (1.7, "cells", "1.7 cells"),
+        (1.0, "cells", "1 cell"),
         (float("inf"), "s", "inf"),
         (float("nan"), "", "nan"),
         (11013.7, "", "11,014"),

@@ -12,9 +12,9 @@ from explore_fakes import mission, result
 from codesign.exploration.study import Outcome, Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_table, winners_table
+from codesign.report.axes import axis_levels
 from codesign.report.chart import chart_data
 from codesign.report.page import study_html
-from codesign.report.study_tables import axis_levels
 from codesign.results.result import Result
 
 F = FIGURES

@@ -9,7 +9,7 @@ import pytest
 from mission_specs import SECOND, Ground, rectangle
 
 from codesign.records import MissionRecord, Record
-from codesign.report.mission_tables import mission_tables
+from codesign.report.scenario_tables import mission_tables
 from codesign.results.mission import CONTACT_POINTS, ContactPoint, Mission
 from codesign.scenarios.drive.mission import drive
 from codesign.scenarios.drive.summary import mission_of

@@ -24,7 +24,7 @@ from codesign.components.sensor import NOTHING_SEEN, RadiusSensor, RangeScan, Ra
 from codesign.planners.interface import Problem
 from codesign.records import BeliefRecord, CommandRecord, MessageRecord, Record
 from codesign.report import render_text
-from codesign.report.mission_tables import links_table
+from codesign.report.scenario_tables import links_table
 from codesign.system import Result
 from codesign.system.sent_map import CHANGE_BITS, GOAL, OBSTACLE, SentMap, states
 

@@ -11,7 +11,7 @@ from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
 from codesign.records import MapRecord, MessageRecord, Record, StageRecord, TaskRecord, TrajectoryRecord
 from codesign.report import front_picture, map_picture, run_pictures
-from codesign.report.plots import _staircase
+from codesign.report.front_picture import _staircase
 
 FREE = np.ones((12, 30), dtype=bool)
 FREE[5, :20] = False
@@ -81,10 +81,10 @@ def test_the_joined_line_is_the_best_that_can_be_had(first: ResultFigure, second
 def test_a_run_is_shown_as_its_map_and_its_time_line() -> None:
     pictures = run_pictures(records())
     assert [picture.title for picture in pictures] == [
-        "Map, and the field after the stage of 15 bits; 2 ways drawn, 1 of them to the goal",
+        "Map, and the field after the stage of 15 bits; 2 paths drawn, 1 of them to the goal",
         "When each component and link was busy",
     ]
-    assert pictures[0].alt == "Map of 12 by 30 cells, 1 goal, the potential as colour, 2 ways drawn"
+    assert pictures[0].alt == "Map of 12 by 30 cells, 1 goal, the potential as colour, 2 paths drawn"
     assert pictures[1].alt.startswith("Time line of pci, fpga over 90 us")
     assert all(picture.data.startswith(b"\x89PNG") for picture in pictures)
 

@@ -1,31 +1,37 @@
-"""A mission as pictures: where the robot drove and what came in its way, and how busy everything was over time."""
+"""Maps as pictures: a plan with its field and paths, a drive with all that happened, and a mission at one moment."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.figures import label
 from codesign.records import (
+    FieldRecord,
     MapRecord,
     MissionRecord,
     ObstacleRecord,
     PoseRecord,
     PositionsRecord,
     Record,
+    StageRecord,
+    TrajectoryRecord,
 )
-from codesign.report.mission_timeline import MARKS, legend, marker_size
-from codesign.report.plots import Format, Picture, canvas, picture_bytes, style
-from codesign.report.wording import plural, prefix, quantity_text, share_text
-from codesign.units import format_time
+from codesign.report.canvas import MARKS, Format, Picture, canvas, legend, marker_size, picture_bytes, style
+from codesign.report.wording import labelled, quantity_text
+from codesign.units import counted, format_time
 
 _LARGEST_SIDE = 1200
 _MOST_LINES = 64
 
 _CAME = "obstacle that came"
+
+_PATH = "#d1495b"
+_GOAL = "#1a9850"
 
 Points = NDArray[np.float64]
 
@@ -46,9 +52,9 @@ class _Layers:
 
 
 def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
-    """The true map with all that ever came in the way, where the robots drove, and what happened where.
+    """The true map with every obstacle that came, the paths of the robots, and the events at their places.
 
-    None where no robot told where it was, or there is no map.
+    None where no robot reports its place, or there is no map.
     """
     start: MapRecord | None = None
     came = np.zeros((0, 0), bool)
@@ -68,7 +74,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             events.append(record)
     if start is None or not places:
         return None
-    tracks = {source: np.array(told, np.float64) for source, told in places.items()}
+    tracks = {source: np.array(track, np.float64) for source, track in places.items()}
     layers = _Layers(start.free, start.goals, came, "obstacle at some time")
     layers.lines = [track[:, 1:] for track in tracks.values()]
     for event in events:
@@ -77,10 +83,10 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
             row, column = (float(np.interp(event.time, track[:, 0], track[:, axis])) for axis in (1, 2))
             layers.marks.setdefault(event.event, []).append((row, column))
     length = sum(float(np.hypot(*np.diff(line, axis=0).T).sum()) for line in layers.lines)
-    told = [f"{plural(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
-    told += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
+    facts = [f"{counted(len(tracks), 'robot')}, {quantity_text(length, '')} cells driven"]
+    facts += [f"{MARKS[event][0]}: {len(where)}" for event, where in layers.marks.items()]
     return _drawn(
-        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", told, format
+        layers, "Where the robots drove" if len(tracks) > 1 else "Where the robot drove", facts, format
     )
 
 
@@ -96,11 +102,11 @@ def moment_picture(
     robots: Points | None = None,
     format: Format = "png",
 ) -> Picture:
-    """A mission at one moment: what is in the way, what the robot does not know, its way, and where it is.
+    """A mission at one moment: the obstacles, the cells that the robot does not know, its path, and its place.
 
     Args:
         time: ps. start, free: bool, rows × columns: the cells that were free at the start, and that are now.
-        goals: int32, n × 2. unknown: bool, rows × columns: the cells of which the robot knows nothing.
+        goals: int32, n × 2. unknown: bool, rows × columns: the cells that the robot does not know.
         way, driven, robots: float64, n × 2 each, (row, column) in cells; the robot stands where ``driven`` ends.
     """
     drives = driven is not None and len(driven) > 0
@@ -113,11 +119,11 @@ def moment_picture(
         way=way,
         robots=driven[-1:] if drives and driven is not None else robots,
     )
-    told = [f"{int((start & ~free).sum())} cells blocked since the start"]
-    return _drawn(layers, f"The mission at {format_time(time)}", told, format)
+    facts = [f"{int((start & ~free).sum())} cells blocked since the start"]
+    return _drawn(layers, f"The mission at {format_time(time)}", facts, format)
 
 
-def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> Picture:
+def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) -> Picture:
     rows, columns = layers.free.shape
     with style():
         picture, axes = canvas((8.0, min(12.0, max(2.6, 8.0 * rows / max(columns, 1) + 1.1))))
@@ -131,7 +137,7 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
             )  # fmt: skip
             axes.plot(line[:1, 1], line[:1, 0], "o", color=colour, markersize=4, zorder=3)
         if layers.way is not None and len(layers.way):
-            axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="way")
+            axes.plot(layers.way[:, 1], layers.way[:, 0], "--", color="#d1495b", linewidth=1.2, label="path")
         _draw_marks(axes, layers)
         top, left, bottom, right = _extent(layers)
         axes.set(xlabel="column", ylabel="row", xlim=(left, right), ylim=(bottom, top))
@@ -139,10 +145,10 @@ def _drawn(layers: _Layers, title: str, told: Sequence[str], format: Format) -> 
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
-        alt=f"Map of {rows} by {columns} cells: {', '.join(told)}",
+        alt=f"Map of {rows} by {columns} cells: {', '.join(facts)}",
         format=format,
         data=data,
-        caption=f"{title}: {', '.join(told)}",
+        caption=f"{title}: {', '.join(facts)}",
     )
 
 
@@ -197,48 +203,85 @@ def _draw_marks(axes: Any, layers: _Layers) -> None:
         )  # fmt: skip
 
 
-def account_picture(accounts: Mapping[str, Any], *, format: Format = "png") -> Picture | None:
-    """Where the time of each component and link went, as stacked bars; None where there are none.
-
-    ``accounts``: by name, with ``compute_s``, ``transfer_s`` and ``idle_s``, which make up the mission, and ``wait_s``,
-    a bar of its own below.
-    """
-    if not accounts:
-        return None
-    names = list(accounts)
-    size, unit = prefix([max(_total(account) for account in accounts.values())], "s")
-    kinds = (("compute", "#2166ac"), ("transfer", "#4dac26"), ("idle", "#e6e9ed"))
-    with style():
-        picture, axes = canvas((8.0, 1.3 + 0.42 * len(names)))
-        rows, left = np.arange(len(names)), np.zeros(len(names))
-        for kind, colour in kinds:
-            widths = np.array([getattr(accounts[name], f"{kind}_s") for name in names]) / size
-            axes.barh(rows, widths, left=left, color=colour, height=0.56, label=kind)
-            left += widths
-        # What waits does so side by side, and while others are served: it is no part of the bar.
-        waits = np.array([accounts[name].wait_s for name in names]) / size
-        axes.barh(rows + 0.38, waits, color="#f4a259", height=0.14, label="others wait for it")
-        for row, name in enumerate(names):
-            axes.text(left[row], row, f"  {share_text(_busy(accounts[name]))} busy", va="center", fontsize=8)
-        axes.set_yticks(range(len(names)), names)
-        axes.margins(x=0.14)
-        axes.set_xlim(left=0.0)
-        axes.set(xlabel=f"time ({unit})", ylim=(len(names) - 0.5, -0.5))
-        legend(picture)
-        data = picture_bytes(picture, format)
-    return Picture(
-        title="Where the time of each component and link went",
-        alt=f"Stacked bars of compute, transfer and idle of {', '.join(names)}, waits below; figures stand in a table",
-        format=format,
-        data=data,
+def plan_picture(start: MapRecord, records: Sequence[Record]) -> Picture:
+    """The map of a plan, with the last field and the paths that the records hold."""
+    stages = [record for record in records if isinstance(record, StageRecord)]
+    paths = [record for record in records if isinstance(record, TrajectoryRecord)]
+    fields = [record for record in records if isinstance(record, FieldRecord)]
+    potential, shades, title = None, "", "Map"
+    if stages:
+        potential = stages[-1].potential
+        title = f"Map, and the field after the stage of {stages[-1].precision} bits"
+    elif fields and fields[-1].values.shape == start.free.shape:
+        potential, shades = fields[-1].values, labelled(label(fields[-1].name), fields[-1].unit)
+        title = f"Map, and the field of {label(fields[-1].name)}"
+    if paths:
+        arrived = sum(path.arrived for path in paths)
+        title += f"; {counted(len(paths), 'path')} drawn, {arrived} of them to the goal"
+    return map_picture(
+        start.free,
+        [(int(row), int(column)) for row, column in start.goals],
+        potential=potential,
+        shades=shades,
+        trajectories=[path.points for path in paths if len(path.points)],
+        title=title,
     )
 
 
-def _busy(account: Any) -> float:
-    """The share of the mission in which it computed or carried: all but its idle time."""
-    worked = float(account.compute_s + account.transfer_s)
-    return worked / (worked + account.idle_s) if worked else 0.0
+def map_picture(
+    free: NDArray[np.bool_],
+    goals: Sequence[tuple[int, int]],
+    *,
+    potential: NDArray[np.floating[Any]] | None = None,
+    shades: str = "",
+    trajectories: Sequence[NDArray[np.float64]] = (),
+    title: str = "Map",
+    format: Format = "png",
+) -> Picture:
+    """The map, with the potential (by its logarithm) or another field, the paths to the goal and the goals where given.
+
+    Args:
+        free: bool, rows × columns. goals: (row, column) pairs.
+        potential: rows × columns, values of 0 and above; cells at 0 stay white.
+        shades: what the values are, where they are no potential: they are shown as they are, and finite ones only.
+        trajectories: float64, n × 2 each, (row, column) in cells.
+    """
+    rows, columns = free.shape
+    step = max(1, max(rows, columns) // _LARGEST_SIDE)
+    extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
+    width = 8.0
+    with style():
+        picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
+        obstacles = np.ma.masked_where(free, np.ones(free.shape))[::step, ::step]
+        if potential is not None:
+            values = _logarithm(potential, free)
+            if shades:
+                values = np.ma.masked_where(~(free & np.isfinite(potential)), potential)
+            drawn = axes.imshow(
+                values[::step, ::step],
+                extent=extent,
+                cmap="viridis",
+                interpolation="nearest",
+            )
+            picture.colorbar(drawn, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
+        axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
+        for path in trajectories:
+            axes.plot(path[:, 1], path[:, 0], color="white", linewidth=2.2, alpha=0.8)
+            axes.plot(path[:, 1], path[:, 0], color=_PATH, linewidth=1.2)
+            axes.plot(path[:1, 1], path[:1, 0], "o", color=_PATH, markersize=3.5)
+        axes.plot(
+            [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
+            markeredgecolor="white", linestyle="none",
+        )  # fmt: skip
+        axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
+        data = picture_bytes(picture, format)
+    shown = [f"{rows} by {columns} cells", counted(len(goals), "goal")]
+    shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
+    shown += [f"{counted(len(trajectories), 'path')} drawn"] if trajectories else []
+    return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
 
 
-def _total(account: Any) -> float:
-    return float(account.compute_s + account.transfer_s + account.idle_s)
+def _logarithm(potential: NDArray[np.floating[Any]], free: NDArray[np.bool_]) -> Any:
+    values = np.asarray(potential, dtype=np.float64)
+    shown = free & (values > 0)
+    return np.ma.masked_where(~shown, np.log10(np.where(shown, values, 1.0)))

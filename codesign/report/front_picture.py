@@ -1,44 +1,25 @@
-"""Pictures through matplotlib: a front, and a map with what happened on it.
-
-No picture goes through pyplot, so nothing global is touched; the same input gives the same bytes.
-matplotlib is imported when the first picture is made.
-"""
+"""The front of a study as a picture."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
-from codesign.report.study_tables import axis_levels, varying_axes
-from codesign.report.wording import axis_text, labelled, plural, prefix, wants_logarithm
+from codesign.report.axes import axis_levels, varying_axes
+from codesign.report.canvas import Format, Picture, canvas, picture_bytes, style
+from codesign.report.wording import axis_text, labelled, prefix, wants_logarithm
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
 
-Format = Literal["png", "svg"]
 
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
-_WAY = "#d1495b"
-_GOAL = "#1a9850"
-_LARGEST_SIDE = 1200
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture for a page: its title, what it shows in words (``alt``), its bytes, and a caption."""
-
-    title: str
-    alt: str
-    format: Format
-    data: bytes
-    caption: str = ""
 
 
 def front_picture(
@@ -89,104 +70,17 @@ def front_picture(
         if shades is not None:
             _in_grey(legend)
         title = f"{y.label} against {x.label}"
-        axes.set_title(f"{study.workload} on {study.platform}: {plural(len(positions), 'feasible point')}")
+        axes.set_title(f"{study.workload} on {study.platform}: {counted(len(positions), 'feasible point')}")
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
-        alt=f"Scatter plot of {title}, {plural(len(positions), 'feasible point')}, front outlined and joined",
+        alt=f"Scatter plot of {title}, {counted(len(positions), 'feasible point')}, front outlined and joined",
         format=format,
         data=data,
     )
 
 
-def map_picture(
-    free: NDArray[np.bool_],
-    goals: Sequence[tuple[int, int]],
-    *,
-    potential: NDArray[np.floating[Any]] | None = None,
-    shades: str = "",
-    trajectories: Sequence[NDArray[np.float64]] = (),
-    title: str = "Map",
-    format: Format = "png",
-) -> Picture:
-    """The map, with the potential (by its logarithm) or another field, the ways to the goal and the goals where given.
-
-    Args:
-        free: bool, rows × columns. goals: (row, column) pairs.
-        potential: rows × columns, values of 0 and above; cells at 0 stay white.
-        shades: what the values are, where they are no potential: they are shown as they are, and finite ones only.
-        trajectories: float64, n × 2 each, (row, column) in cells.
-    """
-    rows, columns = free.shape
-    step = max(1, max(rows, columns) // _LARGEST_SIDE)
-    extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
-    width = 8.0
-    with style():
-        picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))
-        obstacles = np.ma.masked_where(free, np.ones(free.shape))[::step, ::step]
-        if potential is not None:
-            values = _logarithm(potential, free)
-            if shades:
-                values = np.ma.masked_where(~(free & np.isfinite(potential)), potential)
-            drawn = axes.imshow(
-                values[::step, ::step],
-                extent=extent,
-                cmap="viridis",
-                interpolation="nearest",
-            )
-            picture.colorbar(drawn, ax=axes, pad=0.02, shrink=0.8).set_label(shades or "potential, log₁₀")
-        axes.imshow(obstacles, extent=extent, cmap="gray", vmin=-0.35, vmax=4, interpolation="nearest")
-        for way in trajectories:
-            axes.plot(way[:, 1], way[:, 0], color="white", linewidth=2.2, alpha=0.8)
-            axes.plot(way[:, 1], way[:, 0], color=_WAY, linewidth=1.2)
-            axes.plot(way[:1, 1], way[:1, 0], "o", color=_WAY, markersize=3.5)
-        axes.plot(
-            [column for _, column in goals], [row for row, _ in goals], "*", color=_GOAL, markersize=12,
-            markeredgecolor="white", linestyle="none",
-        )  # fmt: skip
-        axes.set(xlabel="column", ylabel="row", xlim=extent[:2], ylim=extent[2:])
-        data = picture_bytes(picture, format)
-    shown = [f"{rows} by {columns} cells", plural(len(goals), "goal")]
-    shown += [f"the {shades or 'potential'} as colour"] if potential is not None else []
-    shown += [f"{plural(len(trajectories), 'way')} drawn"] if trajectories else []
-    return Picture(title=title, alt=f"Map of {', '.join(shown)}", format=format, data=data)
-
-
 _FRONT_LINE = "front in these two figures"
-
-
-def style() -> Any:
-    """A context in which pictures look alike and come out byte for byte the same."""
-    import matplotlib
-
-    return matplotlib.rc_context(
-        {
-            "svg.hashsalt": "codesign",
-            "font.size": 9,
-            "axes.spines.top": False,
-            "axes.spines.right": False,
-            # A name with a dollar sign in it is no formula.
-            "text.parse_math": False,
-        }
-    )
-
-
-def canvas(size: tuple[float, float]) -> tuple[Any, Any]:
-    """A figure of ``size`` inches, and its axes."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    picture = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(picture)
-    return picture, picture.add_subplot()
-
-
-def picture_bytes(picture: Any, format: Format) -> bytes:
-    """The figure as the content of a file, with no date in it."""
-    out = io.BytesIO()
-    metadata: dict[str, Any] = {"Date": None} if format == "svg" else {"Software": None}
-    picture.savefig(out, format=format, dpi=130, metadata=metadata, bbox_inches="tight", pad_inches=0.08)
-    return out.getvalue()
 
 
 def _figures(study: Study, figures: tuple[ResultFigure, ...]) -> tuple[list[int], NDArray[np.float64]]:
@@ -234,8 +128,8 @@ def _shades(study: Study, positions: Sequence[int], colour: ResultFigure | None)
 
     if colour is None:
         return None, None
-    found = [study.points[position].figure(colour) for position in positions]
-    values = np.array([np.nan if value is None else value for value in found])
+    of_points = [study.points[position].figure(colour) for position in positions]
+    values = np.array([np.nan if value is None else value for value in of_points])
     if not np.isfinite(values).any():
         return None, None
     least, most = np.nanmin(values), np.nanmax(values)
@@ -314,9 +208,3 @@ def _staircase(
         # A smaller x can be had wherever a larger one can: the bound of y runs to the left of its point.
         return np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:]
     return np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]
-
-
-def _logarithm(potential: NDArray[np.floating[Any]], free: NDArray[np.bool_]) -> Any:
-    values = np.asarray(potential, dtype=np.float64)
-    shown = free & (values > 0)
-    return np.ma.masked_where(~shown, np.log10(np.where(shown, values, 1.0)))

@@ -1,0 +1,68 @@
+"""The axes of a study in a reader's words: which vary, what they are called, and their values as texts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from codesign.report.wording import axis_text
+
+if TYPE_CHECKING:
+    from codesign.exploration import Study
+
+
+def varying_axes(study: Study) -> tuple[str, ...]:
+    """The axes with more than one value, in the order of the workload."""
+    return tuple(name for name in study.axes if len(axis_levels(study, name)) > 1)
+
+
+def short_names(axes: Sequence[str]) -> tuple[str, ...]:
+    """The axes as headings: without the task or component where no other axis has the same last word.
+
+    >>> short_names(["relax.block", "fpga.clock", "host.clock"])
+    ('block', 'fpga.clock', 'host.clock')
+    """
+    last = Counter(name.rpartition(".")[2] for name in axes)
+    return tuple(word if last[word := name.rpartition(".")[2]] == 1 else name for name in axes)
+
+
+def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
+    """The axes with a single value, and that value."""
+    return tuple((name, levels[0]) for name in study.axes if len(levels := axis_levels(study, name)) == 1)
+
+
+def axis_levels(study: Study, name: str) -> list[str]:
+    """The values of an axis as texts, in the order of the workload."""
+    return list(dict.fromkeys(map(level_texts(study, name), study.axes[name])))
+
+
+def level_texts(study: Study, name: str) -> Callable[[Any], str]:
+    """The function that gives the text of a value of an axis.
+
+    Of mappings, such as whole problems and whole scenarios, the text has only what differs among them.
+    """
+    values = study.axes.get(name, ())
+    mappings = [value for value in values if isinstance(value, Mapping)]
+    ranges = all(set(value) == {"first", "step", "last"} for value in mappings)
+    if len(mappings) < len(values) or len(values) < 2 or ranges:
+        return lambda value: axis_text(name, value)
+    leaves_of = [_leaves(value) for value in mappings]
+    paths = list(dict.fromkeys(path for leaves in leaves_of for path in leaves))
+    differing = [path for path in paths if len({repr(leaves.get(path)) for leaves in leaves_of}) > 1]
+
+    def text(value: Any) -> str:
+        leaves = _leaves(value) if isinstance(value, Mapping) else {}
+        parts = (f"{path[-1]} {axis_text(path[-1], leaves[path])}" for path in differing if path in leaves)
+        return ", ".join(parts) or axis_text(name, value)
+
+    return text
+
+
+def _leaves(value: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:
+    """The values inside nested mappings, by their paths."""
+    leaves: dict[tuple[str, ...], Any] = {}
+    for key, inner in value.items():
+        inner_path = (*path, str(key))
+        leaves |= _leaves(inner, inner_path) if isinstance(inner, Mapping) else {inner_path: inner}
+    return leaves
