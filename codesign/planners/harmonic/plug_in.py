@@ -1,4 +1,4 @@
-"""Everything that this room registers."""
+"""The plug-in of this room."""
 
 from __future__ import annotations
 

@@ -25,18 +25,18 @@ MET = 0.2
 
 def law_findings(rows: Sequence[Row]) -> tuple[Finding, ...]:
     """How the laws fare on rows that they were not fitted to, those that rest on an assumption among them."""
-    held_out = [one for one in rows if one.use is Use.HELD_OUT and one.error is not None]
-    assumed = [one for one in held_out if one.status is Status.ASSUMED]
-    known = [one for one in held_out if one.status is not Status.ASSUMED]
-    worst = max(map(_miss, known))
+    held_out = [row for row in rows if row.use is Use.HELD_OUT and row.error is not None]
+    assumed = [row for row in held_out if row.status is Status.ASSUMED]
+    unassumed = [row for row in held_out if row.status is not Status.ASSUMED]
+    worst = max(map(_miss, unassumed))
     figures = {
-        "fitted rows": str(sum(one.use is Use.FITTED for one in rows)),
+        "fitted rows": str(sum(row.use is Use.FITTED for row in rows)),
         "other rows": str(len(held_out)),
         "rows that rest on an assumption": str(len(assumed)),
-        **{one.quantity: f"{one.error:+.0%}" for one in assumed},
-        "rows that need none": str(len(known)),
-        "of these exact": str(sum(one.error == 0 for one in known)),
-        "worst of Table 2": f"{max(_miss(one) for one in known if one.table == 'Table 2'):.1%}",
+        **{row.quantity: f"{row.error:+.0%}" for row in assumed},
+        "rows that need none": str(len(unassumed)),
+        "of these exact": str(sum(row.error == 0 for row in unassumed)),
+        "worst of Table 2": f"{max(_miss(row) for row in unassumed if row.table == 'Table 2'):.1%}",
         "worst of these": f"{worst:.0%}",
     }
     clock = {"residual": f"{timing.clock_fit().residual:.3f} ns", "miss": f"{timing.clock_miss():+.0%}"}
@@ -46,8 +46,8 @@ def law_findings(rows: Sequence[Row]) -> tuple[Finding, ...]:
     )
 
 
-def _miss(one: Row) -> float:
-    return abs(one.error or 0.0)
+def _miss(row: Row) -> float:
+    return abs(row.error or 0.0)
 
 
 def figure_findings(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Finding, ...]:

@@ -27,11 +27,11 @@ def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduct
     from codesign.planners.harmonic.paper.findings import figure_findings, law_findings
     from codesign.planners.harmonic.paper.speed import measurements, speed_findings, speed_rows
     from codesign.planners.harmonic.paper.tables import table_rows
-    from codesign.planners.harmonic.paper.theory import counted, theory_findings, theory_rows
+    from codesign.planners.harmonic.paper.theory import count_maps, theory_findings, theory_rows
 
     speed = measurements(quick, progress)
     laws = (*table_rows(), *speed_rows(speed))
-    estimates = counted(quick, progress)
+    estimates = count_maps(quick, progress)
     seeds = LABYRINTH_SEEDS[:1] if quick else LABYRINTH_SEEDS
     sides = (1, 2, 4) if quick else BLOCKS_A_SIDE
     figures = (

@@ -69,7 +69,7 @@ def circuit_seconds(result: HarmonicPlan) -> float:
 
 def measurements(quick: bool, progress: Progress | None) -> tuple[Measurement, ...]:
     """All mazes; in ``quick`` one of them."""
-    found: list[Measurement] = []
+    runs: list[Measurement] = []
     for corridor in CORRIDORS[2:3] if quick else CORRIDORS:
         if progress is not None:
             progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
@@ -77,8 +77,8 @@ def measurements(quick: bool, progress: Progress | None) -> tuple[Measurement, .
             for loops in LOOPS[:1] if quick else LOOPS:
                 grid = maps.maze(ROWS, COLUMNS, corridor=corridor, wall=2, seed=seed, loops=loops)
                 for goal in ((0, 0),) if quick else ((0, 0), (ROWS // 2, COLUMNS // 2)):
-                    found += _measure(grid, goal, corridor, STEPS[1:2] if quick else STEPS)
-    return tuple(found)
+                    runs += _measure(grid, goal, corridor, STEPS[1:2] if quick else STEPS)
+    return tuple(runs)
 
 
 def _measure(
@@ -120,12 +120,12 @@ def _measure(
             )
 
 
-def speed_rows(found: tuple[Measurement, ...]) -> tuple[Row, ...]:
+def speed_rows(runs: tuple[Measurement, ...]) -> tuple[Row, ...]:
     """The speed-ups of section 5.4 and the gain of section 4.5.2."""
-    flat = [one.speed_up for one in found]
+    flat = [run.speed_up for run in runs]
     words = limbs(PRECISION)
-    gains = [one.gain for one in found]
-    source = f"{len(found)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(found)} cells"
+    gains = [run.gain for run in runs]
+    source = f"{len(runs)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(runs)} cells"
     own = partial(row, status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
     return (
         own(
@@ -166,21 +166,21 @@ def speed_rows(found: tuple[Measurement, ...]) -> tuple[Row, ...]:
     )
 
 
-def corridors(found: tuple[Measurement, ...]) -> str:
+def corridors(runs: tuple[Measurement, ...]) -> str:
     """The corridor widths that were run, as a list in words."""
-    return ", ".join(str(width) for width in sorted({one.corridor for one in found}))
+    return ", ".join(str(width) for width in sorted({run.corridor for run in runs}))
 
 
-def speed_findings(found: tuple[Measurement, ...]) -> tuple[Finding, ...]:
+def speed_findings(runs: tuple[Measurement, ...]) -> tuple[Finding, ...]:
     """What the speed-ups come to."""
-    flat = [one.speed_up for one in found]
+    flat = [run.speed_up for run in runs]
     words = limbs(PRECISION)
     low, high = words * min(flat), words * max(flat)
-    ratios = [one.iteration_ratio for one in found]
-    gains = [one.gain for one in found]
+    ratios = [run.iteration_ratio for run in runs]
+    gains = [run.gain for run in runs]
     by_step = {
-        f"mean with steps of {step} bits": f"{fmean(one.speed_up for one in found if one.step == step):.0f}"
-        for step in sorted({one.step for one in found})
+        f"mean with steps of {step} bits": f"{fmean(run.speed_up for run in runs if run.step == step):.0f}"
+        for step in sorted({run.step for run in runs})
     }
     return (
         Finding(

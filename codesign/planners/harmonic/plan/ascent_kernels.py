@@ -25,9 +25,9 @@ FIRST_POINTS = 256
 def _greater(limbs: Any, row: int, column: int, other_row: int, other_column: int) -> Any:
     # Most significant limb first, as the circuit compares: most significant bit first (section 3.2.1).
     for k in range(limbs.shape[2] - 1, -1, -1):
-        one, other = limbs[row, column, k], limbs[other_row, other_column, k]
-        if one != other:
-            return one > other
+        here, there = limbs[row, column, k], limbs[other_row, other_column, k]
+        if here != there:
+            return here > there
     return False
 
 
@@ -74,17 +74,17 @@ def _difference(limbs: Any, row: int, column: int, side: int, out: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def _exceeds(one: Any, other: Any) -> Any:
-    for k in range(one.size - 1, -1, -1):
-        if one[k] != other[k]:
-            return one[k] > other[k]
+def _exceeds(first: Any, second: Any) -> Any:
+    for k in range(first.size - 1, -1, -1):
+        if first[k] != second[k]:
+            return first[k] > second[k]
     return False
 
 
 @njit(cache=True, nogil=True)
-def _top_limb(one: Any, other: Any) -> Any:
-    for k in range(one.size - 1, 0, -1):
-        if one[k] | other[k]:
+def _top_limb(first: Any, second: Any) -> Any:
+    for k in range(first.size - 1, 0, -1):
+        if first[k] | second[k]:
             return k
     return 0
 

@@ -89,7 +89,7 @@ class Engine:
         # ``counts`` has room for ``VISITS_PER_BATCH`` visits, so a stage is a few calls of the kernel; between two of
         # them the user may interrupt, and memory may grow.
         while status != kernels.CONVERGED:
-            status, made = kernels.advance(
+            status, written = kernels.advance(
                 self._layout,
                 addresses(self._state),
                 control,
@@ -107,11 +107,11 @@ class Engine:
                 )
             if status == kernels.GROW:
                 self._grow()
-            if made:
-                block = ((visits + np.arange(made)) % blocks).astype(np.int32)
-                yield VisitBatch(stage_index, precision, block, counts[:made].copy())
-                visits += made
-                iterations += int(counts[:made].sum(dtype=np.int64))
+            if written:
+                block = ((visits + np.arange(written)) % blocks).astype(np.int32)
+                yield VisitBatch(stage_index, precision, block, counts[:written].copy())
+                visits += written
+                iterations += int(counts[:written].sum(dtype=np.int64))
             if status == kernels.CYCLE:
                 fault = f"at {precision} bits the values come back to where they were and never settle"
                 break

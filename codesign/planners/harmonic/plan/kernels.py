@@ -143,27 +143,27 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
     # block_cvg is that the *last* iteration changed nothing. A block that changed and then settled counts as converged
     # there, although its neighbours have not seen its values: ``published``. The sound test asks that no iteration of
     # the sweep changed a bit.
-    made = 0
-    while made < len(counts) and budget > 0:
+    written = 0
+    while written < len(counts) and budget > 0:
         block = control[POSITION]
         # Position counts blocks along the rows of the map; transposed, these are the columns of the layout.
         if layout.transposed:
             block = block % layout.down * layout.across + block // layout.down
         # A settled block still takes the one iteration in which the circuit sees that nothing changes.
         if get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
-            counts[made] = 1
+            counts[written] = 1
         else:
             if not _has_room(layout, state, block, iterations):
-                return GROW, made
+                return GROW, written
             done, budget = visit_block(
                 layout, state, block, control[DONE_ITERATIONS], iterations, budget, signed
             )
             finished = done == iterations
             if get(state.active, block) > 0 and not finished:
                 control[DONE_ITERATIONS] = done
-                return RUNNING, made
+                return RUNNING, written
             # A settled block takes one more iteration, which changes nothing.
-            counts[made] = done + (not finished)
+            counts[written] = done + (not finished)
             # Only now do the neighbours see the block's values: they were fixed during the visit.
             add_visit(layout, state, block, signed)
             push_all(layout, state, block, signed)
@@ -172,15 +172,15 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
             control[DONE_ITERATIONS] = 0
             if finished or not published:
                 control[UNSETTLED] = 1
-        made += 1
+        written += 1
         budget -= 1
         control[POSITION] += 1
         if control[POSITION] == layout.down * layout.across:
             control[POSITION] = 0
             control[SWEEPS] += 1
             if control[UNSETTLED] == 0:
-                return CONVERGED, made
+                return CONVERGED, written
             control[UNSETTLED] = 0
             if signed and _repeats(layout, state, control):
-                return CYCLE, made
-    return RUNNING, made
+                return CYCLE, written
+    return RUNNING, written

@@ -39,7 +39,7 @@ def _add_seven(n, s, e, w, a, b, c):
 @njit(nogil=True)
 def _around(layout, ring, at):
     """North, south, east and west of eight words of a plane."""
-    one, last = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
+    one_bit, other_bits = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
     # A word holds 64 columns of one row, bit b for column b; the next row is the next word:
     #
     #    at - stride          at             at + stride
@@ -50,10 +50,10 @@ def _around(layout, ring, at):
     # With one word column the zeros that a shift brings in are right: outside of the block every step is 0
     # (``layout``).
     centre = load(ring, at)
-    west, east = centre << one, centre >> one
+    west, east = centre << one_bit, centre >> one_bit
     if layout.columns > 1:
-        west |= load(ring, at - layout.stride) >> last
-        east |= load(ring, at + layout.stride) << last
+        west |= load(ring, at - layout.stride) >> other_bits
+        east |= load(ring, at + layout.stride) << other_bits
     return load(ring, at - 1), load(ring, at + 1), east, west
 
 

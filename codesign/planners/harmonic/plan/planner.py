@@ -79,14 +79,14 @@ class Harmonic(Planner):
         problem, parameters = job.problem, job.parameters
         height, width = parameters.block_shape(*problem.shape)
         if parameters.blocks is not None:
-            made = -(-problem.rows // height), -(-problem.columns // width)
-            if made != parameters.blocks:
-                asked = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
+            parted = -(-problem.rows // height), -(-problem.columns // width)
+            if parted != parameters.blocks:
+                wanted = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
                 size = f"{problem.rows} × {problem.columns}"
-                what = (
-                    f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
+                sentence = (
+                    f"{wanted} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 )
-                return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
+                return "blocks", f"{sentence}nodes make {parted[0]} × {parted[1]}, or {parted[0] * parted[1]}"
         count = parameters.block_count(*problem.shape)
         if count > MAX_BLOCKS:
             key = "block" if parameters.block is not None else "blocks"
@@ -171,15 +171,15 @@ class Harmonic(Planner):
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
             for index, stage in enumerate(plan.stages)
         ]
-        found: dict[str, Any] = {"stages": stages, "precision": plan.precision}
-        return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
+        figures: dict[str, Any] = {"stages": stages, "precision": plan.precision}
+        return figures | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
     def trajectory(
         self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The path of a robot that follows the decision module from ``start``."""
-        way = _ascent(problem, plan).follow(start)
-        return way.points, way.arrived
+        path = _ascent(problem, plan).follow(start)
+        return path.points, path.arrived
 
     def start_of(self, plan: HarmonicPlan) -> Field:
         """The field."""
@@ -191,18 +191,18 @@ class Harmonic(Planner):
         """The path of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
             return np.array([start], np.float64), False
-        way = _ascent(problem, plan).follow(start)
-        return way.points, way.arrived
+        path = _ascent(problem, plan).follow(start)
+        return path.points, path.arrived
 
 
 def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     """The plan's field made ready for following, once for all positions."""
     from codesign.planners.harmonic.plan.trajectory import Ascent
 
-    kept = _ascents.get(plan)
-    if kept is None or kept[0] != problem.digest:
-        kept = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
-    return kept[1]
+    entry = _ascents.get(plan)
+    if entry is None or entry[0] != problem.digest:
+        entry = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    return entry[1]
 
 
 PLANNER = Harmonic()

@@ -37,8 +37,8 @@ def quality(
 
     ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
     cells = reachable(problem.free, problem.goals) & ~ascent.goal
-    found = ((start, ascent.follow(start)) for start in problem.starts)
-    paths = ((start, way.points if way.arrived else None) for start, way in found)
+    trajectories = ((start, ascent.follow(start)) for start in problem.starts)
+    paths = ((start, trajectory.points if trajectory.arrived else None) for start, trajectory in trajectories)
     return Quality(
         local_maxima=int((cells & (ascent.best < 0)).sum()),
         wrong_cells=wrong_cells(problem, field, from_below=from_below),

@@ -189,7 +189,7 @@ def push_all(layout, state, block, signed):
     #                  . . row 0  . .
     #                  block + across
     row, column = block // layout.across, block % layout.across
-    none, one = spread(np.uint64(0)), spread(np.uint64(1))
+    no_bits, lowest_bit = spread(np.uint64(0)), spread(np.uint64(1))
     shift = spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
     first, last = layout.first, layout.end - layout.stride + LANES
     bottom = layout.block_rows - 1
@@ -198,21 +198,21 @@ def push_all(layout, state, block, signed):
     # blocks but the last of a row are whole, so that column exists.
     if column > 0:
         vectors = layout.rows // LANES
-        _push(layout, state, block - 1, first, last, vectors, none, shift, one << shift, signed)
+        _push(layout, state, block - 1, first, last, vectors, no_bits, shift, lowest_bit << shift, signed)
     # East: the last column to column 0.
     if column < layout.across - 1:
         vectors = layout.rows // LANES
-        _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
+        _push(layout, state, block + 1, last, first, vectors, shift, no_bits, lowest_bit, signed)
     for top in range(first, last + 1, layout.stride):
         # North: row 0 to row ``bottom``, which is in lane ``lane`` of its group. The source begins ``lane`` words
         # before row 0, so that row 0 comes into the same lane; the words before it are not selected.
         if row > 0:
             above, lowest = block - layout.across, top - lane
-            _push(layout, state, above, lowest, lowest + bottom, 1, none, none, one_lane(lane), signed)
+            _push(layout, state, above, lowest, lowest + bottom, 1, no_bits, no_bits, one_lane(lane), signed)
         # South: row ``bottom`` to row 0, which is in lane 0 of its group. The source begins at ``bottom``.
         if row < layout.down - 1:
             below = block + layout.across
-            _push(layout, state, below, top + bottom, top, 1, none, none, one_lane(0), signed)
+            _push(layout, state, below, top + bottom, top, 1, no_bits, no_bits, one_lane(0), signed)
 
 
 @njit(nogil=True)
@@ -262,21 +262,21 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
     _enter(layout, state, block, signed)
     current = 0
     while width > 0 and done < iterations and budget > 0:
-        before, made = current, 0
+        before, turns = current, 0
         uniform = width if signed else 0
-        while made < SLOTS and width > 0 and done < iterations:
+        while turns < SLOTS and width > 0 and done < iterations:
             following = (current + 1) % (SLOTS + 1)
             width = iterate(layout, state, block, current, following, uniform, signed)
             current = following
-            made += 1
+            turns += 1
             done += 1
         # A turn cut short adds zeros in place of the steps that it did not make.
         nothing = SLOTS + 1
-        s1 = (before + 1) % (SLOTS + 1) if made > 1 else nothing
-        s2 = (before + 2) % (SLOTS + 1) if made > 2 else nothing
-        s3 = (before + 3) % (SLOTS + 1) if made > 3 else nothing
+        s1 = (before + 1) % (SLOTS + 1) if turns > 1 else nothing
+        s2 = (before + 2) % (SLOTS + 1) if turns > 2 else nothing
+        s3 = (before + 3) % (SLOTS + 1) if turns > 3 else nothing
         _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
-        budget -= made * layout.columns * layout.rows
+        budget -= turns * layout.columns * layout.rows
     _leave(layout, state, block, current)
     put(state.active, block, width)
     if signed:

@@ -55,7 +55,7 @@ def resource_levers(
         return {}
     shared = _block_lever(map_shape, block, precision, part, depth, decision)
     without = totals(*block, precision, False)
-    found: dict[str, tuple[Lever, ...]] = {}
+    by_kind: dict[str, tuple[Lever, ...]] = {}
     for kind in short:
         levers = [shared]
         if kind == "slices" and decision:
@@ -72,8 +72,8 @@ def resource_levers(
             spared = f"{need[kind] - without[kind]:,} {label(kind)} of the decision module are spared"
             levers.append(Lever("decide.component", f"another component: {spared}"))
         levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
-        found[kind] = tuple(levers)
-    return found
+        by_kind[kind] = tuple(levers)
+    return by_kind
 
 
 def word_depth_bound(

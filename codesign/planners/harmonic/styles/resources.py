@@ -118,7 +118,7 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     }
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
-    found = [
+    lines = [
         Line.item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
         Line.item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
         Line.item(
@@ -153,8 +153,8 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     ]
     bound = "upper bound: two a slice; published in slices only"
     for kind in ("lut4", "flip_flops"):
-        found += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
-    return tuple(item for item in found if decision or item.name != "decision")
+        lines += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
+    return tuple(item for item in lines if decision or item.name != "decision")
 
 
 def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:

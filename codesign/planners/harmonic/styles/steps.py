@@ -132,20 +132,20 @@ def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tu
     """
     if start is None:
         return precisions
-    found = tuple(precision for precision in precisions if precision >= start.precision)
-    if not found:
+    remaining = tuple(precision for precision in precisions if precision >= start.precision)
+    if not remaining:
         raise InputError(
             f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}",
             "start",
             "give one that is no finer than the last stage",
         )
-    return found
+    return remaining
 
 
-_Told = Generator[Step, None, tuple[list[Stage], Field, str]]
+_StageSteps = Generator[Step, None, tuple[list[Stage], Field, str]]
 
 
-def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
+def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
@@ -160,7 +160,7 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
             field, fault = item.field, item.fault
             if costs.stage_end:
                 yield replace(one_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
-            yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
+            yield Step(RELAX, np.zeros(0, np.int64), _stage_record(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
 
@@ -183,10 +183,10 @@ def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int
 
 def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
     cycles = costs.iterations(batch.precision, batch.block, batch.iterations.astype(np.int64)) + costs.visit
-    return Step(RELAX, cycles, _visits_story(batch, clock), costs.ram_addresses)
+    return Step(RELAX, cycles, _visits_record(batch, clock), costs.ram_addresses)
 
 
-def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
+def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
     height, width = parameters.block_shape(*problem.shape)
@@ -243,8 +243,8 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
     )
 
 
-def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
-    def tell(begin: int, end: int, source: str) -> VisitsRecord:
+def _visits_record(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
+    def record(begin: int, end: int, source: str) -> VisitsRecord:
         if clock.begin is None:
             clock.begin = begin
         return VisitsRecord(
@@ -257,11 +257,11 @@ def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, 
             iterations=batch.iterations,
         )
 
-    return tell
+    return record
 
 
-def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
-    def tell(begin: int, end: int, source: str) -> StageRecord:
+def _stage_record(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
+    def record(begin: int, end: int, source: str) -> StageRecord:
         stage_begin, clock.begin = clock.begin, None
         return StageRecord(
             time=end,
@@ -277,4 +277,4 @@ def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str]
             potential=item.field.to_float(),
         )
 
-    return tell
+    return record
