@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from codesign.planners.interface import Planner
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 from codesign.planners.styles import Architecture, TaskStyle
 
 GROUP = "codesign.planners"
@@ -46,7 +46,7 @@ def _timed(run: Callable[[], object]) -> float:
 class Reproduce(Protocol):
     """Compares the model with the paper of the planner."""
 
-    def __call__(self, quick: bool = False, progress: Progress | None = None) -> Reproduction:
+    def __call__(self, quick: bool = False, progress: Progress = silent) -> Reproduction:
         """Every row of the paper that the model can be compared with.
 
         ``quick``: fewer and smaller maps, seconds instead of minutes. ``progress`` is called with a line of text for

@@ -17,6 +17,10 @@ Progress = Callable[[str], None]
 """Called with a line that names the next part of the work."""
 
 
+def silent(_line: str) -> None:
+    """A ``Progress`` that shows nothing."""
+
+
 class Use(StrEnum):
     """The use of a figure of a paper before the model was compared with it."""
 

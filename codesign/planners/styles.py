@@ -7,7 +7,7 @@ way.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
@@ -80,7 +80,51 @@ class Demand:
 
     def total(self, resource: str) -> int:
         """The sum over the items of one resource."""
-        return sum(item.amount for item in self.items if item.resource == resource)
+        return sum_by_resource(self.items).get(resource, 0)
+
+
+def sum_by_resource(items: Iterable[Line]) -> dict[str, int]:
+    """The demand of ``items`` by resource."""
+    sums: dict[str, int] = {}
+    for item in items:
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
+
+
+def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:
+    """The demand for each resource of ``part`` that ``items`` exceed."""
+    return {
+        kind: need
+        for kind, need in sum_by_resource(items).items()
+        if kind in part.resources and need > part.resources[kind].value
+    }
+
+
+def slice_power(
+    demand: Demand,
+    clock: int,
+    part: Part,
+    status: Status = Status.CALIBRATED,
+    remark: str = "",
+    least_activity: float = 1.0,
+) -> tuple[Figure, Figure]:
+    """Static power of ``part``, and slices × ``clock`` (Hz) × the part's power a slice and Hz, W.
+
+    Block RAMs and the clock tree are in the figure for a slice of a typical design; pins are not counted.
+    ``least_activity``: the low end of the dynamic power over that of a typical design. ``remark`` ends the source.
+    """
+    scale = demand.total("slices") * clock
+    rate = part.dynamic_power
+    low, high = rate.interval
+    dynamic = Figure(
+        value=rate.value * scale,
+        unit="W",
+        status=weakest(status, rate.status),
+        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source}){remark}",
+        low=low * scale * least_activity,
+        high=high * scale,
+    )
+    return part.static_power, dynamic
 
 
 @dataclass(frozen=True)

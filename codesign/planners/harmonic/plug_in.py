@@ -6,10 +6,10 @@ from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
 from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 
 
-def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def _reproduce(quick: bool = False, progress: Progress = silent) -> Reproduction:
     from codesign.planners.harmonic.paper.reproduce import harmonic
 
     return harmonic(quick, progress)

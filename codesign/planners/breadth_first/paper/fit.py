@@ -24,7 +24,7 @@ from codesign.planners.breadth_first.paper.maps import FILLS, PLACES, Family, Sa
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
 from codesign.planners.breadth_first.published import HardwareRun
 from codesign.planners.breadth_first.styles import timing
-from codesign.planners.reproduction import Progress
+from codesign.planners.reproduction import Progress, silent
 
 FIT_SIDES = (30, 50, 100)
 """Sides of the rows of Table 2 that decide the choice; 10 and 40 are held out."""
@@ -103,14 +103,14 @@ def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
             )
 
 
-def fit(quick: bool = False, progress: Progress | None = None) -> Fit:
+def fit(quick: bool = False, progress: Progress = silent) -> Fit:
     """The candidate with the least mean relative error on the rows of ``FIT_SIDES``."""
     count = QUICK_MAPS if quick else MAPS
     rows = [run for run in published.HARDWARE if run.side in FIT_SIDES]
     scored: list[tuple[float, Candidate]] = []
     fill = ""
     for candidate in candidates(QUICK_FILLS if quick else tuple(FILLS)):
-        if candidate.sparse.fill != fill and progress is not None:
+        if candidate.sparse.fill != fill:
             progress(f"maps that may explain Tables 2 and 3: {candidate.sparse.fill}")
         fill = candidate.sparse.fill
         row_errors = errors(candidate, rows, count)

@@ -11,12 +11,12 @@ from codesign.planners.breadth_first.paper.tables import (
     hardware_microseconds,
 )
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
-from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Row, Series, Use
+from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Row, Series, Use, silent
 
 QUICK = "A quick run: fewer maps and families than in the full one, whose choice may differ."
 
 
-def breadth_first(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def breadth_first(quick: bool = False, progress: Progress = silent) -> Reproduction:
     """Every row of the paper that the model can be compared with, a plot and findings.
 
     Args:

@@ -2,8 +2,8 @@
 
 An address is row and column side by side (100 × 100 cells: 7 + 7 bits, 16,384 words). There are three memories: the
 cells (2 bits: obstacle, visited), the directions (2 bits) and the queue (an address each). Own RTL needs 3 block RAMs
-for 30 × 30 cells and 18 for 100 × 100; this law gives the same. Logic grows with the address: 202 to 216 LUT at 10 bits and
-268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
+for 30 × 30 cells and 18 for 100 × 100; this law gives the same. Logic grows with the address: 202 to 216 LUT at 10
+bits and 268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
 """
 
 from __future__ import annotations

@@ -18,13 +18,13 @@ from codesign.planners.harmonic.styles import timing
 from codesign.planners.reproduction import Finding, Plot, Row, Use
 
 SOON = 0.2
-"""Share of a run within which Figure 6 must have come to its level to agree with "rapidly"."""
+"""The share of a run within which Figure 6 has to reach its level to agree with "rapidly"."""
 MET = 0.2
-"""A row is met where the model misses it by no more."""
+"""The largest error with which the model meets a row."""
 
 
 def law_findings(rows: Sequence[Row]) -> tuple[Finding, ...]:
-    """How the laws fare on rows that they were not fitted to, those that rest on an assumption among them."""
+    """The errors of the laws on rows that they were not fitted to. Some of these rest on an assumption."""
     held_out = [row for row in rows if row.use is Use.HELD_OUT and row.error is not None]
     assumed = [row for row in held_out if row.status is Status.ASSUMED]
     unassumed = [row for row in held_out if row.status is not Status.ASSUMED]
@@ -51,7 +51,7 @@ def _miss(row: Row) -> float:
 
 
 def figure_findings(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Finding, ...]:
-    """What agrees with the paper's words on Figures 3 to 6, and what does not."""
+    """The words of the paper on Figures 3 to 6, compared with the runs."""
     return (
         _bits_finding(bits),
         _iterations_finding(iterations),
@@ -101,7 +101,7 @@ def _blocks_findings(still: StillBlocks) -> tuple[Finding, ...]:
 
 
 def share_findings(plot: Plot) -> tuple[Finding, ...]:
-    """What the paper says of Figure 6, claim by claim."""
+    """The claims of the paper on Figure 6, one by one."""
     levels = [plateau(series) for series in plot.series]
     begins, ends = [begin for begin, _ in levels], [end for _, end in levels]
     means = [fmean(series.y) for series in plot.series]

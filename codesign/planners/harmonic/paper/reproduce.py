@@ -1,18 +1,18 @@
-"""Girau, Boumaza, Scherrer and Torres-Huitzil (2008), held against the model."""
+"""The reproduction of Girau, Boumaza, Scherrer and Torres-Huitzil (2008)."""
 
 from __future__ import annotations
 
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 
 QUICK = "A quick run: fewer and smaller maps than those of the full one, whose figures may differ."
 
 
-def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduction:
-    """Every row of the paper that the model can be held against, with plots and findings.
+def harmonic(quick: bool = False, progress: Progress = silent) -> Reproduction:
+    """Every row of the paper that the model can be compared with, with plots and findings.
 
     Args:
-        quick: fewer and smaller maps for what is simulated: seconds instead of a minute or two.
-        progress: told in a line what is being computed.
+        quick: fewer and smaller maps: seconds instead of a minute or two.
+        progress: called with a line for each part of the work.
     """
     from codesign.planners.harmonic.paper.figures import (
         BLOCKS_A_SIDE,

@@ -1,10 +1,12 @@
 """Speed of Girau et al. (2008), section 5.4: a maze of 9,500 nodes in 4 blocks, p = 255, I = 6, on own mazes.
 
-The paper's maze is not published, nor is the cost of its software at 255 bits, nor its steps of precision.
-So this runs mazes of several corridor widths, two goals, two steps and both terminations, and gives the
-mean and the range. Software: one synchronous relaxation at full precision, stopped when no bit changes, at
-100 µs for 2,376 nodes and iteration, whatever the precision (flat) or for each 64-bit limb. Circuit: the
-visits of the run at 150 MHz, changes of block included.
+The paper publishes neither its maze, nor the cost of its software at 255 bits, nor its steps of precision. So this
+module runs mazes of several corridor widths, with two goals, three steps and both terminations, and reports the mean
+and the range.
+
+- Software: one synchronous relaxation at full precision, stopped when no bit changes. An iteration of 2,376 nodes takes
+  100 µs, at any precision (flat) or for each 64-bit limb.
+- Circuit: the visits of the run at 150 MHz, changes of block included.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ WHOLE_MAP_ITERATIONS = 1 << 20
 CORRIDORS = (2, 3, 4, 6, 8)
 SEEDS = (1, 2)
 LOOPS = (0.0, 0.3)
-"""Share of the walls of a perfect maze that are opened: a "not too complex" maze may have several ways."""
+"""The share of opened walls of a perfect maze: a "not too complex" maze may have several paths."""
 STEPS = (8, 16, 32)
 TERMINATIONS = ("sound", "published")
 
@@ -67,12 +69,11 @@ def circuit_seconds(result: HarmonicPlan) -> float:
     return (result.total_cycles + waits) / published.ESTIMATED_CLOCK
 
 
-def measurements(quick: bool, progress: Progress | None) -> tuple[Measurement, ...]:
-    """All mazes; in ``quick`` one of them."""
+def measurements(quick: bool, progress: Progress) -> tuple[Measurement, ...]:
+    """The measurements of all mazes; ``quick``: of one maze."""
     runs: list[Measurement] = []
     for corridor in CORRIDORS[2:3] if quick else CORRIDORS:
-        if progress is not None:
-            progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
+        progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
         for seed in SEEDS[:1] if quick else SEEDS:
             for loops in LOOPS[:1] if quick else LOOPS:
                 grid = maps.maze(ROWS, COLUMNS, corridor=corridor, wall=2, seed=seed, loops=loops)
@@ -86,15 +87,14 @@ def _measure(
 ) -> Iterator[Measurement]:
     goal = maps.nearest_free(grid.free, wanted)
     assert goal is not None, "a maze has free cells"
-    at_once = relax(
+    synchronous = relax(
         grid.free,
         [goal],
         block=(ROWS, COLUMNS),
         iterations=WHOLE_MAP_ITERATIONS,
         schedule=[PRECISION],
         record_visits=False,
-    )
-    synchronous = at_once.total_iterations
+    ).total_iterations
     software = software_seconds(synchronous, ROWS * COLUMNS)
     full = synchronous * BLOCKS * timing.iteration_cycles(PRECISION) / published.ESTIMATED_CLOCK
     for step in steps:
@@ -126,53 +126,47 @@ def speed_rows(runs: tuple[Measurement, ...]) -> tuple[Row, ...]:
     words = limbs(PRECISION)
     gains = [run.gain for run in runs]
     source = f"{len(runs)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(runs)} cells"
-    own = partial(row, status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
+    text = partial(row, "Section 5.4", status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
     return (
-        own(
-            "Section 5.4",
+        text(
             "speed-up, 9,500-node maze, flat software",
             270,
             fmean(flat),
             note=f"mean; {min(flat):.0f} to {max(flat):.0f}",
         ),
-        own(
-            "Section 5.4",
+        text(
             "speed-up, 9,500-node maze, software a limb",
             270,
             words * fmean(flat),
             note=f"mean; {words * min(flat):.0f} to {words * max(flat):.0f}; {words} limbs",
         ),
-        own(
-            "Section 5.4",
-            'final speed-up, "up to 400x", flat software',
-            400,
-            max(flat),
-            note="the largest of the runs",
-        ),
-        own(
-            "Section 5.4",
+        text('final speed-up, "up to 400x", flat software', 400, max(flat), note="the largest of the runs"),
+        text(
             'final speed-up, "up to 400x", software a limb',
             400,
             words * max(flat),
             note="the largest of the runs",
         ),
-        own(
+        row(
             "Section 4.5.2",
             "gain of blocks and rising precision",
             "2 to 4",
             fmean(gains),
+            status=Status.ASSUMED,
+            source=source,
+            use=Use.HELD_OUT,
             note=f"mean; {min(gains):.1f} to {max(gains):.1f}",
         ),
     )
 
 
 def corridors(runs: tuple[Measurement, ...]) -> str:
-    """The corridor widths that were run, as a list in words."""
+    """The corridor widths of the runs, as a list in words."""
     return ", ".join(str(width) for width in sorted({run.corridor for run in runs}))
 
 
 def speed_findings(runs: tuple[Measurement, ...]) -> tuple[Finding, ...]:
-    """What the speed-ups come to."""
+    """Findings on the speed-ups."""
     flat = [run.speed_up for run in runs]
     words = limbs(PRECISION)
     low, high = words * min(flat), words * max(flat)

@@ -67,14 +67,13 @@ class Counts:
         return theory.noise_gain(self.rows + 1, self.columns + 1)
 
 
-def count_maps(quick: bool, progress: Progress | None) -> tuple[Counts, ...]:
+def count_maps(quick: bool, progress: Progress) -> tuple[Counts, ...]:
     """The room and the labyrinth; ``quick``: a smaller room."""
     side = QUICK_SIDE if quick else SIDE
     places = (Environment("room", maps.empty(side, side).free, (0, 0)), labyrinth(1))
     counts = []
     for place in places:
-        if progress is not None:
-            progress(f"section 4: estimates for the {place.name}")
+        progress(f"section 4: estimates for the {place.name}")
         counts.append(_count(place))
     return tuple(counts)
 

@@ -48,7 +48,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "486716fc76cae006"
+CALLED_DIGEST = "1ed1cc52ec46a30f"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)

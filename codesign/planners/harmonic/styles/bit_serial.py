@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from codesign.figures import Figure, Status, weakest
+from codesign.figures import Figure
 from codesign.part import Part
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -14,7 +14,7 @@ from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_n
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Memory, Step
+from codesign.planners.styles import Architecture, Demand, Memory, Step, slice_power
 
 
 class BitSerial(Architecture):
@@ -94,24 +94,5 @@ class BitSerial(Architecture):
         return one_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and slices × clock × the part's power a slice and Hz, W.
-
-        Block RAMs and clock tree are in the figure for a slice of a typical design; pins are not counted.
-        """
+        """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
-
-
-def slice_power(demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-    """Static and dynamic power of a design of ``demand`` at ``clock`` Hz, W; see ``BitSerial.power``."""
-    scale = demand.total("slices") * clock
-    rate = part.dynamic_power
-    low, high = rate.interval
-    dynamic = Figure(
-        value=rate.value * scale,
-        unit="W",
-        status=weakest(Status.CALIBRATED, rate.status),
-        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source})",
-        low=low * scale,
-        high=high * scale,
-    )
-    return part.static_power, dynamic

@@ -7,11 +7,12 @@ from codesign.part import Part
 from codesign.planners.harmonic.styles.resources import (
     RAM_WIDTH,
     decision_slices,
+    items,
     largest_precision,
     totals,
     words,
 )
-from codesign.planners.styles import Lever, Line
+from codesign.planners.styles import Lever, Line, short_resources
 
 Shape = tuple[int, int]
 
@@ -23,10 +24,7 @@ def block_count(map_shape: Shape, block: Shape) -> int:
 
 def fits(block: Shape, precision: int, part: Part, decision: bool = True) -> bool:
     """Whether every resource of the part holds such a block, with or without the decision module."""
-    return all(
-        kind not in part.resources or need <= part.resources[kind].value
-        for kind, need in totals(*block, precision, decision).items()
-    )
+    return not short_resources(items(*block, precision, decision), part)
 
 
 def largest_block(block: Shape, precision: int, part: Part, decision: bool = True) -> Shape | None:
@@ -50,13 +48,13 @@ def resource_levers(
 ) -> dict[str, tuple[Lever, ...]]:
     """For each resource that the part lacks: the block, the precision, another place for ``decide``, the part."""
     need = totals(*block, precision, decision)
-    short = [kind for kind, budget in part.resources.items() if need.get(kind, 0) > budget.value]
+    short = short_resources(items(*block, precision, decision), part)
     if not short:
         return {}
     shared = _block_lever(map_shape, block, precision, part, depth, decision)
     without = totals(*block, precision, False)
     by_kind: dict[str, tuple[Lever, ...]] = {}
-    for kind in short:
+    for kind in (kind for kind in part.resources if kind in short):
         levers = [shared]
         if kind == "slices" and decision:
             spare = part.resources[kind].value - (need[kind] - decision_slices(precision))

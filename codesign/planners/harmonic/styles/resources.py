@@ -17,7 +17,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.styles import Line
+from codesign.planners.styles import Line, sum_by_resource
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4
@@ -118,39 +118,30 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     }
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
-    lines = [
-        Line.item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
-        Line.item(
-            "borders",
-            "slices",
-            logic["borders"],
-            Status.CALIBRATED,
-            f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node",
-        ),
-        Line.item(
-            "border addresses", "slices", logic["border addresses"], Status.PUBLISHED, f"{text}: around 10"
-        ),
-        Line.item("control", "slices", logic["control"], Status.PUBLISHED, text),
-        Line.item("decision", "slices", logic["decision"], Status.PUBLISHED, f"{text}: 3p + 682"),
-        Line.item("nodes", "lut4", NODE_LUT4 * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "lut4", ARRAY_LUT4, Status.CALIBRATED, table_3),
-        Line.item(
+    border = f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node"
+    shown, calibrated = Status.PUBLISHED, Status.CALIBRATED
+    laws = (
+        ("nodes", "slices", NODE_SLICES * nodes, shown, table_1),
+        ("array control", "slices", ARRAY_SLICES, calibrated, table_3),
+        ("borders", "slices", logic["borders"], calibrated, border),
+        ("border addresses", "slices", logic["border addresses"], shown, f"{text}: around 10"),
+        ("control", "slices", logic["control"], shown, text),
+        ("decision", "slices", logic["decision"], shown, f"{text}: 3p + 682"),
+        ("nodes", "lut4", NODE_LUT4 * nodes, shown, table_1),
+        ("array control", "lut4", ARRAY_LUT4, calibrated, table_3),
+        (
             "OR trees",
             "lut4",
             2 * or_tree_lut4(nodes),
             Status.MEASURED,
             "our RTL, Yosys: (N - 1) / 3 LUT a tree",
         ),
-        Line.item("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "flip_flops", ARRAY_FLIP_FLOPS, Status.CALIBRATED, table_3),
-        Line.item(
-            "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
-        ),
-        Line.item(
-            "borders", "block_rams", border_rams(rows, columns), Status.PUBLISHED, f"{text}: 12 for 36×66"
-        ),
-    ]
+        ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
+        ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
+        ("clusters", "block_rams", cluster_count(rows, columns), shown, f"{text}: one a cluster"),
+        ("borders", "block_rams", border_rams(rows, columns), shown, f"{text}: 12 for 36×66"),
+    )
+    lines = [Line.item(*line) for line in laws]
     bound = "upper bound: two a slice; published in slices only"
     for kind in ("lut4", "flip_flops"):
         lines += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
@@ -159,10 +150,7 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
 
 def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:
     """The demand by resource, without its items; see ``items``."""
-    sums: dict[str, int] = {}
-    for item in items(rows, columns, precision, decision):
-        sums[item.resource] = sums.get(item.resource, 0) + item.amount
-    return sums
+    return sum_by_resource(items(rows, columns, precision, decision))
 
 
 def word_depth(part: Part) -> int:

@@ -21,12 +21,11 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles.bit_serial import slice_power
 from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Line, Step, TaskStyle
+from codesign.planners.styles import Demand, Line, Step, TaskStyle, slice_power
 
 Path = tuple[NDArray[np.float64], bool]
 
