@@ -20,8 +20,8 @@ from codesign import maps
 from codesign.figures import Status
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.styles import timing
-from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.reproduction import Finding, Progress, Row, Use, row
 
 ROWS, COLUMNS = 72, 132
@@ -123,7 +123,7 @@ def _measure(
 def speed_rows(runs: tuple[Measurement, ...]) -> tuple[Row, ...]:
     """The speed-ups of section 5.4 and the gain of section 4.5.2."""
     flat = [run.speed_up for run in runs]
-    words = limbs(PRECISION)
+    words = limbs_needed(PRECISION)
     gains = [run.gain for run in runs]
     source = f"{len(runs)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(runs)} cells"
     text = partial(row, "Section 5.4", status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
@@ -168,7 +168,7 @@ def corridors(runs: tuple[Measurement, ...]) -> str:
 def speed_findings(runs: tuple[Measurement, ...]) -> tuple[Finding, ...]:
     """Findings on the speed-ups."""
     flat = [run.speed_up for run in runs]
-    words = limbs(PRECISION)
+    words = limbs_needed(PRECISION)
     low, high = words * min(flat), words * max(flat)
     ratios = [run.iteration_ratio for run in runs]
     gains = [run.gain for run in runs]

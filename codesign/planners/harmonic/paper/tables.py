@@ -6,9 +6,9 @@ from functools import partial
 
 from codesign.figures import Status
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.published import Synthesis
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.reproduction import Row, Use, row
 
 _text_row = partial(row, "Section 5.4", status=Status.PUBLISHED, use=Use.HELD_OUT)
@@ -208,9 +208,9 @@ def _clock_rows() -> list[Row]:
         _text_row(
             "speed-up at 128 bits, 100 µs a 64-bit limb",
             100,
-            limbs(128) * software / hardware,
+            limbs_needed(128) * software / hardware,
             status=Status.ASSUMED,
-            source=f"the same, {limbs(128)} limbs of software",
+            source=f"the same, {limbs_needed(128)} limbs of software",
             note="so the paper's 100 µs cannot be for one limb of several",
         ),
     ]

@@ -1,8 +1,8 @@
-"""Section 3.2.2 and section 4 of Girau et al. (2008): the paper's estimates held against what runs count.
+"""Section 3.2.2 and section 4 of Girau et al. (2008): the estimates of the paper beside the counts of runs.
 
-The paper estimates bits and iterations by closed forms in the size of the map alone. Here they are evaluated for
-the rectangle around a map (N and M count intervals: sides plus one) and held against the same quantity counted on
-two maps: a room without obstacles, which the estimates are made for, and a labyrinth.
+The paper estimates bits and iterations by closed forms in the size of the map alone. Here they are evaluated for the
+rectangle around a map (N and M count intervals: sides plus one). The same quantities are counted on two maps: a room
+without obstacles, for which the estimates are made, and a labyrinth.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from codesign.planners.reproduction import Finding, Progress, Row, row
 
 CORRIDORS = (10, 100, 300)
 MARGIN = 1.0
-"""λ, which the paper leaves open: the error of the field may be twice its asymptote."""
+"""λ, which the paper leaves open. With 1 the error of the field may be twice its asymptote."""
 LAST = 255
 ADDED = 8
 ERROR = 2.0**-16
@@ -33,12 +33,12 @@ SIDE = 40
 QUICK_SIDE = 12
 STAGES = (2, 4, 8, 16)
 CANDIDATES = (4, 8, 12, *range(16, LAST, 16))
-"""Precisions that the best schedule may pass through before the last."""
+"""Precisions that the best schedule may have before the last."""
 
 
 @dataclass(frozen=True)
 class Counts:
-    """What is counted on one map of ``rows`` × ``columns`` cells, all of it computed as one block.
+    """The counts on one map of ``rows`` × ``columns`` cells, computed as one block.
 
     Attributes:
         gain: K = 1 / (1 − γ) with the largest eigenvalue γ of the map's own matrix (4.2).
@@ -68,7 +68,7 @@ class Counts:
 
 
 def count_maps(quick: bool, progress: Progress) -> tuple[Counts, ...]:
-    """The room and the labyrinth; ``quick``: a smaller room."""
+    """The counts of the room and the labyrinth; ``quick``: of a smaller room."""
     side = QUICK_SIDE if quick else SIDE
     places = (Environment("room", maps.empty(side, side).free, (0, 0)), labyrinth(1))
     counts = []
@@ -79,11 +79,11 @@ def count_maps(quick: bool, progress: Progress) -> tuple[Counts, ...]:
 
 
 def _count(place: Environment) -> Counts:
-    at_once = _synchronous(place, [LAST])
+    one_stage = _synchronous(place, [LAST])
     ratios = []
     for stages in STAGES:
         result = _synchronous(place, _equal_steps(stages))
-        ratios.append((stages, result.total_cycles / at_once.total_cycles))
+        ratios.append((stages, result.total_cycles / one_stage.total_cycles))
     best, cycles = _best_schedule(place)
     return Counts(
         name=place.name,
@@ -91,11 +91,11 @@ def _count(place: Environment) -> Counts:
         columns=place.free.shape[1],
         gain=1.0 / (1.0 - largest_eigenvalue(place.free, place.goal)),
         error_bits=_bits_for(place, ERROR),
-        first=at_once.total_iterations,
+        first=one_stage.total_iterations,
         later=_synchronous(place, [LAST - ADDED, LAST]).stages[1].iterations,
         ratios=tuple(ratios),
         best=best,
-        best_ratio=cycles / at_once.total_cycles,
+        best_ratio=cycles / one_stage.total_cycles,
     )
 
 
@@ -142,7 +142,7 @@ def _bits_for(place: Environment, error: float) -> int:
 
 
 def largest_eigenvalue(free: NDArray[np.bool_], goal: tuple[int, int]) -> float:
-    """γ of the map itself: by how much an iteration of the free cells shrinks an error in the end (4.2)."""
+    """γ of the map itself: the factor by which an iteration of the free cells finally shrinks an error (4.2)."""
     from scipy.sparse import coo_array
     from scipy.sparse.linalg import eigsh
 
@@ -160,7 +160,7 @@ def largest_eigenvalue(free: NDArray[np.bool_], goal: tuple[int, int]) -> float:
 
 
 def theory_rows(counts: Sequence[Counts]) -> tuple[Row, ...]:
-    """The paper's estimates as the published side, what was counted as the modelled one."""
+    """The estimates of the paper as published figures, and the counts as modelled ones."""
     rows = _corridor_rows()
     for place in counts:
         rows += [*_gain_rows(place), *_iteration_rows(place), *_time_rows(place)]
@@ -281,7 +281,7 @@ def equation_6(stages: int, gain: float) -> float:
 
 
 def theory_findings(counts: Sequence[Counts]) -> tuple[Finding, ...]:
-    """What the estimates are worth, from the data."""
+    """Findings on the estimates."""
     by_sides = [theory.first_iterations(LAST, place.estimated_gain, MARGIN) / place.first for place in counts]
     by_map = [theory.first_iterations(LAST, place.gain, MARGIN) / place.first for place in counts]
     later = [theory.next_iterations(ADDED, place.estimated_gain, MARGIN) for place in counts]

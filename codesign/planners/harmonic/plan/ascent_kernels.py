@@ -1,8 +1,8 @@
-"""Compiled walks over exact fields (imported on first use, so that importing the planner stays light).
+"""Compiled walks over exact fields. The module is imported on first use, so that importing the planner stays light.
 
-Fields are uint64 rows × columns × limbs, least significant limb first; outside of the map is 0. Values are
-compared and subtracted limb by limb, so every choice is exact at any precision: doubles would see neighbours
-that differ in the 200th bit as equal.
+Fields are uint64 rows × columns × limbs, least significant limb first; outside of the map is 0. Values are compared and
+subtracted limb by limb, so every choice is exact at any precision. Doubles would see neighbours that differ in the
+200th bit as equal.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
                     sign, side = other_sign, second
                 # Ascent goes towards a higher neighbour and away from a lower one.
                 directions[row, column, axis] = sign * (ROW_STEP[side] + COLUMN_STEP[side])
-            # Only the ratio of the two counts for a unit vector, so the limbs that both have as 0 are left out.
+            # Only the ratio of the two counts for a unit vector, so limbs that are 0 in both are left out.
             # Without that, values of hundreds of bits would leave the range of doubles.
             top = _top_limb(vertical, horizontal)
             down, along = _mantissa(vertical, top), _mantissa(horizontal, top)
@@ -150,7 +150,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
 
 @njit(cache=True, nogil=True)
 def _may_enter(limbs: Any, free: Any, row: int, column: int, r: int, c: int, guarded: bool) -> Any:
-    """Whether a step from one cell to another touches no obstacle (and rises, where guarded)."""
+    """Whether a step between two cells touches no obstacle (and rises, where guarded)."""
     # A diagonal step passes the corner between the two cells beside it:
     #
     #   from  .        both cells beside the step have to be free, or the trajectory
@@ -237,17 +237,6 @@ def arrivals(
     """Int8 n: the ending code of the trajectory from each start (float64 n × 2)."""
     endings = np.empty(starts.shape[0], np.int8)
     for index in range(starts.shape[0]):
-        _, ending, _ = follow(
-            limbs,
-            free,
-            goal,
-            directions,
-            best,
-            starts[index, 0],
-            starts[index, 1],
-            step,
-            most_steps,
-            guarded,
-        )
-        endings[index] = ending
+        y, x = starts[index, 0], starts[index, 1]
+        _, endings[index], _ = follow(limbs, free, goal, directions, best, y, x, step, most_steps, guarded)
     return endings

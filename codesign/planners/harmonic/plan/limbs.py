@@ -1,6 +1,6 @@
 # mypy: ignore-errors
 # The compiler of numba gives types to the kernels.
-"""Between wide values and bit planes: what is needed once a stage, cell by cell in 64-bit limbs.
+"""Conversions between wide values and bit planes, once a stage, cell by cell in 64-bit limbs.
 
 Wide values are uint64 arrays, rows × columns × limbs, least significant limb first. Bit planes and their layout are
 those of ``kernels``.

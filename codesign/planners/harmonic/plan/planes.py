@@ -2,7 +2,7 @@
 # The compiler of numba gives types to the kernels.
 """Arithmetic of one group: chains of full adders over the planes of eight words, 512 nodes at once.
 
-What r, its steps and their sums are stands in ``kernels``, which also says why an edit here takes one there.
+``kernels`` defines r, its steps and their sums, and explains why an edit here requires one there.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ def _around(layout, ring, at):
 
 @njit(inline="always", nogil=True)
 def needed_planes(planes, at, step, count, least, signed):
-    """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
+    """``count`` less the redundant planes at the top of a group; not below ``least``."""
     while count > least:
         # Such a plane is all 0 or, in two's complement, a copy of the plane below it: both hold the sign.
         top = load(planes, at + (count - 1) * step)

@@ -1,4 +1,4 @@
-"""Harmonic control as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+"""Harmonic control as a ``Planner``."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ DIRECTION_BITS = POSE_BITS = 64
 """Two components of 32 bits."""
 
 VALUES_AT_ONCE = 3
-"""Fields of 64-bit limbs that are there at the same time: the one before, the one under way, and the one handed on."""
+"""Fields of 64-bit limbs in memory at the same time: the last one, the current one, and the one handed on."""
 
 FOLLOWING_BYTES = 32
-"""Bytes a cell of the map, its labels, and the directions that lead up the field."""
+"""Bytes a cell for the map, its labels, and the directions up the field."""
 
 BOUND_BYTES = 1800
-"""Bytes a cell of the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
+"""Bytes a cell for the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
 
 _ascents: WeakKeyDictionary[HarmonicPlan, tuple[str, Ascent]] = WeakKeyDictionary()
 
@@ -72,9 +72,9 @@ class Harmonic(Planner):
         }
 
     def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
-        """Equal blocks must be able to part the map as often as asked, and not be too many.
+        """The number of equal blocks is required to be possible for the map, and not too large.
 
-        A block larger than the map is one more partial one: the rest of it is obstacle.
+        A block larger than the map is a partial block: its rest is obstacle.
         """
         problem, parameters = job.problem, job.parameters
         height, width = parameters.block_shape(*problem.shape)
@@ -114,13 +114,13 @@ class Harmonic(Planner):
     def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
 
-        The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
+        The relaxation exchanges the flags of ``detect`` itself: see ``Exchange``.
         """
         parameters = job.parameters
         return self._flows(job.problem, parameters, parameters.precisions[-1])
 
     def flows_after(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
-        """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
+        """As ``flows``, with the field at the precision of the plan: it may stop before the last one."""
         return self._flows(job.problem, job.parameters, job.plan.precision)
 
     def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
@@ -135,9 +135,9 @@ class Harmonic(Planner):
         )
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> int:
-        """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and what follows the field.
+        """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and directions.
 
-        Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 x 64 or as one.
+        Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 × 64 or as one.
         """
         problem, parameters = job.problem, job.parameters
         from codesign.planners.harmonic.plan.layout import plane_bytes
@@ -150,13 +150,13 @@ class Harmonic(Planner):
         return planes + values + FOLLOWING_BYTES * cells + bounds
 
     def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
-        """Fewer bits; and smaller blocks, as the visited one is kept several times."""
+        """Fewer bits; and smaller blocks, as the visited block is kept several times."""
         problem = job.problem
         large = job.parameters.block_count(*problem.shape) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
 
     def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:
-        """What following the field is worth."""
+        """The quality of paths up the field."""
         from codesign.planners.harmonic.plan.quality import quality
 
         return quality(problem, plan.field, from_below=plan.from_below)
@@ -166,7 +166,7 @@ class Harmonic(Planner):
         return plan.field.digest()
 
     def figures(self, plan: HarmonicPlan) -> dict[str, Any]:
-        """The stages and the final precision; why the field did not settle, where it did not."""
+        """The stages and the final precision; the fault of a field that did not settle."""
         stages = [
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
             for index, stage in enumerate(plan.stages)
@@ -196,7 +196,7 @@ class Harmonic(Planner):
 
 
 def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
-    """The plan's field made ready for following, once for all positions."""
+    """The ascent of the field of a plan, made once for all positions."""
     from codesign.planners.harmonic.plan.trajectory import Ascent
 
     entry = _ascents.get(plan)

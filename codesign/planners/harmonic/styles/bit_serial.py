@@ -34,8 +34,8 @@ class BitSerial(Architecture):
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
         """Resources of the circuit for the block and the last precision, and the words of its block RAMs.
 
-        Where ``decide`` is not ``inside``, without the decision module. The OR tree that tells whether any bit changed
-        stays where ``detect`` is not: its answer is what is sent.
+        Without the decision module where another component does ``decide``. The OR tree that detects a changed bit
+        stays where another component does ``detect``, since its answer is sent.
         """
         problem, parameters, part = job.problem, job.parameters, job.chip
         map_shape = problem.shape
@@ -63,8 +63,8 @@ class BitSerial(Architecture):
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
 
-        A ``LowerBound`` to start from is written into the block RAMs first. Any other start is what the last plan
-        left in them: the map is brought in, and no value is touched but those of goals and obstacles.
+        A ``LowerBound`` as start is written into the block RAMs first. Any other start is already in them, from the
+        last plan. Then loading the map changes only the values of goals and obstacles.
         """
         problem, parameters, start = job.problem, job.parameters, job.start
         rows, columns = parameters.block_shape(*problem.shape)
@@ -90,7 +90,7 @@ class BitSerial(Architecture):
         return plan
 
     def decision(self, plan: HarmonicPlan) -> Step:
-        """One decision: the direction to take from one cell, once the plan stands."""
+        """One decision after planning: the direction from one cell."""
         return one_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:

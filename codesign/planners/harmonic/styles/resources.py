@@ -1,12 +1,12 @@
-"""What the bit-serial circuit takes of a part: items by resource, as functions of block shape and precision.
+"""The demand of the bit-serial circuit: items by resource, as functions of block shape and precision.
 
-N nodes in a block of n rows × m columns. Exact on Tables 1 and 3 (the constants of the array control are what
-Table 3 leaves over N times Table 1); Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
+N nodes in a block of n rows × m columns. The laws are exact on Tables 1 and 3: the constants of the array
+control are Table 3 less N times Table 1. Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
 
-Control, decision and border logic are published in slices only; their LUT and flip-flops are bounded from
-above by two a slice. The two OR trees over the block (no bit changed, no local maximum) are in none of the
-tables: (N - 1) / 3 LUT each, by our own synthesis. They take no slice of their own: a node leaves 4 of the 26
-LUT of its 13 slices free, and the trees need less than one.
+Control, decision and border logic are published in slices only. Two LUT and two flip-flops a slice bound them from
+above. No table has the two OR trees over the block (no bit changed, no local maximum): (N - 1) / 3 LUT each, by our own
+synthesis. They take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less
+than one.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RAM_WIDTH = published.CLUSTER.nodes
 
 
 def cluster_count(rows: int, columns: int) -> int:
-    """3×6 clusters that cover a block, the last ones partly filled: one block RAM each.
+    """3×6 clusters that cover a block, the last ones partly empty: one block RAM each.
 
     >>> cluster_count(36, 66), cluster_count(48, 96), cluster_count(4, 7)
     (132, 256, 4)
@@ -69,7 +69,7 @@ def array_slices(nodes: int) -> int:
 
 
 def _slices_a_border_node() -> float:
-    """What 99.4 % of an XC2V6000 leaves for the 204 border nodes of the 36×66 block, all else by its own law.
+    """The rest of 99.4 % of an XC2V6000 for each of the 204 border nodes of the 36×66 block, all else by its own law.
 
     About 1.9. With clusters at the 235 slices of Table 2 in place of 13N + 10 it is 1.3.
     """
@@ -154,19 +154,19 @@ def totals(rows: int, columns: int, precision: int, decision: bool = True) -> di
 
 
 def word_depth(part: Part) -> int:
-    """Words of the part's block RAM where a word holds the 18 bits of a cluster; 0: none so wide."""
+    """Words of a block RAM of the part at 18 bits a word, for a cluster; 0: no block RAM is so wide."""
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
 
 
 def words(blocks: int, precision: int) -> int:
-    """Words that every cluster and border RAM holds: p bits and a flag for each block (section 5.2)."""
+    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2)."""
     # address  0 .. p            p + 1 .. 2p + 1     ..
     #          flag and p bits   flag and p bits     ..     of blocks 0, 1, ..; each word a bit of the 18 nodes
     return blocks * (precision + 1)
 
 
 def largest_precision(blocks: int, depth: int) -> int:
-    """The highest p whose words fit into ``depth``: blocks × (p + 1) ≤ depth; below 1 where none does.
+    """The highest p with blocks × (p + 1) ≤ ``depth``; below 1 where no precision fits.
 
     >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
     (63, 255, 1023)
