@@ -37,7 +37,7 @@ BYTES_A_CELL = 64
 """Bytes of memory for each cell, for a planner that declares none. Assumed."""
 
 LOAD, COMMAND = "load", "command"
-"""Tasks that the flows of every planner may name beside its own: the source of the map, and the sink of the answer."""
+"""Tasks that the flows of every planner may name besides its own: the source of the map, and the sink of the answer."""
 
 POSE = "pose"
 """The flow that asks for a decision at a pose; see ``Planner.flows``."""
@@ -145,7 +145,7 @@ class Quality:
     ] = None
     warnings: Annotated[
         tuple[str, ...],
-        Field(description="facts that a reader of these figures must know, each with a remedy"),
+        Field(description="facts that qualify these figures, each with a remedy"),
     ] = ()
 
 
@@ -210,7 +210,7 @@ class Planner(ABC):
     """A planner: its name, its tasks with their parameters, and its computation.
 
     - ``name``: its name in YAML. ``description``: one line for ``hwsw list``, without a full stop.
-    - ``planning_task``: the task that computes the plan. Every mapping must place it.
+    - ``planning_task``: the task that computes the plan. Every mapping places it.
     - ``problem_model``: the model of a workload's problem, with a method ``problem()``; None: a map with goals and
       starts.
     - ``policies``: its replan policies; the first is the default.

@@ -42,7 +42,7 @@ class Counts:
 
     Attributes:
         gain: K = 1 / (1 − γ) with the largest eigenvalue γ of the map's own matrix (4.2).
-        error_bits: least precision whose converged field is within ``ERROR`` of the exact one.
+        error_bits: least precision with a converged field within ``ERROR`` of the exact one.
         first: iterations from zero until no bit of ``LAST`` changes.
         later: iterations of a stage that adds the last ``ADDED`` bits.
         ratios: number of equal stages to ``LAST`` bits, and time with them over time with one stage.
@@ -127,7 +127,7 @@ def _best_schedule(place: Environment) -> tuple[tuple[int, ...], int]:
 
 
 def _bits_for(place: Environment, error: float) -> int:
-    """Least precision whose converged field is nowhere farther than ``error`` from the exact one."""
+    """Least precision with a converged field nowhere farther than ``error`` from the exact one."""
     from codesign.planners.harmonic.plan.precision import converged_field
     from codesign.planners.harmonic.plan.warm_start import FieldBounds
 

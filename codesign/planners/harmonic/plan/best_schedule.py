@@ -66,7 +66,7 @@ def best_schedule(
     graph.add_edges_from((low, high) for low in rungs for high in rungs if low < high)
     graph.add_edges_from((precision, _END) for precision in rungs)
 
-    # Scaled so that the cost comes first and each stage counts one beside it.
+    # The scale makes the cost decide first; among equal costs each stage counts one.
     scale = len(rungs) + 1
     over: dict[int, bool] = {}
 

@@ -27,7 +27,7 @@ from codesign.errors import RunError
 # were before has been added to r already (``visits.push_all``).
 WORD_BITS = 64
 LANES = 8
-# Iterations whose steps are summed at once; the ring holds as many, one more, and one that stays zero.
+# The steps of this many iterations are summed at once. The ring holds as many slots, one more, and one that stays zero.
 SLOTS = 4
 
 

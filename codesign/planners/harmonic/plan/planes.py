@@ -16,7 +16,7 @@ from codesign.planners.harmonic.plan.layout import WORD_BITS
 
 @njit(nogil=True)
 def _majority(a, b, c):
-    """The carry of a + b + c, whose sum is a ^ b ^ c."""
+    """The carry of a + b + c. The sum is a ^ b ^ c."""
     # Bit by bit a + b + c = 2 · carry + sum: a full adder, 64 of them in a word.
     return (a & b) | (c & (a | b))
 

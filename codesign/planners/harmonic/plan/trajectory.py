@@ -143,7 +143,7 @@ class Ascent:
         return {ending: int(count) for ending, count in zip(_ENDINGS, counts, strict=True)}
 
     def climbs_to_goal(self) -> NDArray[np.bool_]:
-        """Bool rows × columns: cells whose steepest ascent ends at a goal (goals included)."""
+        """Bool rows × columns: cells from which the steepest ascent ends at a goal (goals included)."""
         return _arrives(self.best, self.goal)
 
     def _check_start(self, start: tuple[float, float]) -> tuple[float, float]:
@@ -157,7 +157,7 @@ class Ascent:
 
 
 def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> float:
-    """Share of the reachable cells, goals left out, whose steepest ascent ends at a goal; 1.0 of none.
+    """Share of the reachable cells, goals left out, from which the steepest ascent ends at a goal; 1.0 of no cell.
 
     The share is 1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends at a
     goal or at a local maximum. Time grows as cells × log cells.

@@ -55,7 +55,7 @@ def iterate(layout, state, block, source, target, uniform, signed):
                 needed = needed_planes(ring, target + word, step, width + 2, 2, signed) - 2
                 most = max(most, needed)
             else:
-                # Nothing steps here or beside: r' = r mod 4, the two low planes.
+                # Neither this group nor a neighbour steps: r' = r mod 4, the two low planes.
                 store(ring, target + word, load(ring, source + word))
                 store(ring, target + step + word, load(ring, source + step + word))
             there = to_width + word // LANES

@@ -105,7 +105,7 @@ def or_tree_lut4(nodes: int) -> int:
 
 
 def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Line, ...]:
-    """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``.
+    """The demand of a design with blocks of ``rows`` × ``columns`` and the last precision ``precision``.
 
     ``decision``: whether it has its decision module.
     """
