@@ -1,1 +1,1 @@
-"""Planners: what is computed, exactly and without a clock. One module or package per paper."""
+"""Planners: exact computation without a clock. One package for each paper."""

@@ -1,8 +1,8 @@
-"""What an external memory costs: cycles of one access, of a run of words, and the share that refreshing takes.
+"""The cost of an external memory: cycles of one access, cycles of a run of words, and the share of refreshing.
 
-The papers give no figure of one: Vacariu et al. (2008), section 3.1.1, name "an external dynamic RAM" and section 4
-says that "the working frequency will obviously be smaller". So all laws here are assumed; the numbers they are fed with
-stand in the platform, each with its own status.
+The papers give no figure for one. Vacariu et al. (2008), section 3.1.1, name "an external dynamic RAM" and section 4
+says that "the working frequency will obviously be smaller". So all laws here are assumed. The platform
+declares their numbers, each with its own status.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from codesign.errors import InputError
 
 REFRESH_DENOMINATOR = 10_000
-"""The share that refreshing takes is held as a fraction with at most this denominator, so that cycles stay exact."""
+"""The share of refreshing is kept as a fraction with at most this denominator, so that cycles stay exact."""
 
 
 def _none() -> NDArray[np.int64]:
@@ -26,21 +26,21 @@ def _none() -> NDArray[np.int64]:
 
 @dataclass(frozen=True)
 class Traffic:
-    """What units of work do to an external memory, one entry a unit: int64.
+    """The accesses of units of work to an external memory: int64, one entry a unit.
 
-    ``cycles``: in which the memory is at work, and the design waits. ``words``: read and written.
+    ``cycles``: the memory works and the design waits. ``words``: words read and written.
     """
 
     cycles: NDArray[np.int64] = field(default_factory=_none)
     words: NDArray[np.int64] = field(default_factory=_none)
 
     def part(self, first: int, last: int) -> Traffic:
-        """That of the units ``first`` to ``last`` - 1."""
+        """The traffic of the units ``first`` to ``last`` - 1."""
         return Traffic(self.cycles[first:last], self.words[first:last])
 
     @property
     def total(self) -> Traffic:
-        """That of all units as one."""
+        """The traffic of all units as one."""
         return Traffic(self.cycles.sum(keepdims=True), self.words.sum(keepdims=True))
 
 
@@ -48,14 +48,14 @@ class Traffic:
 class ExternalMemoryLaw:
     """One memory on the pins of an FPGA, on the clock of its interface.
 
-    - ``technology``: sram or dram. ``hz``: its clock; the design beside it runs no faster.
+    - ``technology``: sram or dram. ``hz``: its clock; a design that uses it runs no faster.
     - ``width``: bits a word. ``capacity``: bits.
-    - ``latency_cycles``: from an address to its word, in an open row; one cycle at least is taken.
-    - ``row_words``, ``row_cycles`` (dram): words of a row, and cycles more where another row is opened.
-    - ``refresh_share`` (dram): of the time, in which it serves nobody.
+    - ``latency_cycles``: from an address to its word in an open row; at least one cycle is counted.
+    - ``row_words``, ``row_cycles`` (dram): words of a row, and the cycles that opening another row adds.
+    - ``refresh_share`` (dram): the share of time in which it serves no access.
     - ``burst_words``: the longest run of words that follow each other, one a cycle; None: as long as the row.
 
-    A random access is taken to open a row every time: an upper bound, as neighbours in the map may lie in one row.
+    Every random access counts as opening a row. That is an upper bound: neighbours in the map may lie in one row.
 
     Raises:
         InputError: a number out of its range.
@@ -91,18 +91,18 @@ class ExternalMemoryLaw:
 
     @property
     def words(self) -> int:
-        """Words that it holds."""
+        """The number of words that it holds."""
         return self.capacity // self.width
 
     @property
     def access_cycles(self) -> int:
-        """Cycles of one random access, refreshing left aside."""
+        """Cycles of one random access without refreshing."""
         return max(1, self.latency_cycles) + self.row_cycles
 
     def run_cycles(self, words: int) -> int:
-        """Cycles of ``words`` words in order, refreshing left aside: the latency once a burst, a row miss once a row.
+        """Cycles of ``words`` words in order without refreshing: the latency once a burst, a row miss once a row.
 
-        The run is taken to begin where a row begins.
+        The run is assumed to begin at the start of a row.
         """
         if words < 1:
             return 0
@@ -121,14 +121,14 @@ class ExternalMemoryLaw:
         return self.refreshed(self.run_cycles(words))
 
     def refreshed(self, cycles: int) -> int:
-        """Cycles that ``cycles`` of service last with the refreshing in between: ceil(cycles / (1 - share))."""
+        """The duration of ``cycles`` of service with refreshing, in cycles: ceil(cycles / (1 - share))."""
         served = 1 - self._refresh
         return -(-cycles * served.denominator // served.numerator)
 
     def refreshed_units(self, cycles: NDArray[np.int64]) -> NDArray[np.int64]:
-        """``refreshed`` of a sequence of units, int64: each as long as it lasts with what refreshing falls into it.
+        """``refreshed`` of a sequence of units, int64: each unit with the refreshing that falls into it.
 
-        Rounded over the whole sequence, so the sum is ``refreshed`` of the sum.
+        The rounding is over the whole sequence, so the sum is ``refreshed`` of the sum.
         """
         served = 1 - self._refresh
         ends = np.cumsum(cycles, dtype=np.int64)

@@ -1,6 +1,7 @@
-"""Styles on a processor, of whole planners and of tasks placed by themselves: what they have in common.
+"""Styles on a processor: base classes for whole planners and for tasks placed by themselves.
 
-The platform declares a processor's clock and power, so no law gives them. Software takes no resource of a part.
+The platform declares the clock and the power of a processor, so no law gives them. Software takes no resource of a
+part.
 """
 
 from __future__ import annotations
@@ -17,27 +18,27 @@ from codesign.records import TaskRecord
 
 
 class HostStyle(Architecture):
-    """A planner in software. A subclass gives ``work``, in units of ``kernel``."""
+    """A planner in software. A subclass defines ``work``, in units of ``kernel``."""
 
     style: str = "software"
     component_type = "processor"
 
 
 class HostTask(TaskStyle):
-    """One task in software: one step, in units of ``kernel``, once its outcome is known."""
+    """One task in software: one step in units of ``kernel``."""
 
     style: str = "software"
     component_type = "processor"
 
     @abstractmethod
     def outcome(self, job: Job[Any, Any], /) -> tuple[int, Any]:
-        """Units of the kernel that one execution takes, at least 1, and what it makes."""
+        """The units of the kernel that one execution takes, at least 1, and the result of the task."""
 
     def steps(self, job: Job[Any, Any]) -> Generator[Step, None, Any]:
         """One step, booked under the task's name."""
-        units, made = self.outcome(job)
+        units, result = self.outcome(job)
         yield one_step(self.task, units)
-        return made
+        return result
 
 
 def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
@@ -46,5 +47,5 @@ def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]
 
 
 def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
-    """A step of one unit, told as a ``TaskRecord`` of ``task``."""
+    """A step of one unit, recorded as a ``TaskRecord`` of ``task``."""
     return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses)

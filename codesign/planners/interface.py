@@ -1,7 +1,7 @@
-"""What every planner offers, and what it is given.
+"""The base class of planners, their problem, and the quality of their plans.
 
-A planner is arrays in, arrays out, exact, without a clock. A ``PlugIn`` registers it; a user's own planner plugs in the
-same way.
+A planner maps arrays to arrays, exactly and without a clock. A ``PlugIn`` registers it. A planner of a user plugs in
+the same way.
 """
 
 from __future__ import annotations
@@ -25,24 +25,25 @@ Cell = tuple[int, int]
 """(row, column), from 0 at the top left."""
 
 Policy = Literal["restart", "lower_bound", "continue"]
-"""What a planner does when the map has changed.
+"""How a planner replans when the map has changed.
 
-- ``restart``: it plans as if for the first time.
-- ``lower_bound``: from a start that the task ``lower_bound`` makes, nowhere above the answer, which is the same.
-- ``continue``: from the values that the last plan left (``Planner.start_of``).
+- ``restart``: from nothing, as for the first plan.
+- ``lower_bound``: from the result of the task ``lower_bound``, which is nowhere above the answer. The answer is the
+  same.
+- ``continue``: from the values of the last plan (``Planner.start_of``).
 """
 
 BYTES_A_CELL = 64
-"""Memory that a planner is taken to need for a cell, where it does not say. Assumed."""
+"""Bytes of memory for each cell, for a planner that declares none. Assumed."""
 
 LOAD, COMMAND = "load", "command"
-"""Tasks that every planner's flows may name beside its own: who holds the map, and who wants the answer."""
+"""Tasks that the flows of every planner may name besides its own: the source of the map, and the sink of the answer."""
 
 POSE = "pose"
 """The flow that asks for a decision at a pose; see ``Planner.flows``."""
 
 LOWER_BOUND = "lower_bound"
-"""The task that makes a start for policy ``lower_bound``; it is done where it is mapped."""
+"""The task that computes a start for policy ``lower_bound``. It runs only where it is mapped."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ class Problem:
     """One planning problem.
 
     ``free``: bool array, rows × columns. ``goals`` and ``starts``: (row, column) pairs on free cells. ``resolution``:
-    metres a cell, or None where the map does not say.
+    metres a cell, or None where the map declares none.
     """
 
     free: NDArray[np.bool_]
@@ -84,12 +85,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Quality:
-    """What a plan is worth.
+    """The quality of a plan.
 
     A plan need not cover every cell that leads to a goal: a wave is stopped, a search ends. Shares and local maxima
-    count over the cells that it covers, ``planned_cells``; nothing is known of the others, which are neither good nor
-    bad. A figure that does not apply to the planner is None, and so is a length where no start arrives. A ratio is
-    below 1 where a continuous way beats the grid.
+    count over the cells that it covers, ``planned_cells``. The plan says nothing about the other cells. A figure that
+    does not apply to the planner is None. A length is None where no start arrives. A ratio is below 1 where a
+    continuous path is shorter than the shortest path on the grid.
     """
 
     reachable_cells: Annotated[
@@ -119,8 +120,8 @@ class Quality:
         float | None,
         Field(
             title="path length over the shortest, mean",
-            description="way over the shortest 8-connected way, corners not cut; mean over the starts that arrived"
-            " and that such a way joins to a goal",
+            description="length of the path over that of the shortest 8-connected path that cuts no corner; mean over"
+            " the starts that arrived and that such a path joins to a goal",
         ),
     ]
     path_length_ratio_worst: Annotated[
@@ -148,13 +149,14 @@ class Quality:
         ),
     ] = None
     warnings: Annotated[
-        tuple[str, ...], Field(description="what a reader of these figures must know, and what would mend it")
+        tuple[str, ...],
+        Field(description="facts that qualify these figures, each with a remedy"),
     ] = ()
 
 
 @dataclass(frozen=True)
 class RobotsQuality:
-    """What the paths of several robots are worth."""
+    """The quality of the paths of several robots."""
 
     robots: Annotated[int, Field(description="robots")]
     robots_arrived: Annotated[int, Field(description="robots that reached their targets")]
@@ -184,7 +186,7 @@ class RobotsQuality:
         float | None,
         Field(
             title="path length over the shortest, mean",
-            description="way driven over the straight line, mean over the robots that arrived",
+            description="length of the path driven over that of the straight line, mean over the robots that arrived",
         ),
     ]
     path_length_ratio_worst: Annotated[
@@ -193,13 +195,14 @@ class RobotsQuality:
     shortfall: Annotated[
         str | None,
         Field(
-            description="which robots did not arrive and why, or what left its word; None where all arrived"
+            description="the robots that did not arrive, with the reason, or the value that left its word; None where"
+            " all arrived"
         ),
     ] = None
     remedy: Annotated[
         str | None,
         Field(
-            description="parameters with which all robots arrive, as tried; None where none of those tried does"
+            description="parameters with which a trial run brought all robots to their targets; None where no trial did"
         ),
     ] = None
 
@@ -209,19 +212,19 @@ class LoadParameters(TaskParameters):
 
 
 class Planner(ABC):
-    """A planner: its name, the parameters it takes, and what it does with them.
+    """A planner: its name, its tasks with their parameters, and its computation.
 
     - ``name``: its name in YAML. ``description``: one line for ``hwsw list``, without a full stop.
-    - ``planning_task``: the task that every mapping must place: the one that computes the plan.
+    - ``planning_task``: the task that computes the plan. Every mapping places it.
     - ``problem_model``: the model of a workload's problem, with a method ``problem()``; None: a map with goals and
       starts.
-    - ``policies``: the replan policies it knows; the first is the default.
-    - ``answers_no_way``: True where a start from which no path leads to a goal is an answer, not a fault.
-    - ``fields_a_stage``: fields of a double a cell that the records of one stage hold. A plan without stages
+    - ``policies``: its replan policies; the first is the default.
+    - ``answers_no_way``: True where "no path from this start" is an answer, not a fault.
+    - ``fields_a_stage``: how many fields of one double a cell the records of one stage hold. A plan without stages
       (``TaskParameters.precisions``) counts as one.
 
-    A method that is asked before there is a plan takes a ``Job``. A method that is asked of a plan takes the problem
-    and the plan, or the plan alone.
+    A method that is called before planning takes a ``Job``. A method about a plan takes the problem and the plan, or
+    the plan alone.
     """
 
     name: str
@@ -235,79 +238,79 @@ class Planner(ABC):
     @property
     @abstractmethod
     def tasks(self) -> Mapping[str, type[TaskParameters]]:
-        """The tasks a workload may map, each with the model that its parameters are checked against."""
+        """The tasks that a workload may map, each with the model that checks its parameters."""
 
     def check(self, _job: Job[Any, Any], /) -> tuple[str, str] | None:
-        """What keeps these parameters from this problem, as (key, sentence). By default None: nothing does.
+        """The reason why these parameters do not suit this problem, as (key, sentence). By default None: they do.
 
         The key is a parameter of the planning task, or a key of the problem (``starts``, ``goals``).
         """
         return None
 
     def check_drive(self, _job: Job[Any, Any], /) -> tuple[str, str, str] | None:
-        """What keeps the planner from a drive, as (key of the planning task, sentence, hint). By default None."""
+        """The reason why the planner cannot drive, as (key of the planning task, sentence, hint). By default None."""
         return None
 
     @abstractmethod
     def reachable(self, job: Job[Any, Any]) -> NDArray[np.bool_]:
         """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.
 
-        A run that names another cell as a start is refused before it plans. The starts of the problem do not matter.
-        ``paths.by_sides`` is the answer of a planner that moves across the sides of cells, or diagonally without
+        A run with another cell as a start is refused before it plans. The answer does not depend on the starts of the
+        problem. ``paths.by_sides`` answers for a planner that moves across the sides of cells, or diagonally without
         cutting a corner.
         """
 
     def memory(self, job: Job[Any, Any]) -> int:
-        """Bytes at the peak of a run: those of the problem, the plan, what makes it, and what judges it.
+        """Bytes at the peak of a run: the problem, the plan, and the memory of planning and of judging the plan.
 
-        ``job.mapped`` names all tasks that take part. By default 64 bytes a cell, assumed: as much as the most that
-        ours take whose values are one word.
+        ``job.mapped`` names all tasks that take part. By default 64 bytes a cell. Assumed: the most that a planner of
+        this package with values of one word takes.
         """
         return BYTES_A_CELL * job.problem.free.size if isinstance(job.problem, Problem) else 0
 
     def memory_levers(self, _job: Job[Any, Any], /) -> list[str]:
-        """What takes less memory, besides a smaller map, as in "smaller blocks". By default nothing."""
+        """Changes that take less memory, besides a smaller map, such as "smaller blocks". By default none."""
         return []
 
     @abstractmethod
     def plan(self, job: Job[Any, Any]) -> Any:
-        """The answer alone, without a clock: what ``work`` of an architecture ends in, drained."""
+        """The plan, computed without a clock: the same that ``work`` of an architecture returns."""
 
     @abstractmethod
     def flows(self, job: Job[Any, Any]) -> tuple[Flow, ...]:
-        """What flows between tasks, by name, for one plan and one answer; sizes are above 0.
+        """The flows between tasks, by name, for one plan and one answer; sizes are above 0.
 
-        Senders and receivers are names of ``tasks``, or ``load`` and ``command``. Flows of tasks that are not done
-        (``lower_bound`` where it is not mapped) are listed all the same.
+        Senders and receivers are names of ``tasks``, or ``load`` and ``command``. Flows of tasks that do not run
+        (``lower_bound`` where it is not mapped) are listed too.
 
-        A flow "pose" goes to the task that a drive asks for a decision at every control turn; the first plan knows the
-        start from the map. Without one, the answer is the whole path, sent once a plan.
+        A flow "pose" goes to the task that decides at every control turn of a drive. The first plan takes the start
+        from the map. Without such a flow, the answer is the whole path, sent once a plan.
         """
 
     def flows_after(self, job: Job[Any, Any]) -> tuple[Flow, ...]:
-        """``flows`` with the sizes that are known once ``job.plan`` is made; messages after it have these."""
+        """``flows`` with the sizes that follow from ``job.plan``; messages after the plan have these sizes."""
         return self.flows(job)
 
     def horizon(self, _job: Job[Any, Any], /) -> float | None:
-        """Cells of path that one answer holds, beyond which a robot is not led. By default None: all that it needs."""
+        """Cells of the path that one answer holds. By default None: the answer holds the whole path."""
         return None
 
     @abstractmethod
     def quality(self, problem: Any, plan: Any) -> Quality | RobotsQuality:
-        """What that answer is worth."""
+        """The quality of the plan."""
 
     @abstractmethod
     def identity(self, plan: Any) -> str:
-        """A text that is equal for equal answers: their quality is then computed once."""
+        """A text that is equal for equal plans: their quality is then computed once."""
 
     def figures(self, _plan: Any, /) -> dict[str, Any]:
-        """The fields of a result that only this plan can fill: ``stages``, ``precision``, ``details``."""
+        """Fields of a result that depend on this planner: ``stages``, ``precision``, ``details``."""
         return {}
 
     def field_of(self, _plan: Any, /) -> tuple[str, str, NDArray[np.float64]] | None:
         """The field of a plan as (name, unit, float64 rows × columns), for traces. By default None: there is none.
 
-        See ``records.FieldRecord``. A planner that writes its field by records of its own has none here.
+        See ``records.FieldRecord``. A planner with records of its own for its field returns None.
         """
         return None
 
@@ -324,9 +327,9 @@ class Planner(ABC):
     ) -> tuple[NDArray[np.float64], bool]:
         """The path from a position, (row, column) in cells, that need not be the middle of a cell.
 
-        As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan knows no path
-        from there (the closest cell is an obstacle or was never reached), ``start`` alone, and False: the default, of
-        a planner that plans for no drive. It computes nothing that the plan does not hold: a path from elsewhere takes
-        another plan.
+        As ``trajectory``: points float64 n × 2, ``start`` first, and whether it arrives. Where the plan holds no path
+        from there (the closest cell is an obstacle or was never reached), the answer is ``start`` alone, and False.
+        That is also the default, for a planner that never drives. The method computes nothing that the plan does not
+        hold: a path from elsewhere needs another plan.
         """
         return np.array([start], np.float64), False

@@ -1,4 +1,4 @@
-"""The one argument of what planners and styles are asked."""
+"""The argument that every method of planners and styles takes."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ from codesign.planners.external_memory import ExternalMemoryLaw
 
 ProblemT = TypeVar("ProblemT")
 ParametersT = TypeVar("ParametersT")
-Made = TypeVar("Made")
+AnswerT = TypeVar("AnswerT")
 
 
 @dataclass(frozen=True, eq=False)
 class Job(Generic[ProblemT, ParametersT]):
-    """One problem to be planned, and everything that is known of it when a planner or a style is asked.
+    """One problem to be planned, with everything that a planner or a style may need to know about it.
 
     What is planned:
 
     - ``problem``: a ``Problem``, or what the ``problem_model`` of the planner makes.
-    - ``parameters``: of the planning task, also where the style of another task is asked.
+    - ``parameters``: of the planning task, also for the style of another task.
 
     Where it is planned:
 
-    - ``part``: the part of the FPGA that is asked about; None on a processor.
+    - ``part``: the part of the FPGA; None on a processor.
     - ``inside``: the tasks of the planner that the planning component does itself; None for all of them.
     - ``mapped``: the names of all tasks that the workload maps.
     - ``external``: the external memory that the mapping names, only for a style with ``supports_external``.
 
     One run of it:
 
-    - ``start``: values to continue from: ``Planner.start_of`` of the last plan, or what the task ``lower_bound`` made.
-      A planner without either policy ignores it.
-    - ``plan``: the plan that is made; None for a task that comes before it.
+    - ``start``: values to continue from: ``Planner.start_of`` of the last plan, or the result of the task
+      ``lower_bound``. A planner without either policy ignores it.
+    - ``plan``: the plan; None for a task that runs before it.
     - ``position``: where the robot is, (row, column) in cells.
-    - ``memo``: holds work that several runs share; None where nobody asks for it again.
-    - ``detail``: whether somebody listens or may interrupt. Without it a step may be as coarse as a whole stage. The
-      cycles add up to the same.
+    - ``memo``: holds work that several runs share; None where no other run needs it.
+    - ``detail``: whether a listener wants single steps, or a user may interrupt. Without it a step may be as coarse as
+      a whole stage. The sum of the cycles is the same.
     """
 
     problem: ProblemT
@@ -62,12 +62,12 @@ class Job(Generic[ProblemT, ParametersT]):
         """
         return self.inside is None or task in self.inside
 
-    def shared(self, key: tuple[object, ...], compute: Callable[[], Made]) -> Made:
-        """What ``memo`` holds under ``key``; computed where it holds nothing."""
+    def shared(self, key: tuple[object, ...], compute: Callable[[], AnswerT]) -> AnswerT:
+        """The answer that ``memo`` holds under ``key``; computed where there is none."""
         return compute() if self.memo is None else self.memo.get(key, compute)
 
     @property
     def chip(self) -> Part:
         """The part, for a style that runs on an FPGA only."""
-        assert self.part is not None, "a style on an FPGA is asked with a part"
+        assert self.part is not None, "a style on an FPGA needs a part"
         return self.part

@@ -1,4 +1,4 @@
-"""How good paths through a map are, whichever planner found them: the figures that all grid planners share."""
+"""The quality of paths through a map: the figures that all grid planners share."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from codesign.planners.interface import Cell, Problem
 
 
 class PathsQuality(TypedDict):
-    """The fields of ``Quality`` that paths alone decide."""
+    """The fields of ``Quality`` that depend on paths alone."""
 
     starts: int
     starts_arrived: int
@@ -28,15 +28,15 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
 
     Args:
         problem: the map and its goals.
-        paths: each start with the points of its way, n × 2 (row, column) in cells, or None where it does not arrive.
+        paths: each start with the points of its path, n × 2 (row, column) in cells; None where it does not arrive.
 
-    A length is held against the shortest 8-connected way without corner cutting; a start on a goal has no ratio. The
-    mean clearance weighs every piece of way by its length.
+    A length is compared with the shortest 8-connected path without corner cutting. A start on a goal has no ratio. The
+    mean clearance weights every piece of a path by its length.
     """
     from codesign.maps.reach import clearance, distance_octile
 
-    told = list(paths)
-    arrived = [(start, points) for start, points in told if points is not None]
+    tried = list(paths)
+    arrived = [(start, points) for start, points in tried if points is not None]
     ratios: list[float] = []
     along = length = 0.0
     least: list[float] = []
@@ -52,7 +52,7 @@ def judge_paths(problem: Problem, paths: Iterable[tuple[Cell, NDArray[Any] | Non
             if 0.0 < shortest[start] < np.inf:
                 ratios.append(float(pieces.sum()) / float(shortest[start]))
     return PathsQuality(
-        starts=len(told),
+        starts=len(tried),
         starts_arrived=len(arrived),
         path_length_ratio_mean=float(np.mean(ratios)) if ratios else None,
         path_length_ratio_worst=max(ratios, default=None),
@@ -69,7 +69,7 @@ def by_sides(problem: Problem) -> NDArray[np.bool_]:
 
 
 class ArrivalQuality(TypedDict):
-    """The fields of ``Quality`` that the number of arriving cells decides."""
+    """The fields of ``Quality`` that depend on the number of arriving cells."""
 
     reachable_cells: int
     planned_cells: int
@@ -78,9 +78,9 @@ class ArrivalQuality(TypedDict):
 
 
 def judge_arrival(arriving: int, planned: int, reachable: int | None = None) -> ArrivalQuality:
-    """Figures of ``arriving`` of the ``planned`` cells, those that the plan covers of the ``reachable`` ones.
+    """Figures of a plan that covers ``planned`` of the ``reachable`` cells: ``arriving`` of them lead to a goal.
 
-    By default the plan covers all that are reachable. The share is None where it covers none: that is no success.
+    By default the plan covers all reachable cells. The share is None where the plan covers no cell.
 
     >>> judge_arrival(3, 4, 8)
     {'reachable_cells': 8, 'planned_cells': 4, 'cells_leading_nowhere': 1, 'share_reaching_goal': 0.75}
@@ -105,8 +105,8 @@ def from_position(
 ) -> NDArray[np.float64]:
     """The path along the middles of ``cells``, n × 2, n ≥ 1, from a position in the first of them: float64 m × 2.
 
-    It goes straight to the middle of the second cell, so that a robot that is led anew from every position does not
-    turn back; but by the middle of the first where it would otherwise cut the corner of an obstacle.
+    It goes straight to the middle of the second cell, so that a robot that gets a new path at every position does not
+    turn back. Where that would cut the corner of an obstacle, it goes through the middle of the first cell.
     """
     here = np.array([position], np.float64)
     middles = cells.astype(np.float64)

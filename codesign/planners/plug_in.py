@@ -1,7 +1,7 @@
-"""What one room, or a package of somebody else's, brings along: a planner, its styles, and what goes with them.
+"""A ``PlugIn``: a planner of this or another package, with its styles, probes and reproduction.
 
-Each is registered as one entry point of the group ``codesign.planners``, of which the value is a ``PlugIn``. A package
-may leave the planner out and add styles to a planner of another package.
+Each ``PlugIn`` is the value of one entry point of the group ``codesign.planners``. A package may leave the planner out
+and add styles to a planner of another package.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from codesign.planners.interface import Planner
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 from codesign.planners.styles import Architecture, TaskStyle
 
 GROUP = "codesign.planners"
@@ -21,10 +21,9 @@ GROUP = "codesign.planners"
 
 @dataclass(frozen=True)
 class Probe:
-    """One way to time a kernel on this machine.
+    """A measurement of a kernel on this machine.
 
-    ``run`` computes ``units`` units of the kernel. ``without``, where there is one, does everything that ``run`` does
-    beside them.
+    ``run`` computes ``units`` units of the kernel. ``without`` does the other work of ``run``; None: there is none.
     """
 
     units: int
@@ -45,10 +44,10 @@ def _timed(run: Callable[[], object]) -> float:
 
 
 class Reproduce(Protocol):
-    """Holds the model against the planner's paper."""
+    """Compares the model with the paper of the planner."""
 
-    def __call__(self, quick: bool = False, progress: Progress | None = None) -> Reproduction:
-        """Every row of the paper that the model can be held against.
+    def __call__(self, quick: bool = False, progress: Progress = silent) -> Reproduction:
+        """Every row of the paper that the model can be compared with.
 
         ``quick``: fewer and smaller maps, seconds instead of minutes. ``progress`` is called with a line of text for
         each part of the work.
@@ -57,11 +56,11 @@ class Reproduce(Protocol):
 
 @dataclass(frozen=True)
 class Samples:
-    """What ``codesign.testing`` checks a planner and its styles on.
+    """The samples that ``codesign.testing`` checks a planner and its styles with.
 
-    - ``parameters``: sets of parameters of the planning task as a workload writes them. Each runs in a moment.
-    - ``problems``: two problems that differ: what the planner takes, or mappings for its ``problem_model``. None: two
-      maps of six rooms, 24 × 32 cells. Required where the planner has a ``problem_model``.
+    - ``parameters``: sets of parameters of the planning task, as a workload writes them. Each runs in a moment.
+    - ``problems``: two different problems of the planner, or mappings for its ``problem_model``. None: two maps
+      of six rooms, 24 × 32 cells. Required where the planner has a ``problem_model``.
     """
 
     parameters: Sequence[Mapping[str, Any]] = ({},)
@@ -70,15 +69,15 @@ class Samples:
 
 @dataclass(frozen=True)
 class PlugIn:
-    """Everything of one planner.
+    """All that one planner registers.
 
-    - ``planner``: the planner, or None where ``styles`` and ``task_styles`` are of a planner of another package.
+    - ``planner``: the planner, or None where ``styles`` and ``task_styles`` belong to a planner of another package.
     - ``styles``: architecture styles of the planning task.
     - ``task_styles``: styles of tasks that are placed by themselves.
-    - ``probes``: how ``hwsw calibrate host`` times each kernel whose cost the styles on a processor are counted in, by
-      the name of the kernel. A probe is made when it is needed.
-    - ``reproduce``: how ``hwsw reproduce`` holds the model against the planner's paper; None where there is no paper.
-    - ``samples``: what the conformance suite checks planner and styles on.
+    - ``probes``: the measurements of ``hwsw calibrate host``, by the name of the kernel. Styles on a processor count
+      their cost in kernels. A probe is made when it is needed.
+    - ``reproduce``: the comparison with the paper for ``hwsw reproduce``; None where there is no paper.
+    - ``samples``: the samples of the conformance suite.
     """
 
     planner: Planner | None = None

@@ -1,4 +1,4 @@
-"""What a reproduction is made of: rows, plots and findings."""
+"""The parts of a reproduction: rows, plots and findings."""
 
 from __future__ import annotations
 
@@ -14,16 +14,20 @@ from codesign.figures import Status
 SCHEMA_VERSION = 1
 
 Progress = Callable[[str], None]
-"""Told in a line what is being computed now."""
+"""Called with a line that names the next part of the work."""
+
+
+def silent(_line: str) -> None:
+    """A ``Progress`` that shows nothing."""
 
 
 class Use(StrEnum):
-    """What the figure of a paper was used for before the model was held against it."""
+    """The use of a figure of a paper before the model was compared with it."""
 
     FITTED = "fitted"
-    """A law was fitted to it, or a map chosen by it."""
+    """A law was fitted to it, or a map was chosen by it."""
     HELD_OUT = "held out"
-    """No law has seen it."""
+    """No law was made from it."""
     KNOWN = "known when chosen"
     """Nothing was fitted to it, but a rule or an assumption was chosen in view of it."""
     NOTHING = "nothing to hold out"
@@ -32,18 +36,18 @@ class Use(StrEnum):
 
 @dataclass(frozen=True)
 class Row:
-    """One figure of a paper and what the model makes of it.
+    """One figure of a paper beside that of the model.
 
     Attributes:
         table: table, figure or section of the paper.
-        quantity: what is counted, timed or stated.
-        published, modelled: in ``unit``; text where the paper gives a bound or a sentence; the value of
-        its formula where it gives one; None where it gives nothing.
-        error: (modelled - published) / published; None where that makes no sense.
+        quantity: the quantity that is counted, timed or stated.
+        published, modelled: in ``unit``; text for a bound or a sentence; the value of a formula where the paper gives
+            one; None where the paper gives nothing.
+        error: (modelled - published) / published; None where one of them is no number.
         unit: Hz, s, %, "1" for a count or a ratio, or a word.
-        status: how the modelled figure is known. source: the law or the run behind it.
-        use: what the published figure was used for before.
-        note: what a reader should know about the row.
+        status: the status of the modelled figure. source: its law or its run.
+        use: the use of the published figure before the comparison.
+        note: a remark on the row.
     """
 
     table: str
@@ -72,10 +76,10 @@ def row(
 ) -> Row:
     """A row with its relative error, where both sides are numbers.
 
-    ``use`` is left out by estimates of a paper that nothing was made from; every other row says it.
+    Every row gives ``use``, but for estimates of a paper that nothing was made from.
 
     Raises:
-        ValueError: ``use`` is of a published figure and there is none, or the reverse.
+        ValueError: ``use`` needs a published figure and there is none, or the reverse.
 
     >>> row("Table 2", "slices", 235, 234, status=Status.PUBLISHED, source="13 a node", use=Use.HELD_OUT).error
     -0.00425531914893617
@@ -100,9 +104,9 @@ class Series:
 
 @dataclass(frozen=True)
 class Plot:
-    """A figure of the paper drawn again from own data.
+    """A figure of the paper, drawn again from own data.
 
-    ``name`` is a file name without suffix; ``published`` says what the paper's figure shows.
+    ``name`` is a file name without suffix. ``published`` describes the figure of the paper.
     """
 
     name: str
@@ -117,12 +121,12 @@ class Plot:
 
 @dataclass(frozen=True)
 class Finding:
-    """A statement about a paper that a person has written, and the figures of a run that it rests on.
+    """A statement about a paper, written by a person, and the figures of a run that it rests on.
 
     Attributes:
         statement: one sentence without a computed figure; ``docs/findings.md`` has it too.
         figures: measured figures by name, each with its unit.
-        holds: whether this run bears the statement out.
+        holds: whether this run confirms the statement.
     """
 
     statement: str
@@ -132,9 +136,9 @@ class Finding:
 
 @dataclass(frozen=True)
 class Reproduction:
-    """A paper held against the model: rows in the paper's order, plots, and statements that the run checks.
+    """A paper beside the model: rows in the order of the paper, plots, and statements that the run checks.
 
-    ``note`` says what a quick run leaves out.
+    ``note`` names the parts that a quick run leaves out.
     """
 
     paper: str
@@ -166,10 +170,10 @@ def reproduction_schema() -> dict[str, Any]:
 
 
 def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
-    """Several papers as one: rows and findings say which paper they are of.
+    """Several papers as one: rows and findings name their paper.
 
     Raises:
-        ValueError: there is none.
+        ValueError: there is no reproduction.
     """
     if not reproductions:
         raise ValueError("no reproduction to join")
@@ -199,4 +203,4 @@ def _short(paper: str) -> str:
     """
     year = re.search(r"\b(?:19|20)\d\d\b", paper)
     author = re.match(r"\w+", paper)
-    return " ".join(found.group() for found in (author, year) if found)
+    return " ".join(match.group() for match in (author, year) if match)

@@ -1,13 +1,13 @@
-"""What every architecture style offers: how a planner is laid out on a component, and what that costs.
+"""The base classes of architecture styles: the layout of a planner on a component, and its cost.
 
-A style gives laws: pure functions with their sources. A ``PlugIn`` registers it; a user's own style plugs in the same
+A style gives laws: pure functions with their sources. A ``PlugIn`` registers it. A style of a user plugs in the same
 way.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.figures import Figure, Status
+from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.external_memory import Traffic
 from codesign.planners.job import Job
@@ -31,12 +31,12 @@ class Lever:
 
 @dataclass(frozen=True)
 class Line:
-    """One line of a demand: what of the design it is for, and how much that asks for, by which law.
+    """One line of a demand: a piece of the design, its demand, and the law of that demand.
 
-    - ``resource``: the kind of resource that is asked for; "" for a bound, which is no resource of the part but just as
-      hard, such as word depth.
-    - ``limit``: of a bound, in the unit of ``figure``: no more than that is feasible. The part limits resources.
-    - ``levers``: of a bound, what would mend it.
+    - ``resource``: the kind of resource; "" for a bound. A bound, such as word depth, is no resource of the part but
+      just as hard.
+    - ``limit``: the largest feasible value of a bound, in the unit of ``figure``. The part limits resources.
+    - ``levers``: the changes that would mend a broken bound.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Line:
 
     @classmethod
     def item(cls, name: str, resource: str, amount: int, status: Status, source: str) -> Line:
-        """``amount`` of a resource, all of them whole."""
+        """A demand for ``amount`` units of a resource."""
         return cls(name, resource, Figure(amount, "1", status, source))
 
     @classmethod
@@ -61,18 +61,18 @@ class Line:
         source: str,
         levers: tuple[Lever, ...] = (),
     ) -> Line:
-        """``demand`` against ``limit``, both in ``unit``."""
+        """A bound: ``demand`` against ``limit``, both in ``unit``."""
         return cls(name, "", Figure(demand, unit, status, source), limit, levers)
 
     @property
     def amount(self) -> int:
-        """How many of the resource."""
+        """The number of units of the resource."""
         return int(self.figure.value)
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What a design asks of a part: lines of resources, lines of other bounds, and what would mend each shortage."""
+    """The demand of a design: lines of resources, lines of other bounds, and levers for each resource that is short."""
 
     items: tuple[Line, ...]
     bounds: tuple[Line, ...] = ()
@@ -80,18 +80,62 @@ class Demand:
 
     def total(self, resource: str) -> int:
         """The sum over the items of one resource."""
-        return sum(item.amount for item in self.items if item.resource == resource)
+        return sum_by_resource(self.items).get(resource, 0)
+
+
+def sum_by_resource(items: Iterable[Line]) -> dict[str, int]:
+    """The demand of ``items`` by resource."""
+    sums: dict[str, int] = {}
+    for item in items:
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
+
+
+def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:
+    """The demand for each resource of ``part`` that ``items`` exceed."""
+    return {
+        kind: need
+        for kind, need in sum_by_resource(items).items()
+        if kind in part.resources and need > part.resources[kind].value
+    }
+
+
+def slice_power(
+    demand: Demand,
+    clock: int,
+    part: Part,
+    status: Status = Status.CALIBRATED,
+    remark: str = "",
+    least_activity: float = 1.0,
+) -> tuple[Figure, Figure]:
+    """Static power of ``part``, and slices × ``clock`` (Hz) × the part's power a slice and Hz, W.
+
+    Block RAMs and the clock tree are in the figure for a slice of a typical design; pins are not counted.
+    ``least_activity``: the low end of the dynamic power over that of a typical design. ``remark`` ends the source.
+    """
+    scale = demand.total("slices") * clock
+    rate = part.dynamic_power
+    low, high = rate.interval
+    dynamic = Figure(
+        value=rate.value * scale,
+        unit="W",
+        status=weakest(status, rate.status),
+        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source}){remark}",
+        low=low * scale * least_activity,
+        high=high * scale,
+    )
+    return part.static_power, dynamic
 
 
 @dataclass(frozen=True)
 class Step:
     """A run of clock cycles with nothing outside to wait for.
 
-    ``cycles``: int64, one entry an indivisible unit of work (a visit, a pass), in order. ``record`` says how to tell
-    listeners of it: called with (begin ps, end ps, source), only when somebody listens; None for a step with no story.
-    ``phase`` names the phase that the cycles are booked under. ``ram_addresses``: addresses that each block RAM is
-    given in every one of the cycles; all block RAMs of a design are driven alike. ``kernel``: on a processor, what the
-    cycles are units of, where that is not the style's kernel.
+    ``cycles``: int64, one entry an indivisible unit of work (a visit, a pass), in order. ``record`` makes
+    the record for listeners from (begin ps, end ps, source). It is called only where there is a listener; None: the
+    step has no record. ``phase`` names the phase that the cycles count in. ``ram_addresses``: the addresses that each
+    block RAM gets in every cycle; all block RAMs of a design are driven alike. ``kernel``: on a processor, the unit of
+    the cycles where that is not the kernel of the style.
     """
 
     phase: str
@@ -109,8 +153,8 @@ def _no_cycles() -> NDArray[np.int64]:
 class Exchange(Step):
     """A round trip between two steps: ``bits`` to the task ``to``, which answers with ``answer_bits``.
 
-    The work goes on once the answer has come. It takes no cycle of its own: where nothing stands between the two tasks,
-    it is nothing.
+    The work goes on once the answer has come. An exchange takes no cycle of its own: between two tasks of one component
+    it takes no time.
     """
 
     phase: str = "detect"
@@ -122,23 +166,23 @@ class Exchange(Step):
 
 @dataclass(frozen=True)
 class MemoryStep(Step):
-    """A step whose units use an external memory; the cycles of ``traffic`` are among those of the step."""
+    """A step with access to an external memory; the cycles of ``traffic`` are among those of the step."""
 
     traffic: Traffic = field(default_factory=Traffic)
 
 
 @dataclass(frozen=True)
 class Memory:
-    """What stands in each of the design's block RAMs, which are driven alike: words of ``width`` bits by content."""
+    """The contents of each block RAM of a design, all driven alike: words of ``width`` bits, by content."""
 
     width: int
     words: Mapping[str, int]
 
 
 def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int, int]) -> tuple[str, ...]:
-    """A note where an array of ``nodes``, ``what`` parameter ``key`` gives, is larger than the map; else none.
+    """A note where the ``what`` (block, tile) of ``nodes`` from parameter ``key`` is larger than the map; else none.
 
-    It is one more partial one: all its nodes are built, and those beyond the map hold obstacles.
+    Such an array is partial: all its nodes are built, and those beyond the map hold obstacles.
     """
     held = min(nodes[0], map_shape[0]), min(nodes[1], map_shape[1])
     if held == nodes:
@@ -150,14 +194,14 @@ def beyond_map(key: str, what: str, nodes: tuple[int, int], map_shape: tuple[int
 
 
 class _Style(ABC):
-    """What styles of planning tasks and of other tasks have in common.
+    """The base class of the styles of planning tasks and of other tasks.
 
     - ``planner``: the planner's name. ``style``: the style's name in YAML. ``description``: one line for ``hwsw list``,
       without a full stop.
     - ``component_type``: the type of component it runs on: ``fpga`` or ``processor``.
-    - ``kernel``: on a processor, the kernel that the platform gives a cost, and that cycles of steps are units of.
+    - ``kernel``: on a processor, the kernel that the cycles of steps count. The platform declares its cost.
 
-    Every method that asks about a problem takes a ``Job``. A style on an FPGA gives ``demand``, ``clock_limit`` and
+    Every method about a problem takes a ``Job``. A style on an FPGA gives ``demand``, ``clock_limit`` and
     ``power``. A style on a processor leaves all three as they are: the platform declares clock and power.
     """
 
@@ -168,16 +212,16 @@ class _Style(ABC):
     kernel: str = ""
 
     def kernels(self, _job: Job[Any, Any], /) -> tuple[str, ...]:
-        """Every kernel that steps of the job are counted in. By default the one kernel of the style.
+        """Every kernel that steps of the job count. By default the one kernel of the style.
 
-        A platform without a cost of one of them is refused before anything runs.
+        A platform without a cost for each of them is refused before anything runs.
         """
         return (self.kernel,)
 
     def demand(self, _job: Job[Any, Any], /) -> Demand:
-        """Resources and other bounds, as a vector with items; no feasibility is judged here. By default none.
+        """Resources and other bounds, item by item; feasibility is judged elsewhere. By default none.
 
-        A planning task asks for nothing for a task that the component does not do itself (``Job.does``). On a processor
+        A planning task has no demand for a task that the component does not do itself (``Job.does``). On a processor
         only bounds count.
         """
         return Demand(items=())
@@ -186,7 +230,7 @@ class _Style(ABC):
         """The fastest clock that a design of this size reaches on the part, Hz, with its interval.
 
         Raises:
-            InputError: the style runs on a processor, whose clock has no limit law.
+            InputError: the style runs on a processor. Its clock has no limit law.
         """
         raise InputError("a processor's clock has no limit law", self.style, "declare it in the platform")
 
@@ -194,7 +238,7 @@ class _Style(ABC):
         """Static and dynamic power of a demand on a part at a clock in Hz: W, with their intervals.
 
         Raises:
-            InputError: the style runs on a processor, whose power is declared in the platform.
+            InputError: the style runs on a processor. The platform declares its power.
         """
         raise InputError("a processor's power has no law", self.style, "declare it in the platform")
 
@@ -209,30 +253,30 @@ class Architecture(_Style):
     supports_external: bool = False
 
     def settled(self, parameters: Any) -> Any:
-        """The parameters that this style runs with, where it cannot run with those that are given.
+        """The parameters that this style runs with, where it cannot run with the given ones.
 
-        Everything else here is asked with the answer, and so is the planner: cycles, resources, messages and quality
-        are those of one run. What is settled stays as it is when asked again.
+        All other methods, and the planner, get the answer. So cycles, resources, messages and quality belong to one
+        run. The answer for an answer is the same.
         """
         return parameters
 
     def notes(self, _job: Job[Any, Any], /) -> tuple[str, ...]:
-        """What a reader has to know of a design with the parameters as given: "key: sentence", no full stop.
+        """Facts about a design with the given parameters that a reader must know: "key: sentence", no full stop.
 
-        A note is no fault. It says where a design does other work than its parameters let one expect.
+        A note is no fault. It names work of the design that its parameters do not suggest.
         """
         return ()
 
     def memory(self, _job: Job[Any, Any], /) -> Memory | None:
-        """What the block RAMs hold. By default None: the style uses none."""
+        """The contents of the block RAMs. By default None: the style uses none."""
         return None
 
     @abstractmethod
     def work(self, job: Job[Any, Any]) -> Generator[Step, None, Any]:
-        """Steps to be run on a clock; returns the plan, the same that ``Planner.plan`` gives.
+        """Steps to be run on a clock; returns the same plan as ``Planner.plan``.
 
-        A task that the component does not do itself takes no steps here; where the work has to wait for one, it yields
-        an ``Exchange``.
+        A task that the component does not do itself takes no steps here. Where the work has to wait for such a task, it
+        yields an ``Exchange``.
         """
 
     def updates(self, _job: Job[Any, Any], /) -> Any:
@@ -252,13 +296,13 @@ class TaskStyle(_Style):
     def steps(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
         """One execution, for a robot at ``job.position``.
 
-        Returns what the task makes: a path as ``Planner.path_from`` (of decisions and paths), a start for
-        ``Architecture.work`` (of lower bounds), or None.
+        Returns the result of the task: a path as ``Planner.path_from`` does (decisions and paths), a start for
+        ``Architecture.work`` (lower bounds), or None.
         """
 
     def again(self, job: Job[Any, Any], /) -> Generator[Step, None, Any]:
-        """The steps of one decision more of a plan that is made: a drive asks for one at every control turn.
+        """The steps of one more decision from the same plan: a drive takes one decision at every control turn.
 
-        What they return is not used. By default one decision costs what ``steps`` says.
+        Their return value is not used. By default the steps are those of ``steps``.
         """
         return self.steps(job)

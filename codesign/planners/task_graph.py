@@ -1,6 +1,7 @@
-"""The tasks of a workload as a graph: what flows from which task to which, with the size of each message.
+"""The tasks of a workload as a graph: the flows between tasks, with the size of each message.
 
-In one turn data flow one way: the graph is acyclic. The loop of a mission closes through the world, between turns.
+Within one turn data flow in one direction: the graph is acyclic. The loop of a mission closes through the world,
+between turns.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Flow:
-    """``bits`` that task ``sender`` hands task ``receiver`` under ``name``; a message where they are placed apart."""
+    """``bits`` from task ``sender`` to task ``receiver``, named ``name``; a message where they are placed apart."""
 
     sender: str
     receiver: str
@@ -27,7 +28,7 @@ class Flow:
 
 @dataclass(frozen=True)
 class TaskGraph:
-    """Tasks, and what flows between them.
+    """Tasks, and the flows between them.
 
     Raises:
         InputError: a flow that leads in a circle, or from or to no task of ``tasks``.
@@ -62,14 +63,14 @@ class TaskGraph:
 
     @cached_property
     def order(self) -> tuple[str, ...]:
-        """The tasks, each after all that it waits for, otherwise as listed."""
+        """The tasks in order: each after the tasks that it waits for, otherwise as listed."""
         import networkx
 
         place = {task: index for index, task in enumerate(self.tasks)}
         return tuple(networkx.lexicographical_topological_sort(self.networkx, key=place.__getitem__))
 
     def between(self, sender: str, receiver: str) -> tuple[Flow, ...]:
-        """What flows from one task straight to another."""
+        """The flows from one task directly to another."""
         return tuple(flow for flow in self.flows if (flow.sender, flow.receiver) == (sender, receiver))
 
     def _cycle(self) -> list[str]:

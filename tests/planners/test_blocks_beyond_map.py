@@ -77,11 +77,11 @@ def test_no_block_changes_a_bit_of_the_field(problem: Problem, data: st.DataObje
     asked: dict[str, Any] = {"iterations": iterations, "schedule": schedule}
     whole = relax_reference(problem.free, problem.goals, block=problem.free.shape, **asked)
     same = relax_reference(problem.free, problem.goals, block=block, **asked)
-    found = relax(problem.free, problem.goals, block=block, **asked)
-    assert found.field == whole.field == same.field
-    assert found.stages == same.stages
+    larger = relax(problem.free, problem.goals, block=block, **asked)
+    assert larger.field == whole.field == same.field
+    assert larger.stages == same.stages
     if block[0] >= problem.rows and block[1] >= problem.columns:
-        assert found.stages == whole.stages
+        assert larger.stages == whole.stages
 
 
 @given(problem=problems(), data=st.data())

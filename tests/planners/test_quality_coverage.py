@@ -35,9 +35,9 @@ def problems(draw: st.DrawFn) -> Problem:
 
 
 def off_goals(problem: Problem, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    found = cells.copy()
-    found[tuple(np.array(problem.goals).T)] = False
-    return found
+    blocked = cells.copy()
+    blocked[tuple(np.array(problem.goals).T)] = False
+    return blocked
 
 
 @given(problems(), st.booleans(), st.sampled_from(["starts", "whole_map"]))

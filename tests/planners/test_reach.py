@@ -42,25 +42,25 @@ def by_relaxation(free: Map, goals: list[Cell]) -> Map:
 
 
 def by_search(free: Map, goals: list[Cell]) -> Map:
-    found = np.zeros_like(free)
+    reached = np.zeros_like(free)
     for row, column in np.argwhere(free).tolist():
-        found[row, column] = trail(free, (row, column), tuple(goals)).goal is not None
-    return found
+        reached[row, column] = trail(free, (row, column), tuple(goals)).goal is not None
+    return reached
 
 
 def by_steps(free: Map, goals: list[Cell]) -> Map:
     """Cells joined to a goal by the steps of gradient descent search: a diagonal one cuts no corner."""
-    found = np.zeros_like(free)
+    reached = np.zeros_like(free)
     waiting = list(goals)
     while waiting:
         row, column = waiting.pop()
-        found[row, column] = True
+        reached[row, column] = True
         for down, right in STEPS:
             cell = row + down, column + right
             inside = 0 <= cell[0] < free.shape[0] and 0 <= cell[1] < free.shape[1]
-            if inside and free[cell] and not found[cell] and free[row, cell[1]] and free[cell[0], column]:
+            if inside and free[cell] and not reached[cell] and free[row, cell[1]] and free[cell[0], column]:
                 waiting.append(cell)
-    return found
+    return reached
 
 
 def by_waves(cutting: bool) -> Callable[[Map, list[Cell]], Map]:

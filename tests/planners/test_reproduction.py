@@ -26,16 +26,31 @@ def makers(tree: ast.AST) -> Iterator[ast.Call]:
                 yield node
 
 
+def rows_of_makers(tree: ast.AST) -> int:
+    """The calls of functions that a maker has fixed arguments of, as in ``own = partial(row, ...)``."""
+    fixed = {
+        target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Assign) and any(call is node.value for call in makers(node))
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    calls = (node.func for node in ast.walk(tree) if isinstance(node, ast.Call))
+    return sum(isinstance(function, ast.Name) and function.id in fixed for function in calls)
+
+
 def test_every_row_says_what_it_was_used_for() -> None:
     folder = Path(codesign.planners.__file__).parent
-    found = 0
+    rows = 0
     for file in sorted(folder.glob("*/paper/*.py")):
         if file.name == SILENT:
             continue
-        for call in makers(ast.parse(file.read_text(encoding="utf-8"))):
-            found += 1
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        rows += rows_of_makers(tree)
+        for call in makers(tree):
+            rows += 1
             assert "use" in {given.arg for given in call.keywords}, f"{file.name}:{call.lineno}"
-    assert found > 60
+    assert rows > 60
 
 
 def test_a_figure_that_is_not_published_has_nothing_to_hold_out() -> None:
@@ -46,7 +61,7 @@ def test_a_figure_that_is_not_published_has_nothing_to_hold_out() -> None:
 
 
 def test_figures_that_a_rule_was_chosen_in_view_of_are_not_held_out() -> None:
-    uses = {one.quantity: one.use for one in table_rows()}
+    uses = {row.quantity: row.use for row in table_rows()}
     assert [uses[f"hybrid, {robots} robots, on XC3S500E"] for robots in (2, 4, 8)] == [
         Use.FITTED,
         Use.KNOWN,

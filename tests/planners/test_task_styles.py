@@ -39,12 +39,12 @@ AT = (float(START[0]), float(START[1]))
 
 
 def drain(steps: Any) -> tuple[list[Any], Any]:
-    found = []
+    yielded = []
     while True:
         try:
-            found.append(next(steps))
+            yielded.append(next(steps))
         except StopIteration as done:
-            return found, done.value
+            return yielded, done.value
 
 
 def cycles(steps: list[Any], phase: str | None = None) -> int:

@@ -1,9 +1,9 @@
 """Breadth-first search, the planner of Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008).
 
 - ``plan``: the arithmetic, exact and without a clock.
-- ``styles``: how it is laid out on a component, with its laws.
-- ``published``: the paper's rows that laws are fitted to and held against.
-- ``paper``: the run that holds the model against the paper.
+- ``styles``: its layout on a component, with its laws.
+- ``published``: the rows of the paper that laws are fitted to and compared with.
+- ``paper``: the reproduction of the paper.
 
-``paper`` imports ``styles``, ``styles`` imports ``plan``, and none the other way round.
+``paper`` imports ``styles``, and ``styles`` imports ``plan``; never the reverse.
 """

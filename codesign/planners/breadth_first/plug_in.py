@@ -1,4 +1,4 @@
-"""Everything that this room registers."""
+"""The plug-in of this room."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from codesign.planners.breadth_first.plan.planner import PLANNER
 from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.breadth_first.styles.probes import PROBES
 from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 
 
-def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def _reproduce(quick: bool = False, progress: Progress = silent) -> Reproduction:
     from codesign.planners.breadth_first.paper.reproduce import breadth_first
 
     return breadth_first(quick, progress)

@@ -1,6 +1,6 @@
-"""What Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008) publish: Tables 1 to 3 and the text.
+"""The numbers that Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008) publish: Tables 1 to 3 and the text.
 
-Numbers are as printed, also where they contradict each other.
+The numbers are as printed, also where they contradict each other.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SOFTWARE = (
 """Table 1. The second row says "Almost 0"."""
 
 SOFTWARE_TICK_MS = 10
-"""Every time of Table 1 is a multiple of 10 ms: the tick of the clock that was read, so each is good to ±10 ms."""
+"""Every time of Table 1 is a multiple of 10 ms: the tick of the clock. So each time is good to ±10 ms."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ HARDWARE = (
 CLOCK_LIMIT = 185_000_000
 """Hz: "the system can work at a maximum frequency of 185 MHz" (section 3.2)."""
 SHOWN_CLOCK = 150_000_000
-"""Hz: the fastest clock that times are given for."""
+"""Hz: the fastest clock with published times."""
 
 DISPLAY_ROWS, DISPLAY_COLUMNS = 600, 800
 DISPLAY_CLOCK = 65_000_000

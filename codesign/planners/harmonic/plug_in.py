@@ -1,26 +1,19 @@
-"""Everything that this room registers."""
+"""The plug-in of this room."""
 
 from __future__ import annotations
 
+from codesign.planners.harmonic.paper.reproduce import harmonic
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
 from codesign.planners.plug_in import PlugIn, Samples
-from codesign.planners.reproduction import Progress, Reproduction
-
-
-def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
-    from codesign.planners.harmonic.paper.reproduce import harmonic
-
-    return harmonic(quick, progress)
-
 
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
     probes=PROBES,
-    reproduce=_reproduce,
+    reproduce=harmonic,
     samples=Samples(
         parameters=(
             {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)},

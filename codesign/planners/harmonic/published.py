@@ -1,8 +1,7 @@
-"""What Girau, Boumaza, Scherrer and Torres-Huitzil (2008) publish of their circuit: section 5.4, Tables 1 to
-3.
+"""The numbers of Girau, Boumaza, Scherrer and Torres-Huitzil (2008) on their circuit: section 5.4, Tables 1 to 3.
 
-The laws of this package are fitted to some of these rows and held against the others; ``codesign.reproduce``
-says which. Numbers are as printed, also where they contradict each other.
+The laws of this room are fitted to some of these rows and compared with the others; ``paper`` names the use of each
+row. The numbers are as printed, also where they contradict each other.
 """
 
 from __future__ import annotations

@@ -34,17 +34,17 @@ def quick() -> Reproduction:
 
 @pytest.mark.parametrize("table", list(PUBLISHED_ROWS))
 def test_every_row_of_every_table_is_there(quick: Reproduction, table: str) -> None:
-    given = [one.published for one in quick.rows if one.table == table]
-    for found, expected in zip(given, PUBLISHED_ROWS[table], strict=True):
-        assert found == (expected if isinstance(expected, str) else pytest.approx(expected))
-    assert all(isinstance(one.modelled, float) for one in quick.rows if one.table == table)
+    given = [row.published for row in quick.rows if row.table == table]
+    for figure, expected in zip(given, PUBLISHED_ROWS[table], strict=True):
+        assert figure == (expected if isinstance(expected, str) else pytest.approx(expected))
+    assert all(isinstance(row.modelled, float) for row in quick.rows if row.table == table)
     assert any("Tables 2 and 3" in line for line in TOLD)
 
 
 def test_fit_is_made_on_three_rows_and_held_against_the_others(quick: Reproduction) -> None:
-    second = {one.quantity.split(", ")[1]: one for one in quick.rows if one.table == "Table 2"}
-    assert {size for size, one in second.items() if one.use is Use.HELD_OUT} == {"10×10", "40×40"}
-    assert all(abs(one.error or 0) < 0.1 for one in second.values())
+    second = {row.quantity.split(", ")[1]: row for row in quick.rows if row.table == "Table 2"}
+    assert {size for size, row in second.items() if row.use is Use.HELD_OUT} == {"10×10", "40×40"}
+    assert all(abs(row.error or 0) < 0.1 for row in second.values())
     chosen = fit(quick=True)
     assert chosen.candidate.micro_architecture is MicroArchitecture.THREE_CYCLES
     assert not chosen.candidate.init_timed
@@ -77,12 +77,12 @@ def test_findings_are_made_from_the_data(quick: Reproduction) -> None:
 
 
 def test_rows_say_where_they_come_from(quick: Reproduction) -> None:
-    for one in quick.rows:
-        assert one.source
-        assert isinstance(one.status, Status)
-        if one.error is not None:
-            assert isinstance(one.published, int | float)
-            assert one.modelled == pytest.approx(one.published * (1 + one.error))
+    for row in quick.rows:
+        assert row.source
+        assert isinstance(row.status, Status)
+        if row.error is not None:
+            assert isinstance(row.published, int | float)
+            assert row.modelled == pytest.approx(row.published * (1 + row.error))
     assert json.loads(quick.to_json())["schema_version"] == 1
     assert [plot.name for plot in quick.figures] == ["vacariu-tables-2-3"]
 

@@ -52,22 +52,22 @@ def test_kernel_leaves_what_the_listing_leaves(
 ) -> None:
     free, start, goals = given_problem
     before = free.copy()
-    expected, found = trail(free, start, tuple(goals)), search_nearest(free, start, goals)
+    expected, plan = trail(free, start, tuple(goals)), search_nearest(free, start, goals)
     assert (free == before).all()
-    assert (found.directions == expected.directions).all()
-    assert found.popped_cells == expected.popped
-    assert found.queue_depth == expected.depth
-    assert found.goal == expected.goal
-    assert tuple(map(tuple, np.stack(np.divmod(found.pushed, free.shape[1]), 1))) == expected.pushed
-    assert tuple(map(tuple, found.order)) == expected.pushed[: expected.popped]
+    assert (plan.directions == expected.directions).all()
+    assert plan.popped_cells == expected.popped
+    assert plan.queue_depth == expected.depth
+    assert plan.goal == expected.goal
+    assert tuple(map(tuple, np.stack(np.divmod(plan.pushed, free.shape[1]), 1))) == expected.pushed
+    assert tuple(map(tuple, plan.order)) == expected.pushed[: expected.popped]
     if expected.goal is None:
-        assert found.path.shape == (0, 2)
-        assert found.path_steps is None
-        assert found.spreading == len(expected.pushed)
+        assert plan.path.shape == (0, 2)
+        assert plan.path_steps is None
+        assert plan.spreading == len(expected.pushed)
     else:
-        assert [tuple(cell) for cell in found.path] == mark_path(expected.directions, expected.goal)
-        on_path = {tuple(cell) for cell in found.path}
-        assert found.spreading == len([cell for cell in expected.pushed if cell not in on_path])
+        assert [tuple(cell) for cell in plan.path] == mark_path(expected.directions, expected.goal)
+        on_path = {tuple(cell) for cell in plan.path}
+        assert plan.spreading == len([cell for cell in expected.pushed if cell not in on_path])
 
 
 @settings(max_examples=150, deadline=None)
@@ -76,15 +76,15 @@ def test_path_is_a_shortest_one(
     given_problem: tuple[NDArray[np.bool_], tuple[int, int], list[tuple[int, int]]],
 ) -> None:
     free, start, goals = given_problem
-    found = search_nearest(free, start, goals)
+    plan = search_nearest(free, start, goals)
     steps = int(maps.distance_steps(free, goals)[start])
-    assert found.reached == (steps >= 0)
-    if found.reached:
-        assert found.path_steps == steps
-        assert tuple(found.path[0]) == start
-        assert tuple(found.path[-1]) == found.goal
-        assert (np.abs(np.diff(found.path, axis=0)).sum(axis=1) == 1).all()
-        assert free[tuple(found.path.T)].all()
+    assert plan.reached == (steps >= 0)
+    if plan.reached:
+        assert plan.path_steps == steps
+        assert tuple(plan.path[0]) == start
+        assert tuple(plan.path[-1]) == plan.goal
+        assert (np.abs(np.diff(plan.path, axis=0)).sum(axis=1) == 1).all()
+        assert free[tuple(plan.path.T)].all()
 
 
 @pytest.mark.parametrize(
@@ -113,42 +113,42 @@ def test_lengths_are_those_of_networkx(grid: maps.OccupancyGrid) -> None:
 
 def test_neighbours_are_looked_at_north_south_west_east() -> None:
     assert NEIGHBOURS == ((-1, 0), (1, 0), (0, -1), (0, 1))
-    found = search(np.ones((3, 3), np.bool_), (1, 1), (2, 2))
-    assert found.order.tolist()[:5] == [[1, 1], [0, 1], [2, 1], [1, 0], [1, 2]]
+    plan = search(np.ones((3, 3), np.bool_), (1, 1), (2, 2))
+    assert plan.order.tolist()[:5] == [[1, 1], [0, 1], [2, 1], [1, 0], [1, 2]]
     # (2, 2) is discovered from the south neighbour, which is popped before the east one.
-    assert found.path.tolist() == [[1, 1], [2, 1], [2, 2]]
-    assert found.directions[2, 2] == WEST
-    assert found.directions[1, 0] == EAST
-    assert found.directions[1, 1] == -1
+    assert plan.path.tolist() == [[1, 1], [2, 1], [2, 2]]
+    assert plan.directions[2, 2] == WEST
+    assert plan.directions[1, 0] == EAST
+    assert plan.directions[1, 1] == -1
 
 
 @pytest.mark.parametrize("side", [1, 2, 7, 40])
 def test_an_empty_square_from_corner_to_corner(side: int) -> None:
-    found = search(np.ones((side, side), np.bool_), (0, 0), (side - 1, side - 1))
-    assert found.popped_cells == found.pushed_cells == side**2
-    assert found.path_steps == 2 * (side - 1)
-    assert found.spreading == side**2 - (2 * side - 1)
+    plan = search(np.ones((side, side), np.bool_), (0, 0), (side - 1, side - 1))
+    assert plan.popped_cells == plan.pushed_cells == side**2
+    assert plan.path_steps == 2 * (side - 1)
+    assert plan.spreading == side**2 - (2 * side - 1)
     # The queue holds one diagonal and the beginning of the next.
-    assert found.queue_depth == side
+    assert plan.queue_depth == side
 
 
 def test_a_corridor_has_no_spreading() -> None:
-    found = search(np.ones((1, 50), np.bool_), (0, 0), (0, 49))
-    assert (found.popped_cells, found.path_steps, found.spreading, found.queue_depth) == (50, 49, 0, 1)
+    plan = search(np.ones((1, 50), np.bool_), (0, 0), (0, 49))
+    assert (plan.popped_cells, plan.path_steps, plan.spreading, plan.queue_depth) == (50, 49, 0, 1)
 
 
 def test_start_on_the_goal() -> None:
-    found = search(np.ones((4, 4), np.bool_), (2, 2), (2, 2))
-    assert (found.popped_cells, found.path.tolist(), found.path_steps) == (1, [[2, 2]], 0)
+    plan = search(np.ones((4, 4), np.bool_), (2, 2), (2, 2))
+    assert (plan.popped_cells, plan.path.tolist(), plan.path_steps) == (1, [[2, 2]], 0)
 
 
 def test_no_way_is_an_answer() -> None:
     free = np.ones((3, 5), np.bool_)
     free[:, 2] = False
-    found = search(free, (0, 0), (0, 4))
-    assert not found.reached
-    assert found.goal is None
-    assert found.popped_cells == found.pushed_cells == found.spreading == 6
+    plan = search(free, (0, 0), (0, 4))
+    assert not plan.reached
+    assert plan.goal is None
+    assert plan.popped_cells == plan.pushed_cells == plan.spreading == 6
 
 
 @pytest.mark.parametrize(
@@ -279,14 +279,14 @@ def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
     plan = PLANNER.plan(Job(problem, SearchParameters()))
     on_path = {tuple(cell) for cell in plan.path.tolist()}
     shortest = maps.distance_steps(problem.free, [plan.start])
-    known = 0
+    with_path = 0
     for cell in map(tuple, np.argwhere(problem.free).tolist()):
         points, arrived = PLANNER.path_from(problem, plan, (float(cell[0]), float(cell[1])))
         came = plan.directions[cell] >= 0 or cell == plan.start
         assert arrived == came
         if not arrived:
             continue
-        known += 1
+        with_path += 1
         cells = [tuple(each) for each in points.astype(int).tolist()]
         assert cells[0] == cell
         assert cells[-1] == plan.goal
@@ -297,7 +297,7 @@ def test_way_from_beside_the_path_goes_back_to_it(problem: Problem) -> None:
         assert [int(shortest[each]) for each in cells[: met + 1]] == list(
             range(int(shortest[cell]), int(shortest[cell]) - met - 1, -1)
         )
-    assert known > len(on_path)
+    assert with_path > len(on_path)
 
 
 def test_a_problem_without_start_is_refused(problem: Problem) -> None:

@@ -56,18 +56,18 @@ def empty(rows: int, columns: int) -> Problem:
 
 def drained(steps: Any) -> tuple[dict[str, int], list[Any], Any]:
     phases: dict[str, int] = {}
-    told = []
+    recorded = []
     while True:
         try:
             step = next(steps)
         except StopIteration as done:
-            return phases, told, done.value
+            return phases, recorded, done.value
         phases[step.phase] = phases.get(step.phase, 0) + int(step.cycles.sum())
-        told.append(step)
+        recorded.append(step)
 
 
 def bound(demand: Demand, name: str) -> Line:
-    return next(one for one in demand.bounds if one.name == name)
+    return next(bound for bound in demand.bounds if bound.name == name)
 
 
 @pytest.mark.parametrize(
@@ -118,10 +118,10 @@ def test_external_memory_costs_its_accesses(problem: Problem, place: str) -> Non
 
 
 def test_pushes_belong_to_the_pop_that_made_them(problem: Problem) -> None:
-    found = search(problem.free, (0, 0), (39, 49))
+    plan = search(problem.free, (0, 0), (39, 49))
     visited = {(0, 0)}
     expected = []
-    for row, column in found.order.tolist():
+    for row, column in plan.order.tolist():
         around = [(row + down, column + right) for down, right in NEIGHBOURS]
         new = [
             cell
@@ -131,7 +131,7 @@ def test_pushes_belong_to_the_pop_that_made_them(problem: Problem) -> None:
         visited |= set(new)
         expected.append(len(new))
     expected[-1] = 0  # the goal is popped, not expanded
-    assert pushes_of_each_pop(found).tolist() == expected
+    assert pushes_of_each_pop(plan).tolist() == expected
 
 
 @pytest.mark.parametrize("style", list(BY_STYLE))
@@ -139,7 +139,7 @@ def test_pushes_belong_to_the_pop_that_made_them(problem: Problem) -> None:
 def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str, memory: str) -> None:
     parameters = SearchParameters(memory=memory)  # type: ignore[arg-type]
     memo = Memo()
-    fine, told, plan = drained(BY_STYLE[style].work(Job(problem, parameters, detail=True)))
+    fine, recorded, plan = drained(BY_STYLE[style].work(Job(problem, parameters, detail=True)))
     first, _, _ = drained(BY_STYLE[style].work(Job(problem, parameters, memo=memo, detail=False)))
     second, _, again = drained(BY_STYLE[style].work(Job(problem, parameters, memo=memo, detail=False)))
     assert fine == first == second
@@ -149,15 +149,15 @@ def test_coarse_steps_cost_the_same_and_are_shared(problem: Problem, style: str,
         == PLANNER.identity(again)
         == PLANNER.identity(PLANNER.plan(Job(problem, parameters)))
     )
-    assert all(int(step.cycles.min()) >= 1 for step in told)
-    records = [step.record(10, 20, "fpga") for step in told]
+    assert all(int(step.cycles.min()) >= 1 for step in recorded)
+    records = [step.record(10, 20, "fpga") for step in recorded]
     assert sum(record.cycles for record in records) == sum(fine.values())
-    assert [record.task for record in records] == [step.phase for step in told]
+    assert [record.task for record in records] == [step.phase for step in recorded]
 
 
 def test_large_searches_come_in_batches() -> None:
-    _, told, plan = drained(MACHINE.work(Job(empty(300, 300), SearchParameters())))
-    units = [len(step.cycles) for step in told if step.phase == "bf"]
+    _, recorded, plan = drained(MACHINE.work(Job(empty(300, 300), SearchParameters())))
+    units = [len(step.cycles) for step in recorded if step.phase == "bf"]
     assert units == [1 << 16, plan.popped_cells - (1 << 16)]
 
 
@@ -284,7 +284,7 @@ def test_java_meets_its_wall_between_100_and_200() -> None:
     assert pytest.approx(6710.9, abs=0.1) == JAVA_BYTES_A_CELL_HIGH
     java, compiled = BY_STYLE["software_java"], BY_STYLE["software"]
     wall = java.demand(Job(empty(200, 200), SearchParameters(), part=None)).bounds  # type: ignore[arg-type]
-    assert [one.name for one in wall] == ["heap of the Java program"]
+    assert [bound.name for bound in wall] == ["heap of the Java program"]
     assert compiled.demand(Job(empty(200, 200), SearchParameters(), part=None)).bounds == ()  # type: ignore[arg-type]
 
 

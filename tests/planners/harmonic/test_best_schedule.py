@@ -44,10 +44,10 @@ def test_equals_trying_every_schedule(
         walked = schedule[:ends]
         return sum(costs.get(pair, 5) for pair in zip((0, *walked), walked, strict=False)), len(walked)
 
-    found = best_schedule(stage_cost, candidates, last, ends=lambda precision: precision in ending)
+    schedule = best_schedule(stage_cost, candidates, last, ends=lambda precision: precision in ending)
     best = min(map(cost_and_stages, every_schedule(candidates, last)))
-    assert (found.cost, len(found.precisions)) == best == cost_and_stages(found.precisions)
-    assert found.precisions[-1] == last or found.precisions[-1] in ending
+    assert (schedule.cost, len(schedule.precisions)) == best == cost_and_stages(schedule.precisions)
+    assert schedule.precisions[-1] == last or schedule.precisions[-1] in ending
     assert all(times == 1 for times in asked.values())
 
 
@@ -101,9 +101,9 @@ def test_equals_running_every_schedule(
         return sum(map(cycles_with_switches, done.stages)), len(done.stages)
 
     parameters = RelaxParameters(block=block, iterations=iterations, schedule=(1, last), stop=stop)
-    found = optimise_schedule(problem, parameters, candidates, cycles=cycles_with_switches)
+    schedule = optimise_schedule(problem, parameters, candidates, cycles=cycles_with_switches)
     best = min(map(run, every_schedule(candidates, last)))
-    assert (found.cost, len(found.precisions)) == best == run(found.precisions)
+    assert (schedule.cost, len(schedule.precisions)) == best == run(schedule.precisions)
 
 
 def test_searches_share_a_memo_and_one_without_room_gives_the_same() -> None:

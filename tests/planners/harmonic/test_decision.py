@@ -56,17 +56,17 @@ def test_directions_are_the_exact_rule_normalised(problem, only_ascending):
     field, free = problem
     values = field.to_ints()
     rule = Rule.ASCENDING_TRIANGLE if only_ascending else Rule.TRIANGLE
-    found = directions(field, free, rule)
+    vectors = directions(field, free, rule)
     for row, column in np.ndindex(values.shape):
         if not free[row, column]:
-            assert (found[row, column] == 0).all()
+            assert (vectors[row, column] == 0).all()
             continue
         exact = exact_direction(values, row, column, only_ascending=only_ascending)
         # One common shift keeps the ratio while the integers come into the range of doubles.
         shift = max(max(map(abs, exact)).bit_length() - 200, 0)
         down, right = (float((abs(part) >> shift) * (1 if part > 0 else -1)) for part in exact)
         length = math.hypot(down, right) or 1.0
-        assert found[row, column] == pytest.approx([down / length, right / length], abs=1e-14)
+        assert vectors[row, column] == pytest.approx([down / length, right / length], abs=1e-14)
 
 
 @settings(max_examples=300, deadline=None)
@@ -124,8 +124,8 @@ def test_the_last_of_300_bits_decides():
 def test_a_borrow_runs_through_equal_limbs():
     # East: 2^128 − 1 borrows through a limb of equal halves; south is the yardstick.
     values = np.array([[(5 << 64) + 1, (1 << 128) + (5 << 64)], [(1 << 127) + (5 << 64), 0]], object)
-    found = directions(Field.from_ints(values, 190), np.ones((2, 2), bool))[0, 0]
-    assert found[1] / found[0] == pytest.approx(2.0)
+    vectors = directions(Field.from_ints(values, 190), np.ones((2, 2), bool))[0, 0]
+    assert vectors[1] / vectors[0] == pytest.approx(2.0)
 
 
 @st.composite

@@ -13,6 +13,7 @@ from places import ROOT
 
 from codesign.errors import InputError
 from codesign.figures import Status
+from codesign.planners import reproduction
 from codesign.planners.harmonic.paper import closed_forms as theory
 from codesign.planners.harmonic.paper.figures import (
     bits_a_doubling,
@@ -26,7 +27,7 @@ from codesign.planners.harmonic.paper.findings import share_findings
 from codesign.planners.harmonic.paper.speed import software_seconds
 from codesign.planners.harmonic.paper.tables import table_rows
 from codesign.planners.harmonic.paper.theory import largest_eigenvalue
-from codesign.planners.reproduction import Use, row
+from codesign.planners.reproduction import Use
 from codesign.reproduce import Plot, Reproduction, Series, plot_svg, write_plots
 from codesign.system import catalog
 
@@ -70,21 +71,21 @@ def shown(value: float | str | None) -> str:
 
 def test_rows_that_need_no_simulation_are_golden() -> None:
     lines = []
-    for one in table_rows():
-        modelled = shown(one.modelled) if not one.error else f"{one.error:+.1%}"
-        lines.append(f"{one.table} {one.quantity} {shown(one.published)} {modelled} {one.use}\n")
+    for row in table_rows():
+        modelled = shown(row.modelled) if not row.error else f"{row.error:+.1%}"
+        lines.append(f"{row.table} {row.quantity} {shown(row.published)} {modelled} {row.use}\n")
     assert "".join(lines) == GOLDEN
 
 
 def test_the_documented_table_is_the_one_that_is_computed(quick: Reproduction) -> None:
     page = (ROOT / "docs" / "reproduction.md").read_text(encoding="utf-8").splitlines()
     # What a quick run takes from the same maps as a full one.
-    same = [one for one in quick.rows if one.table in THEORY and not one.quantity.endswith("room")]
+    same = [row for row in quick.rows if row.table in THEORY and not row.quantity.endswith("room")]
     assert len(same) == 13
-    for one in (*table_rows(), *same):
-        error = "" if one.error is None else "0" if one.error == 0 else f"{one.error:+.1%}".replace("%", " %")
-        ending = f"| {error} | {one.use} | {one.note} |"
-        assert any(f"| {one.quantity} |" in line and line.endswith(ending) for line in page), one.quantity
+    for row in (*table_rows(), *same):
+        error = "" if row.error is None else "0" if row.error == 0 else f"{row.error:+.1%}".replace("%", " %")
+        ending = f"| {error} | {row.use} | {row.note} |"
+        assert any(f"| {row.quantity} |" in line and line.endswith(ending) for line in page), row.quantity
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,7 @@ def quick() -> Reproduction:
 
 
 def test_quick_run_covers_every_row_of_the_full_one(quick: Reproduction) -> None:
-    places = {one.table for one in quick.rows}
+    places = {row.table for row in quick.rows}
     assert {"Table 1", "Table 2", "Table 3", "Section 5.4", "Section 4.5.2"} <= places
     assert {f"Figure {number}" for number in (3, 4, 5, 6)} | THEORY <= places
     assert [plot.name for plot in quick.figures] == ["figure-3", "figure-4", "figure-5", "figure-6"]
@@ -101,7 +102,7 @@ def test_quick_run_covers_every_row_of_the_full_one(quick: Reproduction) -> None
 
 
 def test_speed_up_of_the_maze_is_golden(quick: Reproduction) -> None:
-    speed = {one.quantity: one for one in quick.rows if one.quantity.startswith("speed-up, 9,500")}
+    speed = {row.quantity: row for row in quick.rows if row.quantity.startswith("speed-up, 9,500")}
     flat = speed["speed-up, 9,500-node maze, flat software"]
     limbs = speed["speed-up, 9,500-node maze, software a limb"]
     assert flat.modelled == pytest.approx(90.3, abs=0.1)
@@ -111,15 +112,15 @@ def test_speed_up_of_the_maze_is_golden(quick: Reproduction) -> None:
 
 
 def test_every_row_has_a_source_and_errors_are_relative(quick: Reproduction) -> None:
-    for one in quick.rows:
-        assert one.source
-        if one.error is not None:
-            assert isinstance(one.published, int | float)
-            assert one.modelled == pytest.approx(one.published * (1 + one.error))
+    for row in quick.rows:
+        assert row.source
+        if row.error is not None:
+            assert isinstance(row.published, int | float)
+            assert row.modelled == pytest.approx(row.published * (1 + row.error))
 
 
 def test_fitted_rows_are_those_the_laws_were_made_from(quick: Reproduction) -> None:
-    fitted = {(one.table, one.quantity) for one in quick.rows if one.use is Use.FITTED}
+    fitted = {(row.table, row.quantity) for row in quick.rows if row.use is Use.FITTED}
     assert len(fitted) == 10
     assert all(
         table in {"Table 1", "Table 2", "Table 3"}
@@ -130,19 +131,19 @@ def test_fitted_rows_are_those_the_laws_were_made_from(quick: Reproduction) -> N
 def test_findings_speak_of_the_data(quick: Reproduction) -> None:
     check_statements(quick)
     check_figures(quick, ["The clock law"])
-    flat = next(one for one in quick.rows if "flat software" in one.quantity)
+    flat = next(row for row in quick.rows if "flat software" in row.quantity)
     assert figures(quick, "Software of flat cost")["mean with steps of 16 bits"] == f"{flat.modelled:.0f}"
-    powers = [one for one in quick.rows if one.table == "Figure 4"]
+    powers = [row for row in quick.rows if row.table == "Figure 4"]
     measured = figures(quick, "Iterations grow").values()
-    assert all(f"{one.modelled:.2f}" in measured for one in powers)
+    assert all(f"{row.modelled:.2f}" in measured for row in powers)
 
 
 def test_the_headline_leaves_no_miss_out(quick: Reproduction) -> None:
     headline = figures(quick, "The laws meet")
-    assumed = [one for one in quick.rows if one.status is Status.ASSUMED and one.error is not None]
+    assumed = [row for row in quick.rows if row.status is Status.ASSUMED and row.error is not None]
     assert len(assumed) == 5
-    for one in assumed:
-        assert headline[one.quantity] == f"{one.error:+.0%}"
+    for row in assumed:
+        assert headline[row.quantity] == f"{row.error:+.0%}"
     assert (headline["rows that need none"], headline["of these exact"]) == ("14", "8")
 
 
@@ -161,7 +162,7 @@ def test_figure_6_gets_a_verdict_on_each_claim() -> None:
 
 
 def test_estimates_of_section_4_stand_beside_what_is_counted(quick: Reproduction) -> None:
-    rows = {one.quantity: one for one in quick.rows if one.table in THEORY}
+    rows = {row.quantity: row for row in quick.rows if row.table in THEORY}
     gain, first = rows["K, labyrinth"], rows["k_1 at 255 bits, labyrinth"]
     assert gain.published == pytest.approx(theory.noise_gain(61, 61))
     assert gain.modelled == pytest.approx(16.726, abs=1e-3)
@@ -172,7 +173,7 @@ def test_estimates_of_section_4_stand_beside_what_is_counted(quick: Reproduction
     assert rows["bits for a corridor of 100 cells"].modelled == 187
     best = rows["time with the best schedule over one stage, labyrinth"].modelled
     assert all(
-        best < one.modelled for name, one in rows.items() if name.endswith("equal stages over one, labyrinth")
+        best < row.modelled for name, row in rows.items() if name.endswith("equal stages over one, labyrinth")
     )
 
 
@@ -222,8 +223,11 @@ def test_shapes_of_known_curves() -> None:
 
 
 def test_error_is_left_out_where_a_side_is_no_number() -> None:
-    assert row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error is None
-    assert row("T", "q", 2, 3, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error == 0.5
+    assert (
+        reproduction.row("T", "q", "< 1", 0.5, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error
+        is None
+    )
+    assert reproduction.row("T", "q", 2, 3, status=Status.MEASURED, source="s", use=Use.HELD_OUT).error == 0.5
 
 
 def test_software_takes_100_microseconds_for_a_block_and_400_for_four() -> None:

@@ -168,21 +168,21 @@ def test_impossible_arguments_are_refused(arguments):
 def test_quality_of_a_corridor_is_known():
     free = np.ones((1, 11), bool)
     problem = Problem(free, ((0, 10),), ((0, 0), (0, 4), (0, 10)))
-    found = quality(problem, converged_field(free, problem.goals, 60), rule=Rule.NEIGHBOUR)
-    assert (found.reachable_cells, found.local_maxima, found.share_reaching_goal) == (10, 0, 1.0)
-    assert (found.starts, found.starts_arrived) == (3, 3)
-    assert (found.path_length_ratio_mean, found.path_length_ratio_worst) == (1.0, 1.0)
-    assert (found.clearance_mean, found.clearance_least) == (1.0, 1.0)
+    judged = quality(problem, converged_field(free, problem.goals, 60), rule=Rule.NEIGHBOUR)
+    assert (judged.reachable_cells, judged.local_maxima, judged.share_reaching_goal) == (10, 0, 1.0)
+    assert (judged.starts, judged.starts_arrived) == (3, 3)
+    assert (judged.path_length_ratio_mean, judged.path_length_ratio_worst) == (1.0, 1.0)
+    assert (judged.clearance_mean, judged.clearance_least) == (1.0, 1.0)
 
 
 def test_quality_counts_what_low_precision_loses():
     free = np.ones((1, 11), bool)
     problem = Problem(free, ((0, 10),), ((0, 0), (0, 9)))
     field = converged_field(free, problem.goals, 4)  # ... 0, 1, 4, 16
-    found = quality(problem, field, rule=Rule.NEIGHBOUR)
-    assert found.local_maxima == 7
-    assert found.share_reaching_goal == 3 / 10
-    assert (found.starts, found.starts_arrived) == (2, 1)
+    judged = quality(problem, field, rule=Rule.NEIGHBOUR)
+    assert judged.local_maxima == 7
+    assert judged.share_reaching_goal == 3 / 10
+    assert (judged.starts, judged.starts_arrived) == (2, 1)
 
 
 def test_quality_tells_mean_from_worst_and_clearance_from_length():
@@ -190,32 +190,32 @@ def test_quality_tells_mean_from_worst_and_clearance_from_length():
     free = np.ones((3, 9), bool)
     problem = Problem(free, ((1, 8),), ((0, 0), (1, 0)))
     field = converged_field(free, problem.goals, 80)
-    found = quality(problem, field)
+    judged = quality(problem, field)
     ways = [Ascent(field, free, problem.goals).follow(start) for start in problem.starts]
     ratios = [ways[0].length / (7 + math.sqrt(2)), ways[1].length / 8]
-    assert found.path_length_ratio_mean == pytest.approx(np.mean(ratios))
-    assert found.path_length_ratio_worst == pytest.approx(max(ratios))
-    assert found.clearance_least == 1.0
-    assert 1.0 < found.clearance_mean < 2.0
+    assert judged.path_length_ratio_mean == pytest.approx(np.mean(ratios))
+    assert judged.path_length_ratio_worst == pytest.approx(max(ratios))
+    assert judged.clearance_least == 1.0
+    assert 1.0 < judged.clearance_mean < 2.0
 
 
 def test_quality_without_starts_or_ways_has_no_lengths():
     free = np.array([[True, True, False, True]])
     for starts in ((), ((0, 3),)):
         problem = Problem(free, ((0, 0),), starts)
-        found = quality(problem, converged_field(free, problem.goals, 8))
-        assert (found.reachable_cells, found.share_reaching_goal) == (1, 1.0)
-        assert (found.starts, found.starts_arrived) == (len(starts), 0)
-        assert found.path_length_ratio_mean is found.clearance_least is found.clearance_mean is None
+        judged = quality(problem, converged_field(free, problem.goals, 8))
+        assert (judged.reachable_cells, judged.share_reaching_goal) == (1, 1.0)
+        assert (judged.starts, judged.starts_arrived) == (len(starts), 0)
+        assert judged.path_length_ratio_mean is judged.clearance_least is judged.clearance_mean is None
 
 
 def test_quality_of_a_single_goal_cell():
     problem = Problem(np.ones((1, 1), bool), ((0, 0),), ((0, 0),))
-    found = quality(problem, converged_field(problem.free, problem.goals, 8))
-    assert (found.reachable_cells, found.share_reaching_goal, found.starts_arrived) == (0, None, 1)
-    assert found.path_length_ratio_mean is None
-    assert found.clearance_least == 1.0
-    assert pickle.loads(pickle.dumps(found)) == found
+    judged = quality(problem, converged_field(problem.free, problem.goals, 8))
+    assert (judged.reachable_cells, judged.share_reaching_goal, judged.starts_arrived) == (0, None, 1)
+    assert judged.path_length_ratio_mean is None
+    assert judged.clearance_least == 1.0
+    assert pickle.loads(pickle.dumps(judged)) == judged
 
 
 def test_wrong_cells_are_those_the_published_termination_left_behind() -> None:

@@ -34,12 +34,12 @@ PARAMETERS = RelaxParameters(block=(9, 11), iterations=5, schedule=(7, 15, 40), 
 
 
 def drain(steps: Any) -> tuple[list[Any], Any]:
-    found = []
+    yielded = []
     while True:
         try:
-            found.append(next(steps))
+            yielded.append(next(steps))
         except StopIteration as done:
-            return found, done.value
+            return yielded, done.value
 
 
 def cycles(steps: list[Any], phase: str | None = None) -> int:
@@ -103,8 +103,8 @@ def test_a_bound_has_the_bits_of_a_restart_that_runs_its_schedule_to_the_end() -
         assert len(warm.stages) == 1
         # Each is the least fixed point of its own precision, so neither has a wrong cell, or a cell without a way up.
         for plan in (restart, warm):
-            told = PLANNER.quality(problem, plan)
-            assert (told.wrong_cells, told.local_maxima) == (0, 0)
+            judged = PLANNER.quality(problem, plan)
+            assert (judged.wrong_cells, judged.local_maxima) == (0, 0)
 
 
 def test_what_each_start_costs_to_bring_in() -> None:

@@ -17,9 +17,10 @@ from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
-from codesign.planners.harmonic.styles.software import block_cells, limbs
+from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
@@ -126,9 +127,9 @@ def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
     sides_of = {}
     for name, inside in (("whole", None), ("left", apart)):
         demand = BIT_SERIAL.demand(Job(problem(60, 60), parameters((60, 60), 255), part=chip, inside=inside))
-        found = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
-        assert not {"decide.component", "relax.schedule"} & set(found)
-        sides_of[name] = re.match(r"at most (\d+) × \d+", found["relax.block"])[1]  # type: ignore[index]
+        advice = {lever.parameter: lever.advice for lever in demand.levers["slices"]}
+        assert not {"decide.component", "relax.schedule"} & set(advice)
+        sides_of[name] = re.match(r"at most (\d+) × \d+", advice["relax.block"])[1]  # type: ignore[index]
     assert sides_of == {"whole": "13", "left": "15"}
 
 
@@ -167,18 +168,18 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
     assert set(demand.levers) == short
     for kind, remedies in demand.levers.items():
         for lever in remedies:
-            if found := re.match(r"at most (\d+) × (\d+)", lever.advice):
-                assert levers.fits((int(found[1]), int(found[2])), last, chip)
-            if found := re.match(r"end at (\d+) bits", lever.advice):
-                assert resources.totals(rows, columns, int(found[1]))[kind] <= chip.resources[kind].value
-                assert resources.totals(rows, columns, int(found[1]) + 1)[kind] > chip.resources[kind].value
+            if match := re.match(r"at most (\d+) × (\d+)", lever.advice):
+                assert levers.fits((int(match[1]), int(match[2])), last, chip)
+            if match := re.match(r"end at (\d+) bits", lever.advice):
+                assert resources.totals(rows, columns, int(match[1]))[kind] <= chip.resources[kind].value
+                assert resources.totals(rows, columns, int(match[1]) + 1)[kind] > chip.resources[kind].value
     (depth,) = demand.bounds
     for lever in depth.levers:
         assert depth.figure.value > depth.limit
-        if found := re.match(r"end at (\d+) bits", lever.advice):
-            assert resources.words(map_scale**2, int(found[1])) <= depth.limit
-        if found := re.match(r"(\d+) × (\d+)", lever.advice):
-            block = int(found[1]), int(found[2])
+        if match := re.match(r"end at (\d+) bits", lever.advice):
+            assert resources.words(map_scale**2, int(match[1])) <= depth.limit
+        if match := re.match(r"(\d+) × (\d+)", lever.advice):
+            block = int(match[1]), int(match[2])
             assert block[0] <= shape[0]
             assert block[1] <= shape[1]
             assert levers.fits(block, last, chip)
@@ -280,9 +281,9 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
 
 def test_levers_name_resources_as_the_tables_do() -> None:
     demand = BIT_SERIAL.demand(Job(problem(96, 96), parameters((96, 96), 63), part=part("XC3S500E")))
-    told = {kind: demand.levers[kind][-1].advice for kind in ("lut4", "flip_flops", "block_rams")}
+    advice = {kind: demand.levers[kind][-1].advice for kind in ("lut4", "flip_flops", "block_rams")}
     for kind, word in (("lut4", "LUT4"), ("flip_flops", "flip-flops"), ("block_rams", "block RAMs")):
-        assert told[kind] == f"take one with at least {demand.total(kind):,} {word}"
+        assert advice[kind] == f"take one with at least {demand.total(kind):,} {word}"
 
 
 @pytest.mark.parametrize("style", ARCHITECTURES, ids=lambda style: style.style)
@@ -344,8 +345,8 @@ def test_software_updates_every_cell_of_a_visited_block() -> None:
     total = [
         sum(int(step.cycles.sum()) for step in steps if step.phase == "relax") for steps in (flat, grown)
     ]
-    assert total == [sum(updates.values()), updates[9] + limbs(70) * updates[70]]
-    assert limbs(70) == 2
+    assert total == [sum(updates.values()), updates[9] + limbs_needed(70) * updates[70]]
+    assert limbs_needed(70) == 2
     assert SOFTWARE.demand(Job(task, whole)).items == ()
 
 

@@ -146,45 +146,47 @@ def small_maps(draw):
 @given(small_maps())
 def test_required_precision_is_that_of_trying_every_one(problem):
     free, goals = problem
-    found = required_precision(free, goals, survey=True)
+    required = required_precision(free, goals, survey=True)
     rows, columns = free.shape
     counts = {}
-    for precision in range(1, found.certified + 4):
+    for precision in range(1, required.certified + 4):
         result = relax_reference(free, goals, block=(rows, columns), iterations=10**6, schedule=[precision])
         counts[precision] = result.local_maxima
-    assert found.least == min(p for p, maxima in counts.items() if maxima == 0)
-    assert all(counts[p] > 0 for p in range(1, found.first_candidate))
-    assert all(counts[p] == 0 for p in counts if p >= found.certified)
-    assert dict(found.local_maxima) == {p: counts[p] for p in range(found.first_candidate, found.certified)}
+    assert required.least == min(p for p, maxima in counts.items() if maxima == 0)
+    assert all(counts[p] > 0 for p in range(1, required.first_candidate))
+    assert all(counts[p] == 0 for p in counts if p >= required.certified)
+    assert dict(required.local_maxima) == {
+        p: counts[p] for p in range(required.first_candidate, required.certified)
+    }
 
 
 @pytest.mark.parametrize("length", [2, 5, 40, 300])
 def test_required_precision_of_a_corridor_is_about_its_closed_form(length):
-    found = required_precision(np.ones((1, length), bool), [(0, length - 1)])
+    required = required_precision(np.ones((1, length), bool), [(0, length - 1)])
     # A way up needs x_2 > 0 alone: log2(2 + √3) = 1.9 bits less than telling x_1 from the obstacle.
-    assert theory.corridor_bits(length) - found.least in (1, 2)
+    assert theory.corridor_bits(length) - required.least in (1, 2)
 
 
 def test_more_precision_may_do_harm():
-    found = required_precision(np.ones((5, 3), bool), [(1, 0), (3, 2)], survey=True)
-    assert (found.least, found.relapses) == (3, (4,))
-    assert found.certified > 4
+    required = required_precision(np.ones((5, 3), bool), [(1, 0), (3, 2)], survey=True)
+    assert (required.least, required.relapses) == (3, (4,))
+    assert required.certified > 4
 
 
 def test_required_precision_beyond_the_limit_is_none():
-    found = required_precision(np.ones((1, 700), bool), [(0, 0)])
-    assert found.least is None
-    assert found.certified is None
-    assert found.first_candidate > 1023
-    assert found.relapses == ()
+    required = required_precision(np.ones((1, 700), bool), [(0, 0)])
+    assert required.least is None
+    assert required.certified is None
+    assert required.first_candidate > 1023
+    assert required.relapses == ()
 
 
 def test_no_precision_suffices_where_the_real_solution_is_level():
     free = np.ones((3, 3), bool)
     free[0, 2] = free[2, 0] = False
-    found = required_precision(free, [(0, 0), (2, 2)], tries=5)
-    assert (found.least, found.certified) == (None, None)
-    assert list(found.local_maxima.values()) == [1] * 5
+    required = required_precision(free, [(0, 0), (2, 2)], tries=5)
+    assert (required.least, required.certified) == (None, None)
+    assert list(required.local_maxima.values()) == [1] * 5
 
 
 def test_required_precision_of_a_map_of_goals_is_one_bit():
@@ -199,6 +201,6 @@ def test_required_precision_refuses_impossible_bounds():
 
 
 def test_relapses_are_the_precisions_above_the_least_that_fail_again():
-    found = RequiredPrecision(5, 9, 3, {3: 4, 4: 1, 5: 0, 6: 2, 7: 0, 8: 0}, 1023)
-    assert found.relapses == (6,)
-    assert pickle.loads(pickle.dumps(found)) == found
+    required = RequiredPrecision(5, 9, 3, {3: 4, 4: 1, 5: 0, 6: 2, 7: 0, 8: 0}, 1023)
+    assert required.relapses == (6,)
+    assert pickle.loads(pickle.dumps(required)) == required

@@ -1,1 +1,1 @@
-"""Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008), held against the model, row by row."""
+"""Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008) beside the model, row by row."""

@@ -1,11 +1,11 @@
-"""What is fitted to the tables of Vacariu et al. (2008): the maps and the circuit, then the cost of the program.
+"""Fits to the tables of Vacariu et al. (2008): the maps and the circuit, then the cost of the program.
 
-The circuit: a family of maps for the rows of 25 % and one for those of 50 %, the micro-architecture, and which states
-were timed, chosen together to make the mean relative error on three rows of Table 2 smallest. Two rows of Table 2 are
-held out, and so are theirs of Table 3. There are hundreds of candidates for three numbers: this is a calibration, which
-says what the rows may have been, not that they were.
+The circuit: a family of maps for the rows of 25 %, another for those of 50 %, the micro-architecture, and the states
+that were timed. They are chosen together for the smallest mean relative error on three rows of Table 2. Two rows of
+Table 2 are held out, and so are the same rows of Table 3. There are hundreds of candidates for three numbers. So this
+is a calibration: it shows what the rows may have been, not that they were.
 
-The program: one cost for a popped cell, from the two largest maps of Table 1, the least troubled by the tick of 10 ms.
+The program: one cost for a popped cell, from the two largest maps of Table 1. The tick of 10 ms matters least there.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 from statistics import fmean
 
 import numpy as np
@@ -23,10 +24,10 @@ from codesign.planners.breadth_first.paper.maps import FILLS, PLACES, Family, Sa
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
 from codesign.planners.breadth_first.published import HardwareRun
 from codesign.planners.breadth_first.styles import timing
-from codesign.planners.reproduction import Progress
+from codesign.planners.reproduction import Progress, silent
 
 FIT_SIDES = (30, 50, 100)
-"""Rows of Table 2 that the choice is made on; 10 and 40 are held out."""
+"""Sides of the rows of Table 2 that decide the choice; 10 and 40 are held out."""
 SOFTWARE_FIT_SIDE = 100
 MAPS, QUICK_MAPS = 100, 12
 QUICK_FILLS = ("thrown with replacement", "squares of 3 × 3")
@@ -34,7 +35,7 @@ QUICK_FILLS = ("thrown with replacement", "squares of 3 × 3")
 
 @dataclass(frozen=True)
 class Candidate:
-    """One explanation of Tables 2 and 3. ``sparse``: the family of the rows of 25 %, ``dense``: of those of 50 %."""
+    """One explanation of Tables 2 and 3. ``sparse``: the family of the rows of 25 %; ``dense``: of 50 %."""
 
     sparse: Family
     dense: Family
@@ -46,17 +47,17 @@ class Candidate:
         """The family of a row."""
         return self.sparse if obstacles < 0.5 else self.dense
 
-    def cycles(self, found: Sample, side: int) -> NDArray[np.int64]:
-        """Timed cycles on each map of a sample, int64; without the constant, which is not known."""
-        cycles = timing.EXPANSION_CYCLES[self.micro_architecture] * (found.popped - 1)
+    def cycles(self, searches: Sample, side: int) -> NDArray[np.int64]:
+        """Timed cycles on each map of a sample, int64; without the constant, which nobody has published."""
+        cycles = timing.EXPANSION_CYCLES[self.micro_architecture] * (searches.popped - 1)
         if self.path_timed:
-            cycles = cycles + timing.PATH_CYCLES * (found.steps + 1)
+            cycles = cycles + timing.PATH_CYCLES * (searches.steps + 1)
         return cycles + timing.INIT_CYCLES * side**2 * self.init_timed
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The best candidate, the errors it was chosen by, how many there were, and the maps a row stands on."""
+    """The best candidate, its mean error, the number of candidates, and the number of maps for a row."""
 
     candidate: Candidate
     error: float
@@ -64,10 +65,10 @@ class Fit:
     maps: int
 
     def sample(self, side: int, obstacles: float) -> Sample:
-        """The searches that stand for a row."""
-        found = sample(self.candidate.family(obstacles), side, obstacles, self.maps)
-        assert found is not None, "a family without ways is no candidate"
-        return found
+        """The searches that represent a row."""
+        searches = sample(self.candidate.family(obstacles), side, obstacles, self.maps)
+        assert searches is not None, "a family without paths is no candidate"
+        return searches
 
     def cycles(self, side: int, obstacles: float) -> tuple[float, float, float]:
         """Timed cycles of a row: mean over its maps, and the 10th and 90th percentile."""
@@ -77,18 +78,18 @@ class Fit:
 
 
 def errors(candidate: Candidate, rows: Sequence[HardwareRun], count: int) -> list[float] | None:
-    """Relative error on each row of Table 2, of the mean over maps; None where a family has no maps with a way."""
-    found = []
-    for one in rows:
-        drawn = sample(candidate.family(one.obstacles), one.side, one.obstacles, count)
-        if drawn is None:
+    """Relative error on each row of Table 2, of the mean over maps; None where a family has no maps with a path."""
+    row_errors = []
+    for run in rows:
+        searches = sample(candidate.family(run.obstacles), run.side, run.obstacles, count)
+        if searches is None:
             return None
-        found.append(float(candidate.cycles(drawn, one.side).mean()) / one.cycles_at_120 - 1)
-    return found
+        row_errors.append(float(candidate.cycles(searches, run.side).mean()) / run.cycles_at_120 - 1)
+    return row_errors
 
 
 def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
-    """All of them; both families of one have the same obstacles and border, and places of their own."""
+    """All candidates. Both families of a candidate have the same obstacles and border, and places of their own."""
     for fill, bordered, sparse, dense in product(fills, (False, True), PLACES, PLACES):
         for micro_architecture, init_timed, path_timed in product(
             MicroArchitecture, (False, True), (False, True)
@@ -102,31 +103,31 @@ def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
             )
 
 
-def fit(quick: bool = False, progress: Progress | None = None) -> Fit:
+def fit(quick: bool = False, progress: Progress = silent) -> Fit:
     """The candidate with the least mean relative error on the rows of ``FIT_SIDES``."""
     count = QUICK_MAPS if quick else MAPS
-    rows = [one for one in published.HARDWARE if one.side in FIT_SIDES]
+    rows = [run for run in published.HARDWARE if run.side in FIT_SIDES]
     scored: list[tuple[float, Candidate]] = []
     fill = ""
     for candidate in candidates(QUICK_FILLS if quick else tuple(FILLS)):
-        if candidate.sparse.fill != fill and progress is not None:
+        if candidate.sparse.fill != fill:
             progress(f"maps that may explain Tables 2 and 3: {candidate.sparse.fill}")
         fill = candidate.sparse.fill
-        missed = errors(candidate, rows, count)
-        if missed is not None:
-            scored.append((fmean(abs(one) for one in missed), candidate))
-    error, best = min(scored, key=lambda one: one[0])
+        row_errors = errors(candidate, rows, count)
+        if row_errors is not None:
+            scored.append((fmean(map(abs, row_errors)), candidate))
+    error, best = min(scored, key=itemgetter(0))
     return Fit(best, error, len(scored), count)
 
 
 def java_cell_seconds(chosen: Fit) -> float:
-    """Seconds of the Java program for a popped cell: the times of its 100 × 100 rows over the cells they pop."""
-    rows = [one for one in published.SOFTWARE if one.side == SOFTWARE_FIT_SIDE]
-    cells = sum(float(chosen.sample(one.side, one.obstacles).popped.mean()) for one in rows)
-    return sum(one.milliseconds for one in rows) / 1e3 / cells
+    """Seconds of the Java program for a popped cell: the times of its 100 × 100 rows over their popped cells."""
+    rows = [run for run in published.SOFTWARE if run.side == SOFTWARE_FIT_SIDE]
+    cells = sum(float(chosen.sample(run.side, run.obstacles).popped.mean()) for run in rows)
+    return sum(run.milliseconds for run in rows) / 1e3 / cells
 
 
-def least_popped(one: HardwareRun, micro_architecture: MicroArchitecture, init_timed: bool) -> float:
-    """Cells that have to be popped for the cycles of a row on any map, a path through them all timed too."""
-    cycles = one.cycles_at_120 - init_timed * timing.INIT_CYCLES * one.side**2
+def least_popped(run: HardwareRun, micro_architecture: MicroArchitecture, init_timed: bool) -> float:
+    """The fewest popped cells that explain the cycles of a row on any map, with a timed path through all of them."""
+    cycles = run.cycles_at_120 - init_timed * timing.INIT_CYCLES * run.side**2
     return cycles / (timing.EXPANSION_CYCLES[micro_architecture] + timing.PATH_CYCLES)

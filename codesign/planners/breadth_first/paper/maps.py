@@ -1,8 +1,8 @@
 """Families of maps that may stand for those of Vacariu et al. (2008), which are not published.
 
-A family says how obstacles fall, whether the closed border of the paper's Figure 2 lies inside the N × N cells, and
-where start and goal are. Maps without a way from start to goal are thrown away, as a row of the paper has a path; a
-family in which fewer than one map in a hundred has one is no candidate.
+A family defines how obstacles fall, whether the closed border of the paper's Figure 2 lies inside the N × N cells, and
+where start and goal are. Every row of the paper has a path, so maps without a path are thrown away. A family is no
+candidate where fewer than one map in a hundred has a path.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ FILLS = {
 }
 """How obstacles fall, with their side in cells. Thrown with replacement, a share of d covers 1 - exp(-d)."""
 PLACES = ("corners", "opposite sides", "anywhere")
-FEWEST_WITH_A_WAY = 0.01
+FEWEST_WITH_A_PATH = 0.01
 PATIENCE = 300
-"""Maps after which a family is given up if fewer than ``FEWEST_WITH_A_WAY`` of them had a way."""
+"""The number of maps after which a family is given up, if a smaller share than ``FEWEST_WITH_A_PATH`` had a path."""
 
 
 Ends = tuple[tuple[int, int], tuple[int, int]]
@@ -35,7 +35,7 @@ Ends = tuple[tuple[int, int], tuple[int, int]]
 
 @dataclass(frozen=True)
 class Family:
-    """How the maps of one obstacle share are made. ``bordered``: the outermost cells of the N × N are obstacles."""
+    """The rule for maps of one share of obstacles. ``bordered``: the outermost of the N × N cells are obstacles."""
 
     fill: str
     bordered: bool
@@ -52,9 +52,9 @@ def _at(place: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """Searches on the maps of a family that have a way: ``popped``, ``steps`` and ``spreading``, one entry a map.
+    """Searches on the maps of a family with a path: ``popped``, ``steps`` and ``spreading``, one entry a map.
 
-    ``tried``: maps drawn until there were enough; ``filled``: mean share of obstacles on those with a way.
+    ``tried``: the number of maps drawn. ``filled``: the mean share of obstacles on the maps with a path.
     """
 
     popped: NDArray[np.int64]
@@ -66,28 +66,28 @@ class Sample:
 
 @cache
 def sample(family: Family, side: int, share: float, count: int) -> Sample | None:
-    """``count`` searches on maps of ``side`` × ``side`` cells; None where hardly any map has a way."""
+    """``count`` searches on maps of ``side`` × ``side`` cells; None where hardly any map has a path."""
     popped: list[int] = []
     steps: list[int] = []
     spreading: list[int] = []
     filled = 0.0
     tried = 0
     while len(popped) < count:
-        if tried >= PATIENCE and len(popped) < FEWEST_WITH_A_WAY * tried:
+        if tried >= PATIENCE and len(popped) < FEWEST_WITH_A_PATH * tried:
             return None
         free, ends = _map(family, side, share, tried)
         tried += 1
-        found = search(free, *ends) if ends else None
-        if found is not None and found.path_steps is not None:
-            popped.append(found.popped_cells)
-            steps.append(found.path_steps)
-            spreading.append(found.spreading)
+        plan = search(free, *ends) if ends else None
+        if plan is not None and plan.path_steps is not None:
+            popped.append(plan.popped_cells)
+            steps.append(plan.path_steps)
+            spreading.append(plan.spreading)
             filled += 1.0 - float(free.sum()) / side**2
     return Sample(np.array(popped), np.array(steps), np.array(spreading), tried, filled / count)
 
 
 def _map(family: Family, side: int, share: float, seed: int) -> tuple[NDArray[np.bool_], Ends | None]:
-    """One map without its border, and its start and goal; None where they would lie on obstacles."""
+    """One map without its border, and its start and goal; None where one of them would lie on an obstacle."""
     inner = side - 2 * family.bordered
     density = 1.0 - math.exp(-share) if family.fill.startswith("thrown") else share
     grid = maps.random_obstacles(inner, inner, density=density, size=FILLS[family.fill], seed=seed)
@@ -101,5 +101,5 @@ def _map(family: Family, side: int, share: float, seed: int) -> tuple[NDArray[np
         start, goal = (first % inner, 0), (second % inner, inner - 1)
         return free, (start, goal) if free[start] and free[goal] else None
     cells = np.argwhere(free)
-    one, other = cells[first % len(cells)], cells[second % len(cells)]
-    return free, ((int(one[0]), int(one[1])), (int(other[0]), int(other[1])))
+    (row, column), (goal_row, goal_column) = cells[[first % len(cells), second % len(cells)]].tolist()
+    return free, ((row, column), (goal_row, goal_column))

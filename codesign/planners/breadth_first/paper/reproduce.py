@@ -1,4 +1,4 @@
-"""Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008), held against the model."""
+"""The reproduction of Vacariu, Roman, Timar, Stanciu, Banabic and Cret (2008)."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from codesign.planners.breadth_first.paper.tables import (
     hardware_microseconds,
 )
 from codesign.planners.breadth_first.plan.parameters import MicroArchitecture
-from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Row, Series, Use
+from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction, Row, Series, Use, silent
 
 QUICK = "A quick run: fewer maps and families than in the full one, whose choice may differ."
 
 
-def breadth_first(quick: bool = False, progress: Progress | None = None) -> Reproduction:
-    """Every row of the paper that the model can be held against, a plot and findings.
+def breadth_first(quick: bool = False, progress: Progress = silent) -> Reproduction:
+    """Every row of the paper that the model can be compared with, a plot and findings.
 
     Args:
         quick: fewer maps and families: seconds instead of half a minute.
-        progress: told in a line what is being computed.
+        progress: called with a line for each part of the work.
     """
     chosen = fit(quick, progress)
     rows = all_rows(chosen)
@@ -36,15 +36,18 @@ def breadth_first(quick: bool = False, progress: Progress | None = None) -> Repr
 
 def times_plot(chosen: Fit) -> Plot:
     """Tables 2 and 3 against the model, over the side of the map."""
-    sides = tuple(float(one.side) for one in published.HARDWARE)
+    sides = tuple(float(run.side) for run in published.HARDWARE)
     series = []
     for name, clock in CLOCKS.items():
-        given = tuple(
-            one.microseconds_at_120 if name == "Table 2" else one.microseconds_at_150
-            for one in published.HARDWARE
+        microseconds = tuple(
+            run.microseconds_at_120 if name == "Table 2" else run.microseconds_at_150
+            for run in published.HARDWARE
         )
-        modelled = tuple(hardware_microseconds(chosen, one, clock)[0] for one in published.HARDWARE)
-        series += [Series(f"{name}, published", sides, given), Series(f"{name}, modelled", sides, modelled)]
+        modelled = tuple(hardware_microseconds(chosen, run, clock)[0] for run in published.HARDWARE)
+        series += [
+            Series(f"{name}, published", sides, microseconds),
+            Series(f"{name}, modelled", sides, modelled),
+        ]
     return Plot(
         name="vacariu-tables-2-3",
         title="Tables 2 and 3: time of the circuit",
@@ -58,19 +61,19 @@ def times_plot(chosen: Fit) -> Plot:
 
 
 def _errors(rows: tuple[Row, ...], name: str) -> dict[str, str]:
-    return {f"{name}, {one.quantity.split(', ')[1]}": f"{one.error or 0.0:+.1%}" for one in rows}
+    return {f"{name}, {row.quantity.split(', ')[1]}": f"{row.error or 0.0:+.1%}" for row in rows}
 
 
 def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
-    """How the choice of maps and micro-architecture fares, and what the Java program takes."""
+    """The errors of the chosen maps and micro-architecture, and the cost of the Java program."""
     best = chosen.candidate
-    second = [one for one in rows if one.table == "Table 2" and one.error is not None]
-    fitted = tuple(one for one in second if one.use is Use.FITTED)
-    held_out = tuple(one for one in second if one.use is Use.HELD_OUT)
+    second = [row for row in rows if row.table == "Table 2" and row.error is not None]
+    fitted = tuple(row for row in second if row.use is Use.FITTED)
+    held_out = tuple(row for row in second if row.use is Use.HELD_OUT)
     sparse = chosen.sample(30, 0.25)
-    first = [one for one in rows if one.table == "Table 1"]
-    apart = [one for one in first if one.use is Use.HELD_OUT]
-    outside = [one for one in apart if one.note.startswith("outside")]
+    first = [row for row in rows if row.table == "Table 1"]
+    first_held_out = [row for row in first if row.use is Use.HELD_OUT]
+    outside = [row for row in first_held_out if row.note.startswith("outside")]
     return (
         Finding(
             "Three cycles a neighbour, without Init and Path in the timed part, explain Tables 2 and 3 best.",
@@ -95,38 +98,38 @@ def _fit_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
             "One cost for each popped cell does not fit both Java rows of 100×100.",
             {
                 "cost of a popped cell": f"{java_cell_seconds(chosen) * 1e6:.1f} µs",
-                **{one.quantity: f"{one.error or 0.0:+.1%}" for one in first if one.use is Use.FITTED},
-                "times held out": str(len(apart)),
-                "of these within the tick": str(len(apart) - len(outside)),
+                **{row.quantity: f"{row.error or 0.0:+.1%}" for row in first if row.use is Use.FITTED},
+                "times held out": str(len(first_held_out)),
+                "of these within the tick": str(len(first_held_out) - len(outside)),
             },
-            max(abs(one.error or 0.0) for one in first if one.use is Use.FITTED) > 0.3,
+            max(abs(row.error or 0.0) for row in first if row.use is Use.FITTED) > 0.3,
         ),
     )
 
 
 def _clash_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
-    """What in the paper cannot hold together."""
-    apart = {one.side: abs(one.cycles_at_120 / one.cycles_at_150 - 1) for one in published.HARDWARE}
-    dense = [one for one in published.HARDWARE if one.obstacles >= 0.5]
+    """Statements of the paper that contradict each other."""
+    differences = {run.side: abs(run.cycles_at_120 / run.cycles_at_150 - 1) for run in published.HARDWARE}
+    dense = [run for run in published.HARDWARE if run.obstacles >= 0.5]
     too_fast = [
         f"{str(micro).replace('_', ' ')}{' with Init timed' if init else ''}"
         for micro in MicroArchitecture
         for init in (False, True)
-        if any(least_popped(one, micro, init) > (1 - one.obstacles) * one.side**2 for one in dense)
+        if any(least_popped(run, micro, init) > (1 - run.obstacles) * run.side**2 for run in dense)
     ]
-    slow = [one for one in rows if one.table == "Section 4" and "less" in one.note]
+    slow = [row for row in rows if row.table == "Section 4" and "less" in row.note]
     filled = chosen.sample(100, 0.5).filled
-    refresh = [float(one.modelled or 0) for one in rows if one.table == "Section 3.1.1"]
-    java = {(one.side, one.obstacles): one.milliseconds for one in published.SOFTWARE}
+    refresh = [float(row.modelled or 0) for row in rows if row.table == "Section 3.1.1"]
+    java = {(run.side, run.obstacles): run.milliseconds for run in published.SOFTWARE}
     ratio = java[100, 0.25] / java[100, 0.5]
     popped = chosen.sample(100, 0.25).popped.mean() / chosen.sample(100, 0.5).popped.mean()
-    largest = next(one.modelled for one in rows if one.quantity.startswith("side of the largest"))
-    shortest = next(one.modelled for one in rows if one.quantity.startswith("share of paths"))
+    largest = next(row.modelled for row in rows if row.quantity.startswith("side of the largest"))
+    shortest = next(row.modelled for row in rows if row.quantity.startswith("share of paths"))
     return (
         Finding(
             "The two clocks disagree on the cycles of one map.",
-            {f"{side}×{side}": f"{share:.1%}" for side, share in apart.items()},
-            max(apart.values()) > 0.01,
+            {f"{side}×{side}": f"{share:.1%}" for side, share in differences.items()},
+            max(differences.values()) > 0.01,
         ),
         Finding(
             "With half of the cells free, no map has enough cells to pop for these times on a faster circuit.",
@@ -140,7 +143,7 @@ def _clash_findings(chosen: Fit, rows: tuple[Row, ...]) -> tuple[Finding, ...]:
         ),
         Finding(
             '"At least two orders of magnitude" does not hold in every row.',
-            {one.quantity.split(", ", 1)[1]: f"{float(one.published or 0):.0f}" for one in slow},
+            {row.quantity.split(", ", 1)[1]: f"{float(row.published or 0):.0f}" for row in slow},
             bool(slow),
         ),
         Finding(

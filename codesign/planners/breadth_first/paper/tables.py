@@ -1,7 +1,8 @@
-"""Rows of Vacariu et al. (2008): Tables 1 to 3, and what its text states in numbers."""
+"""Rows of Vacariu et al. (2008): Tables 1 to 3, and the numbers of its text."""
 
 from __future__ import annotations
 
+from functools import partial
 from statistics import fmean
 
 import numpy as np
@@ -26,9 +27,9 @@ CLOCKS = {"Table 2": 120_000_000, "Table 3": 150_000_000}
 OPTIMAL_MAPS = 40
 
 
-def hardware_microseconds(chosen: Fit, one: published.HardwareRun, clock: int) -> tuple[float, float, float]:
+def hardware_microseconds(chosen: Fit, run: published.HardwareRun, clock: int) -> tuple[float, float, float]:
     """Modelled µs of a row at ``clock`` Hz: mean over the maps, 10th and 90th percentile."""
-    mean, low, high = (cycles / clock * 1e6 for cycles in chosen.cycles(one.side, one.obstacles))
+    mean, low, high = (cycles / clock * 1e6 for cycles in chosen.cycles(run.side, run.obstacles))
     return mean, low, high
 
 
@@ -39,31 +40,29 @@ def software_milliseconds(chosen: Fit, side: int, obstacles: float) -> float:
 
 def spreading(chosen: Fit, side: int, obstacles: float) -> str:
     """Spreading of a row in words."""
-    found = chosen.sample(side, obstacles)
-    cells = float(found.spreading.mean())
-    return (
-        f"spreading {cells:.0f} cells, {cells / (cells + float(found.steps.mean()) + 1):.0%} of those pushed"
-    )
+    searches = chosen.sample(side, obstacles)
+    cells = float(searches.spreading.mean())
+    return f"spreading {cells:.0f} cells, {cells / (cells + float(searches.steps.mean()) + 1):.0%} of those pushed"
 
 
 def table_1(chosen: Fit) -> list[Row]:
     """The Java program."""
     rows = []
-    for one in published.SOFTWARE:
-        modelled = software_milliseconds(chosen, one.side, one.obstacles)
-        inside = abs(modelled - one.milliseconds) <= published.SOFTWARE_TICK_MS
+    for run in published.SOFTWARE:
+        modelled = software_milliseconds(chosen, run.side, run.obstacles)
+        inside = abs(modelled - run.milliseconds) <= published.SOFTWARE_TICK_MS
         rows.append(
             row(
                 "Table 1",
-                f"time of the Java program, {one.side}×{one.side}, {one.obstacles:.0%}",
-                one.milliseconds / 1e3 if one.milliseconds else "almost 0",
+                f"time of the Java program, {run.side}×{run.side}, {run.obstacles:.0%}",
+                run.milliseconds / 1e3 if run.milliseconds else "almost 0",
                 modelled / 1e3,
                 unit="s",
                 status=Status.CALIBRATED,
                 source="one cost for a popped cell, on the maps fitted to Table 2",
-                use=Use.FITTED if one.side == SOFTWARE_FIT_SIDE else Use.HELD_OUT,
+                use=Use.FITTED if run.side == SOFTWARE_FIT_SIDE else Use.HELD_OUT,
                 note=f"{'within' if inside else 'outside of'} the tick of ±{published.SOFTWARE_TICK_MS} ms; published"
-                f" spreading {one.spreading}; {spreading(chosen, one.side, one.obstacles)}",
+                f" spreading {run.spreading}; {spreading(chosen, run.side, run.obstacles)}",
             )
         )
     wall = int((JAVA_HEAP / JAVA_BYTES_A_CELL) ** 0.5)
@@ -86,21 +85,21 @@ def tables_2_and_3(chosen: Fit) -> list[Row]:
     """The circuit at 120 and at 150 MHz, and at the 185 MHz of its synthesis."""
     rows = []
     for table, clock in CLOCKS.items():
-        for one in published.HARDWARE:
-            mean, low, high = hardware_microseconds(chosen, one, clock)
-            given = one.microseconds_at_120 if table == "Table 2" else one.microseconds_at_150
+        for run in published.HARDWARE:
+            mean, low, high = hardware_microseconds(chosen, run, clock)
+            microseconds = run.microseconds_at_120 if table == "Table 2" else run.microseconds_at_150
             rows.append(
                 row(
                     table,
-                    f"time at {clock // 10**6} MHz, {one.side}×{one.side}, {one.obstacles:.0%}",
-                    given / 1e6,
+                    f"time at {clock // 10**6} MHz, {run.side}×{run.side}, {run.obstacles:.0%}",
+                    microseconds / 1e6,
                     mean / 1e6,
                     unit="s",
                     status=Status.CALIBRATED,
-                    source=f"b(V - 1), mean over {chosen.maps} maps: {chosen.candidate.family(one.obstacles)}",
-                    use=Use.FITTED if one.side in FIT_SIDES else Use.HELD_OUT,
+                    source=f"b(V - 1), mean over {chosen.maps} maps: {chosen.candidate.family(run.obstacles)}",
+                    use=Use.FITTED if run.side in FIT_SIDES else Use.HELD_OUT,
                     note=f"10th to 90th percentile {low:.2f} to {high:.2f} µs;"
-                    f" {spreading(chosen, one.side, one.obstacles)}",
+                    f" {spreading(chosen, run.side, run.obstacles)}",
                 )
             )
     largest = published.HARDWARE[-1]
@@ -125,37 +124,37 @@ def proportion_rows() -> list[Row]:
     return [
         row(
             "Tables 2, 3",
-            f"time at 120 MHz over time at 150 MHz, {one.side}×{one.side}",
-            one.microseconds_at_120 / one.microseconds_at_150,
+            f"time at 120 MHz over time at 150 MHz, {run.side}×{run.side}",
+            run.microseconds_at_120 / run.microseconds_at_150,
             150 / 120,
             status=Status.PUBLISHED,
             source="the same cycles at both clocks",
             use=Use.HELD_OUT,
-            note=f"{one.cycles_at_120:,.0f} cycles at 120 MHz, {one.cycles_at_150:,.0f} at 150 MHz",
+            note=f"{run.cycles_at_120:,.0f} cycles at 120 MHz, {run.cycles_at_150:,.0f} at 150 MHz",
         )
-        for one in published.HARDWARE
+        for run in published.HARDWARE
     ]
 
 
 def speed_up_rows(chosen: Fit) -> list[Row]:
-    """Software over hardware at 120 MHz, for the maps that stand in both tables."""
+    """Software over hardware at 120 MHz, for the maps in both tables."""
     rows = []
-    software = {(one.side, one.obstacles): one for one in published.SOFTWARE}
-    for one in published.HARDWARE:
-        same = software.get((one.side, one.obstacles))
+    software = {(run.side, run.obstacles): run for run in published.SOFTWARE}
+    for run in published.HARDWARE:
+        same = software.get((run.side, run.obstacles))
         if same is None:
             continue
-        mean, _, _ = hardware_microseconds(chosen, one, CLOCKS["Table 2"])
-        ratio = same.milliseconds * 1e3 / one.microseconds_at_120
+        mean, _, _ = hardware_microseconds(chosen, run, CLOCKS["Table 2"])
+        ratio = same.milliseconds * 1e3 / run.microseconds_at_120
         rows.append(
             row(
                 "Section 4",
-                f"software over hardware at 120 MHz, {one.side}×{one.side}, {one.obstacles:.0%}",
+                f"software over hardware at 120 MHz, {run.side}×{run.side}, {run.obstacles:.0%}",
                 ratio,
-                software_milliseconds(chosen, one.side, one.obstacles) * 1e3 / mean,
+                software_milliseconds(chosen, run.side, run.obstacles) * 1e3 / mean,
                 status=Status.CALIBRATED,
                 source="Table 1 over Table 2, and the same of the models",
-                use=Use.FITTED if one.side in FIT_SIDES else Use.HELD_OUT,
+                use=Use.FITTED if run.side in FIT_SIDES else Use.HELD_OUT,
                 note='"at least two orders of magnitude"'
                 + (": the paper's own numbers give less" if ratio < 100 else ""),
             )
@@ -164,43 +163,38 @@ def speed_up_rows(chosen: Fit) -> list[Row]:
 
 
 def memory_rows(part: Part) -> list[Row]:
-    """What the chip holds."""
+    """Rows on the resources of the chip."""
     alone = SearchParameters(display=VgaController.NONE)
     budget = int(part.resources["block_rams"].value)
     need = resources.block_ram_total(100, 100, alone, part)
     logic = resources.LUT4_AT_14_BITS + resources.DISPLAY_LUT4
     share = 100 * logic / part.resources["lut4"].value
     law = "cells and directions of 2 bits, a queue of addresses, row and column side by side"
+    section = partial(row, "Section 3.2", use=Use.HELD_OUT)
     return [
-        row(
-            "Section 3.2",
+        section(
             "block RAMs for 100×100 cells",
             "fits",
             need,
             status=Status.MEASURED,
             source=f"{law}; own RTL: 18",
-            use=Use.HELD_OUT,
             note=f"of {budget} (assumed)",
         ),
-        row(
-            "Section 3.2",
+        section(
             "side of the largest map in block RAM",
             '100; "a lot larger maps cannot"',
             resources.largest_side(alone, part),
             status=Status.MEASURED,
             source=law,
-            use=Use.HELD_OUT,
             note=f"{resources.block_ram_total(256, 256, alone, part)} block RAMs for 256×256",
         ),
-        row(
-            "Section 3.2",
+        section(
             f"LUT of {part.name} at 100×100 cells",
             "a small fraction",
             share,
             unit="%",
             status=Status.ASSUMED,
             source="own RTL, Yosys: 268 to 274 LUT; the display and the part's budget are assumed",
-            use=Use.HELD_OUT,
             note=f"its block RAMs: {100 * need / budget:.0f} %",
         ),
     ]
@@ -228,7 +222,7 @@ def display_rows() -> list[Row]:
 
 
 def optimal_row() -> Row:
-    """How often the path is a shortest one."""
+    """The share of paths that are shortest."""
     optimal = []
     for seed in range(OPTIMAL_MAPS):
         free = maps.random_obstacles(30, 30, density=0.25, seed=seed).free

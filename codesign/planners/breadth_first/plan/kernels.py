@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 BLOCKED, FREE, GOAL, WAITING_GOAL = 0, 1, 2, 3
-"""What a cell of the padded map holds. Discovered, a free cell turns into BLOCKED, a goal into WAITING_GOAL."""
+"""Values of a cell of the padded map. On discovery a free cell becomes BLOCKED, and a goal WAITING_GOAL."""
 
 
 @njit(cache=True, nogil=True)
@@ -21,7 +21,7 @@ def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
 
     Args:
         cells: uint8, padded and flattened: BLOCKED, FREE or GOAL. Overwritten.
-        start: index into it. stride: length of a padded row.
+        start: its index in ``cells``. stride: length of a padded row.
 
     Returns:
         queue (int32 indices of every pushed cell), pushed, popped, the greatest depth of the queue, directions (int8,
@@ -42,8 +42,8 @@ def trail(cells: NDArray[np.uint8], start: int, stride: int) -> Any:
     while popped < pushed:
         cell = queue[popped]
         popped += 1
-        # As in the listing, the goal ends the search when it is popped, not when it is found; the cycles depend on
-        # that.
+        # As in the listing, the goal ends the search when it is popped, not when it is found. The cycles
+        # depend on that.
         if cells[cell] == WAITING_GOAL:
             return queue, pushed, popped, depth, directions, cell
         for side in range(4):
@@ -80,8 +80,8 @@ def mark_path(directions: NDArray[np.int8], goal: int, stride: int) -> Any:
 @njit(cache=True, nogil=True)
 def without_ring(indices: NDArray[np.int32], stride: int) -> Any:
     """Int32: the same cells, counted in the map without its ring of obstacles."""
-    found = np.empty(indices.size, np.int32)
+    cells = np.empty(indices.size, np.int32)
     for index in range(indices.size):
         row, column = divmod(indices[index], stride)
-        found[index] = (row - 1) * (stride - 2) + column - 1
-    return found
+        cells[index] = (row - 1) * (stride - 2) + column - 1
+    return cells

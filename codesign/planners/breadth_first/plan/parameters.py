@@ -1,6 +1,6 @@
-"""The parameters of breadth-first search, as a workload's mapping gives them.
+"""The parameters of breadth-first search in the mapping of a workload.
 
-All of them lay the search out on a chip; none changes the answer. A processor ignores them.
+All of them describe the layout on a chip; none changes the answer. A processor ignores them.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ MAX_QUEUE_WORDS = 2**24
 
 
 class MicroArchitecture(StrEnum):
-    """How many cycles the state machine takes to look at one neighbour."""
+    """The cycles that the state machine takes to look at one neighbour."""
 
     THREE_CYCLES = "three_cycles"
     TWO_CYCLES = "two_cycles"
@@ -24,7 +24,7 @@ class MicroArchitecture(StrEnum):
 
 
 class MemoryPlace(StrEnum):
-    """Where the memories of the search are.
+    """The place of the memories of the search.
 
     - ``block_ram``: all on the chip.
     - ``process_external``: the cells on the chip, the process memory (directions and queue) outside.
@@ -45,7 +45,7 @@ class VgaController(StrEnum):
 
 
 class SearchParameters(TaskParameters):
-    """How the state machine is laid out."""
+    """The layout of the state machine."""
 
     micro_architecture: Annotated[
         MicroArchitecture, Field(description="cycles a neighbour: three_cycles, two_cycles or pipelined")
@@ -61,7 +61,7 @@ class SearchParameters(TaskParameters):
         Field(
             ge=1,
             le=MAX_QUEUE_WORDS,
-            description="words of a circular queue; left out: one for every cell, which can never run over",
+            description="words of a circular queue; by default one for every cell, which never overflows",
         ),
     ] = None
     external_cycles: Annotated[
@@ -69,16 +69,16 @@ class SearchParameters(TaskParameters):
         Field(
             ge=1,
             le=10_000,
-            description="clock cycles of one access of the external memory; its time is the memory's, so a faster"
-            " clock takes more of them",
+            description="clock cycles of one access to the external memory; the memory sets the time of an access, so"
+            " a faster clock takes more cycles",
         ),
     ] = 15
 
     def unused(self, external_memory: bool) -> tuple[str, ...]:
-        """What a result leaves out: ``external_cycles`` where the platform's own memory, or none, is outside."""
+        """A result leaves out ``external_cycles`` where the platform declares the memory, or all is on the chip."""
         on_chip = self.memory is MemoryPlace.BLOCK_RAM
         return ("external_cycles",) if external_memory or on_chip else ()
 
 
 class TrackParameters(TaskParameters):
-    """The task that marks the path has nothing to choose."""
+    """The task that marks the path has no parameters."""

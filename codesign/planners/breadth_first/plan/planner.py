@@ -1,7 +1,8 @@
-"""Breadth-first search as a plug-in: what ``codesign.planners.interface.Planner`` asks for.
+"""Breadth-first search as a ``Planner``.
 
-The plan is one search, from the first start of the problem to the nearest goal: that is what an architecture style is
-timed on. A robot elsewhere plans anew, so quality and trajectories are those of one search a start.
+The plan is one search, from the first start of the problem to the nearest goal. The time of an architecture style is
+that of this search. A robot at another cell plans anew, so quality and trajectories come from one search for each
+start.
 """
 
 from __future__ import annotations
@@ -29,11 +30,11 @@ CELL_BITS = 2
 """A cell of the map on its way to the planner: free, obstacle, start or goal."""
 
 DIRECTION_BITS = STEP_BITS = 2
-"""A side of a cell: on which the one that discovered it lies, or to which a step goes."""
+"""A side of a cell: the side of its discoverer, or the side of the next step."""
 
 
 def plan_search(problem: Problem) -> BreadthFirstPlan:
-    """The search that a problem asks for: from its first start.
+    """The search from the first start of a problem.
 
     Raises:
         InputError: the problem has no start.
@@ -58,7 +59,7 @@ class BreadthFirst(Planner):
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
-        """A search begins at a start: there has to be one."""
+        """A search begins at a start, so one is required."""
         return None if job.problem.starts else ("starts", NO_START)
 
     def reachable(self, job: Job[Problem, SearchParameters]) -> NDArray[np.bool_]:
@@ -84,18 +85,18 @@ class BreadthFirst(Planner):
         )
 
     def memory(self, job: Job[Problem, SearchParameters]) -> int:
-        """Measured: 52 bytes a cell on maps of 2^20 to 2^24 cells (map, directions, what was pushed, distances)."""
+        """Measured: 52 bytes a cell on maps of 2^20 to 2^24 cells (map, directions, pushed cells, distances)."""
         return 52 * job.problem.free.size
 
     def quality(self, problem: Problem, plan: BreadthFirstPlan) -> Quality:
-        """What the plan is worth, and a search from each start of the problem.
+        """The quality of the plan, and of a search from each start of the problem.
 
-        The plan covers the cells that its search came to before it ended: each of them has its way back to the path. So
-        ``local_maxima`` and ``wrong_cells`` are 0. A search that finds no goal covers none. Starts are judged by a
-        search each.
+        The plan covers the cells that its search reached before it ended. From each of them the directions lead back
+        to the path, so ``local_maxima`` and ``wrong_cells`` are 0. A search that finds no goal covers no cell. Each
+        start is judged by a search of its own.
         """
-        found = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
-        paths = ((way.start, way.path if way.reached else None) for way in found)
+        plans = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
+        paths = ((each.start, each.path if each.reached else None) for each in plans)
         reachable = by_sides(problem)
         reachable[tuple(np.array(problem.goals).T)] = False
         planned = int(reachable.ravel()[plan.pushed].sum())
@@ -107,14 +108,14 @@ class BreadthFirst(Planner):
         )
 
     def identity(self, plan: BreadthFirstPlan) -> str:
-        """The digest of where the search came, how it came there, and the path."""
+        """The digest of the reached cells, their directions, and the path."""
         digest = hashlib.sha256(f"{plan.directions.shape}{plan.start}{plan.goal}".encode())
         for array in (plan.directions, plan.pushed, plan.path):
             digest.update(np.ascontiguousarray(array).tobytes())
         return digest.hexdigest()
 
     def figures(self, plan: BreadthFirstPlan) -> dict[str, Any]:
-        """What a reader wants to know of the search."""
+        """Figures of the search."""
         return {
             "details": {
                 "answer": "path" if plan.reached else "no solution",
@@ -129,13 +130,13 @@ class BreadthFirst(Planner):
     def trajectory(
         self, problem: Problem, plan: BreadthFirstPlan, start: Cell
     ) -> tuple[NDArray[np.float64], bool]:
-        """The path from ``start``, cell by cell: that of the plan, or of a search from there."""
-        way = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
-        points = way.path if way.reached else np.array([start])
-        return points.astype(np.float64), way.reached
+        """The path from ``start``, cell by cell: of the plan, or of a search from there."""
+        search_plan = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
+        points = search_plan.path if search_plan.reached else np.array([start])
+        return points.astype(np.float64), search_plan.reached
 
     def field_of(self, plan: BreadthFirstPlan) -> tuple[str, str, NDArray[np.float64]]:
-        """Steps from the start to each cell that the search came to; infinite elsewhere."""
+        """Steps from the start to each cell that the search reached; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
     def path_from(
@@ -143,8 +144,8 @@ class BreadthFirst(Planner):
     ) -> tuple[NDArray[np.float64], bool]:
         """The rest of the path from a position on one of its cells.
 
-        From beside the path, back along the directions of discovery to where they meet it: at its start, at the latest.
-        Where the search did not come, no path is known.
+        From another cell, the path goes back along the directions of discovery until they meet the path of the plan, at
+        its start at the latest. There is no path from a cell that the search did not reach.
         """
         cell = cell_of(problem, start)
         back = None if cell is None or not plan.reached else _back_to_path(plan, cell)
@@ -154,25 +155,25 @@ class BreadthFirst(Planner):
 
 
 def distances(plan: BreadthFirstPlan) -> NDArray[np.float64]:
-    """Float64, rows × columns: steps from the start back along the directions of discovery; infinite for others."""
+    """Float64, rows × columns: steps from the start, along the directions of discovery; infinite for others."""
     steps = np.full(plan.directions.shape, np.inf)
     columns = plan.directions.shape[1]
     offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
-    found = plan.pushed.astype(np.int64)
+    pushed = plan.pushed.astype(np.int64)
     rank = np.zeros(steps.size, np.int64)
-    rank[found] = np.arange(len(found))
-    # Every cell points at the one that found it, the start at itself; then at that one's target, and so on.
-    target = np.zeros(len(found), np.int64)
-    target[1:] = rank[found[1:] + offsets[plan.directions.ravel()[found[1:]]]]
-    count = (np.arange(len(found)) > 0).astype(np.int64)
+    rank[pushed] = np.arange(len(pushed))
+    # Every cell points at its discoverer, the start at itself; then at the target of that cell, and so on.
+    target = np.zeros(len(pushed), np.int64)
+    target[1:] = rank[pushed[1:] + offsets[plan.directions.ravel()[pushed[1:]]]]
+    count = (np.arange(len(pushed)) > 0).astype(np.int64)
     while target.any():
         count, target = count + count[target], target[target]
-    steps.ravel()[found] = count
+    steps.ravel()[pushed] = count
     return steps
 
 
 def _back_to_path(plan: BreadthFirstPlan, cell: Cell) -> NDArray[np.int32] | None:
-    """The cells from ``cell`` to the path, and those of the path from there on; None where the search did not come."""
+    """The cells from ``cell`` to the path, then the rest of the path; None where the search did not reach ``cell``."""
     place = {(int(row), int(column)): index for index, (row, column) in enumerate(plan.path)}
     cells = []
     while cell not in place:

@@ -1,4 +1,4 @@
-"""The search of Vacariu et al. (2008), Listing 1, in plain lines: what the kernel is held against."""
+"""The search of Vacariu et al. (2008), Listing 1, in plain lines: the reference of the kernel."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ NEIGHBOURS = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 NORTH, SOUTH, WEST, EAST = range(4)
 UNKNOWN = -1
-"""The direction of a cell that nothing discovered: not reached, or the start."""
+"""The direction of a cell without a discoverer: the start, or a cell that was not reached."""
 
 Cell = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Trail:
-    """What the state machine leaves in its memories.
+    """The contents of the memories of the state machine after a search.
 
-    ``pushed``: every cell that entered the queue, in order. ``popped``: how many of them left it, the goal included.
-    ``depth``: the most cells that waited in the queue at once. ``directions``: int8, on which side of a cell lies the
-    one that discovered it. ``goal``: the goal that was popped, or None.
+    ``pushed``: every cell that entered the queue, in order. ``popped``: the number of cells that left it, the goal
+    included. ``depth``: the most cells in the queue at once. ``directions``: int8, the side of a cell on which its
+    discoverer lies. ``goal``: the goal that was popped, or None.
     """
 
     pushed: tuple[Cell, ...]
@@ -42,12 +42,12 @@ def trail(free: NDArray[np.bool_], start: Cell, goals: tuple[Cell, ...]) -> Trai
     queue = deque([start])
     pushed = [start]
     visited[start] = True
-    popped, depth, found = 0, 1, None
+    popped, depth, reached = 0, 1, None
     while queue:
         row, column = queue.popleft()
         popped += 1
         if (row, column) in goals:
-            found = row, column
+            reached = row, column
             break
         for side, (down, right) in enumerate(NEIGHBOURS):
             cell = row + down, column + right
@@ -58,13 +58,13 @@ def trail(free: NDArray[np.bool_], start: Cell, goals: tuple[Cell, ...]) -> Trai
                 queue.append(cell)
                 pushed.append(cell)
         depth = max(depth, len(queue))
-    return Trail(tuple(pushed), popped, depth, directions, found)
+    return Trail(tuple(pushed), popped, depth, directions, reached)
 
 
 def mark_path(directions: NDArray[np.int8], goal: Cell) -> list[Cell]:
     """Listing 2: from the goal back to the start along the directions, then turned round."""
-    way = [goal]
-    while directions[way[-1]] != UNKNOWN:
-        down, right = NEIGHBOURS[directions[way[-1]]]
-        way.append((way[-1][0] + down, way[-1][1] + right))
-    return way[::-1]
+    path = [goal]
+    while directions[path[-1]] != UNKNOWN:
+        down, right = NEIGHBOURS[directions[path[-1]]]
+        path.append((path[-1][0] + down, path[-1][1] + right))
+    return path[::-1]

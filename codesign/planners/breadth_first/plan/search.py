@@ -23,14 +23,14 @@ class BreadthFirstPlan:
     """The outcome of a search.
 
     Attributes:
-        start: the cell it began at.
+        start: the first cell.
         goal: the goal that was popped; None where none can be reached.
         path: int32 n × 2, (row, column) from start to goal; 0 × 2 where there is none.
         pushed: int32, row × columns + column of every cell that entered the queue, in order.
-        popped_cells: how many of them left the queue, the goal included: the paper's nodes that were executed.
-        queue_depth: the most cells that waited in the queue at once.
-        directions: int8 rows × columns, on which side (0..3 = north, south, west, east) of a cell lies the one that
-            discovered it; -1 at the start and where the search did not come.
+        popped_cells: the number of cells that left the queue, the goal included: the executed nodes of the paper.
+        queue_depth: the most cells in the queue at once.
+        directions: int8 rows × columns, the side (0..3 = north, south, west, east) of a cell on which its discoverer
+            lies; -1 at the start and where the search did not reach.
     """
 
     start: Cell
@@ -59,7 +59,7 @@ class BreadthFirstPlan:
 
     @property
     def path_steps(self) -> int | None:
-        """Steps of the path, which no way on the grid undercuts; None where there is none."""
+        """Steps of the path, the fewest on the grid; None where there is no path."""
         return len(self.path) - 1 if self.reached else None
 
     @property
@@ -78,11 +78,11 @@ def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> BreadthFirstPlan
     A goal that cannot be reached is an answer, "No solution" in the paper: ``reached`` is False, the path empty.
 
     Raises:
-        MapError: the map cannot be used, or start or goal lies outside of it or on an obstacle.
+        MapError: the map is unusable, or start or goal lies outside of it or on an obstacle.
 
     >>> free = np.array([[True, True, True], [True, False, True]])
-    >>> found = search(free, (1, 0), (1, 2))
-    >>> found.path.tolist(), found.popped_cells, found.spreading
+    >>> plan = search(free, (1, 0), (1, 2))
+    >>> plan.path.tolist(), plan.popped_cells, plan.spreading
     ([[1, 0], [0, 0], [0, 1], [0, 2], [1, 2]], 5, 0)
     """
     return search_nearest(free, start, [goal])
@@ -109,11 +109,11 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
     first = operator.index((origin[0] + 1) * stride + origin[1] + 1)
     queue, pushed, popped, depth, directions, goal = kernels.trail(cells.ravel(), first, stride)
     path = kernels.mark_path(directions, goal, stride) if goal >= 0 else queue[:0]
-    way = np.stack(np.divmod(path, np.int32(stride)), axis=1) - np.int32(1)
+    path = np.stack(np.divmod(path, np.int32(stride)), axis=1) - np.int32(1)
     return BreadthFirstPlan(
         start=(int(origin[0]), int(origin[1])),
-        goal=(int(way[-1, 0]), int(way[-1, 1])) if len(way) else None,
-        path=way,
+        goal=(int(path[-1, 0]), int(path[-1, 1])) if len(path) else None,
+        path=path,
         pushed=kernels.without_ring(queue[:pushed], stride),
         popped_cells=int(popped),
         queue_depth=int(depth),

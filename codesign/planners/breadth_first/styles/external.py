@@ -1,17 +1,18 @@
-"""The state machine beside an external memory: what moves out, which accesses that makes, and the clock that it costs.
+"""The state machine with an external memory: the memories that move out, their accesses, and the clock.
 
 Vacariu et al. (2008) print three sentences: the process memory can be "in an external dynamic RAM" (section 3.1.1),
 "for these situations, an external Dynamic RAM memory can used" (3.2), and "the working frequency will obviously be
-smaller" (4). There is no figure; all that follows is assumed, and built so that it errs to the slow side:
+smaller" (4). There is no figure. All laws here are assumed, and err on the slow side:
 
-- Design and memory share the memory's clock, so the search runs no faster than the memory. Two clocks would keep the
-  faster one and add a crossing to every access.
+- Design and memory share the memory's clock, so the search runs no faster than the memory. With two clocks the
+  search would keep its own, and every access would cross between them.
 - Nothing overlaps: the circuit stands still for each access.
-- A cell and a direction take a byte each, which a memory with byte enables writes without reading it first. Each access
-  is a random one: its latency, and for DRAM a row opened, though neighbours often lie in one row.
-- The queue is read and written in order, so it goes through two buffers of ``BUFFERED`` entries on the chip, which move
-  16 entries as one run; also where the queue is so short that it never leaves the buffers.
-- State Init clears the cells in order: as many cycles as cells, or as the memory takes, whichever is more.
+- A cell and a direction take a byte each. A memory with byte enables writes a byte without reading it first. Each
+  access is a random one: it takes the latency, and for DRAM it opens a row, though neighbours often lie in one row.
+- The queue is read and written in order. So it goes through two buffers of ``BUFFERED`` entries on the chip, which
+  move 16 entries as one run, even where the queue is so short that it never leaves the buffers.
+- State Init clears the cells in order. It takes the larger of two counts: one cycle a cell, and the cycles of the
+  memory.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from codesign.planners.styles import Lever, Line
 
 BYTE = 8
 BUFFERED = 16
-"""Queue entries of a buffer: what a four-input LUT holds as a shift register."""
+"""Queue entries of a buffer: a four-input LUT holds as many bits as a shift register."""
 
 CELLS_A_POP = {MemoryPlace.PROCESS_EXTERNAL: 0, MemoryPlace.EXTERNAL: 4}
 """Cells read outside to expand one: its four neighbours."""
@@ -41,9 +42,9 @@ CELLS_A_PATH_CELL = {MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 2}
 
 
 def placed(parameters: SearchParameters, memory: ExternalMemoryLaw | None) -> SearchParameters:
-    """The parameters beside a memory: where they leave all on the chip, the process memory moves out.
+    """The parameters with an external memory: the process memory moves out where they place all on the chip.
 
-    As the paper has it: the input matrix stays in block RAM. ``external`` moves it out too.
+    As in the paper, the input matrix stays in block RAM. ``external`` moves it out too.
     """
     if memory is None or parameters.memory is not MemoryPlace.BLOCK_RAM:
         return parameters
@@ -56,17 +57,17 @@ def entry_bits(problem: Problem) -> int:
 
 
 def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
-    """Bits of every memory that is outside, by name."""
+    """Bits of every external memory, by name."""
     words = 1 << address_bits(*problem.shape)
-    found = {
+    process = {
         "directions": BYTE * words,
         "queue": entry_bits(problem) * (parameters.queue_words or words),
     }
-    return {"cells": BYTE * words, **found} if parameters.memory is MemoryPlace.EXTERNAL else found
+    return {"cells": BYTE * words, **process} if parameters.memory is MemoryPlace.EXTERNAL else process
 
 
 def capacity(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> Line:
-    """What moves out, against what the memory holds."""
+    """The bits that move out, against the capacity of the memory."""
     outside = contents(problem, parameters)
     need = sum(outside.values())
     levers = [Lever(f"{memory.name}.capacity", f"at least {need:,} bits")]
@@ -110,7 +111,7 @@ def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryL
 def path(
     plan: BreadthFirstPlan, parameters: SearchParameters, memory: ExternalMemoryLaw
 ) -> tuple[int, Traffic]:
-    """Cycles of state Path, and its traffic: one cell after the other, as each direction says where the next one is."""
+    """Cycles of state Path, and its traffic: one cell after the other, as each direction gives the next cell."""
     accesses = CELLS_A_PATH_CELL[parameters.memory] * len(plan.path)
     outside = memory.refreshed(accesses * _cell_cycles(memory))
     inside = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0)
@@ -120,10 +121,10 @@ def path(
 def search(
     plan: BreadthFirstPlan, problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw
 ) -> Traffic:
-    """Traffic of state BF: one entry an expansion, and one for what lies outside of them.
+    """Traffic of state BF: one entry an expansion, and one for the accesses outside of them.
 
-    The n-th pop moves 16 entries of the queue in if n is a multiple of 16 (from 0), the n-th push 16 out (from 1); the
-    start is the first of both, and the goal the last pop.
+    Where n is a multiple of 16, the n-th pop (from 0) moves 16 entries of the queue in, and the n-th push (from 1)
+    moves 16 out. The start is the first pop and the first push, and the goal is the last pop.
     """
     expanded = expansions(plan)
     pushes = pushes_of_each_pop(plan)[:expanded]

@@ -1,4 +1,4 @@
-"""How the kernels of breadth-first search are timed on this machine."""
+"""The measurements of the kernels of breadth-first search on this machine."""
 
 from __future__ import annotations
 
@@ -20,4 +20,4 @@ def _breadth_first() -> Probe:
 PROBES: Mapping[str, Callable[[], Probe]] = {
     "breadth_first_cell": _breadth_first,
 }
-"""How each kernel is timed, by the name that platforms give its cost."""
+"""The measurement of each kernel, by the name of its cost in a platform."""

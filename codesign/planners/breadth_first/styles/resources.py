@@ -1,9 +1,9 @@
-"""What the state machine takes of a part: memories, logic, display; and what would mend a shortage.
+"""The demand of the state machine: memories, logic and display; and the levers for a shortage.
 
-Three memories, addressed by row and column side by side (100 × 100 cells: 7 + 7 bits, 16,384 words): the cells (2
-bits: obstacle, visited), the directions (2 bits) and the queue (an address each). Own RTL needs 3 block RAMs for 30 ×
-30 cells and 18 for 100 × 100, which this gives exactly. Logic grows with the address: 202 to 216 LUT at 10 bits and
-268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
+An address is row and column side by side (100 × 100 cells: 7 + 7 bits, 16,384 words). There are three memories: the
+cells (2 bits: obstacle, visited), the directions (2 bits) and the queue (an address each). Own RTL needs 3 block RAMs
+for 30 × 30 cells and 18 for 100 × 100; this law gives the same. Logic grows with the address: 202 to 216 LUT at 10
+bits and 268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ LUT4_AT_10_BITS = (202 + 216) / 2
 LUT4_AT_14_BITS = (268 + 274) / 2
 LUT4_A_BIT = (LUT4_AT_14_BITS - LUT4_AT_10_BITS) / 4
 FLIP_FLOPS_A_BIT = (99 + 111) / 2 / 14
-"""Flip-flops of an address bit; in proportion, as they were counted at one size only."""
+"""Flip-flops of an address bit: in proportion, since they were counted at one size only."""
 
 DISPLAY_LUT4, DISPLAY_FLIP_FLOPS = 90, 45
 """Two counters of 11 and 10 bits, their comparisons, the address and the colour. Assumed."""
 CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS = 600, 600
 """The controller of an external dynamic RAM. Assumed."""
 SRAM_LUT4 = 60
-"""Of an external static RAM, beside a flip-flop for each of its pins: it needs a counter and no refreshing. Assumed."""
+"""LUT of the controller of an external static RAM: a counter and no refreshing. Each pin takes a flip-flop. Assumed."""
 BUFFERS = 2
-"""Of the queue outside, before it and behind it; a LUT holds 16 entries' bit. Assumed."""
+"""Buffers of an external queue, one at each end; a LUT holds one bit of 16 entries. Assumed."""
 SLICE_PACKING = 1.13
 """Slices over half of the LUT, in a part that is far from full. Assumed."""
 
@@ -57,22 +57,22 @@ def block_rams(words: int, width: int, part: Part) -> int:
 
 
 def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str, tuple[int, int]]:
-    """(words, bits a word) of every memory that is on the chip."""
+    """(words, bits a word) of every memory on the chip."""
     bits = address_bits(rows, columns)
     words = 1 << bits
-    found = {}
+    shapes = {}
     if parameters.memory is not MemoryPlace.EXTERNAL:
-        found["cells"] = words, CELL_BITS
+        shapes["cells"] = words, CELL_BITS
     if parameters.display is VgaController.COPY:
-        found["copy for the display"] = words, CELL_BITS
+        shapes["copy for the display"] = words, CELL_BITS
     if parameters.memory is MemoryPlace.BLOCK_RAM:
-        found["directions"] = words, DIRECTION_BITS
-        found["queue"] = parameters.queue_words or words, bits
-    return found
+        shapes["directions"] = words, DIRECTION_BITS
+        shapes["queue"] = parameters.queue_words or words, bits
+    return shapes
 
 
 def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
-    """LUT and flip-flops of the controller of an external memory; None: of a dynamic RAM not told of."""
+    """LUT and flip-flops of the controller of an external memory; None: of a dynamic RAM that the platform omits."""
     if external is None or external.technology == "dram":
         return CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS
     return SRAM_LUT4, 2 * external.width + external.words.bit_length()
@@ -108,20 +108,20 @@ def items(
         if external is not None:
             buffers = BUFFERS * bits
             logic.append(("queue buffers", buffers, buffers, Status.ASSUMED, "two of 16 entries, in LUT"))
-    found = []
+    lines = []
     for name, lut4, flip_flops, status, source in logic:
         # A slice has two LUT and two flip-flops.
         slices = -(-round(SLICE_PACKING * max(lut4, flip_flops)) // 2)
         packed = f"{SLICE_PACKING} × half of the LUT or flip-flops"
-        found += [
+        lines += [
             Line.item(name, "slices", slices, Status.ASSUMED, packed),
             Line.item(name, "lut4", lut4, status, source),
             Line.item(name, "flip_flops", flip_flops, status, source),
         ]
     for name, (words, width) in memories(*problem.shape, parameters).items():
         law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
-        found.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
-    return tuple(found)
+        lines.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
+    return tuple(lines)
 
 
 def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part: Part) -> int:
@@ -130,7 +130,7 @@ def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part:
 
 
 def largest_side(parameters: SearchParameters, part: Part) -> int:
-    """Side of the largest square map whose memories the part's block RAMs hold; 0: not even one cell."""
+    """Side of the largest square map that fits the block RAMs of the part; 0: not even one cell."""
     side = 0
     for bits in range(1, 13):
         if block_ram_total(1 << bits, 1 << bits, parameters, part) <= part.resources["block_rams"].value:
@@ -139,13 +139,13 @@ def largest_side(parameters: SearchParameters, part: Part) -> int:
 
 
 def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
-    """What would mend a lack of block RAMs; each with the figure that it comes to."""
+    """The levers for a lack of block RAMs, each with its figure."""
     budget = int(part.resources["block_rams"].value)
     shape = problem.shape
     need = block_ram_total(*shape, parameters, part)
     if need <= budget:
         return {}
-    found = []
+    advice = []
     dropped = {} if parameters.display is VgaController.NONE else {"display": VgaController.NONE}
     for changes in (
         dropped if parameters.display is VgaController.COPY else {},
@@ -158,20 +158,22 @@ def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[s
             (name, value), *others = changes.items()
             also = "".join(f", with {other} {word}" for other, word in others)
             text = "" if total <= budget else ", still too many"
-            found.append(Lever(f"search.{name}", f"{value}{also}: {total:,} block RAMs{text}"))
+            advice.append(Lever(f"search.{name}", f"{value}{also}: {total:,} block RAMs{text}"))
     queue = _largest_queue(shape, parameters, part, budget)
     if queue:
-        found.append(
+        advice.append(
             Lever("search.queue_words", f"at most {queue:,} words fit; a search that needs more is refused")
         )
     side = largest_side(parameters, part)
-    found.append(Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters"))
-    found.append(Lever("part", f"take one with at least {need:,} block RAMs"))
-    return {"block_rams": tuple(found)}
+    advice.append(
+        Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters")
+    )
+    advice.append(Lever("part", f"take one with at least {need:,} block RAMs"))
+    return {"block_rams": tuple(advice)}
 
 
 def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: Part, budget: int) -> int:
-    """Words of the largest circular queue, a power of two, that fits beside the other memories; 0: none."""
+    """Words of the largest circular queue, a power of two, that fits with the other memories; 0: none."""
     if parameters.memory is not MemoryPlace.BLOCK_RAM:
         return 0
     for bits in range(address_bits(*shape) - 1, 3, -1):
@@ -184,14 +186,14 @@ def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: P
 def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | None) -> tuple[Line, ...]:
     """Ports of the cells' memory, words of the queue, pixels of the display.
 
-    ``queue_depth``: what the search of this problem needs, where the queue is shorter than the map.
+    ``queue_depth``: the cells that the search of this problem puts into a queue shorter than the map.
     """
-    found = []
+    lines = []
     if parameters.memory is not MemoryPlace.EXTERNAL or parameters.display is VgaController.SHARED:
-        found.append(_ports(parameters))
+        lines.append(_ports(parameters))
     if parameters.queue_words is not None and queue_depth is not None:
         enough = 1 << max(0, queue_depth - 1).bit_length()
-        found.append(
+        lines.append(
             Line.bound(
                 "words of the queue",
                 queue_depth,
@@ -213,8 +215,8 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
             ("rows on the screen", problem.rows, published.DISPLAY_ROWS),
             ("columns on the screen", problem.columns, published.DISPLAY_COLUMNS // 2),
         ):
-            found.append(Line.bound(name, demand, limit, "cells", Status.PUBLISHED, pixels, advice))
-    return tuple(found)
+            lines.append(Line.bound(name, demand, limit, "cells", Status.PUBLISHED, pixels, advice))
+    return tuple(lines)
 
 
 def _ports(parameters: SearchParameters) -> Line:

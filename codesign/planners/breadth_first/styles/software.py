@@ -1,13 +1,13 @@
 """Styles ``software`` and ``software_java``: the search on a processor.
 
-A cycle of a step stands for one unit of a kernel, one popped cell with its four neighbours, which the platform gives a
-cost. ``software`` is a compiled search over arrays, kernel ``breadth_first_cell``. ``software_java`` is the program of
-Vacariu et al. (2008), section 2.2, kernel ``breadth_first_java_cell``, with the wall that it ran into.
+A cycle of a step is one unit of a kernel: one popped cell with its four neighbours. The platform declares its cost.
+``software`` is a compiled search over arrays, kernel ``breadth_first_cell``. ``software_java`` is the program of
+Vacariu et al. (2008), section 2.2, kernel ``breadth_first_java_cell``, with its memory wall.
 
 The wall: the program ran on 100 × 100 cells, and at 200 × 200 "required more virtual memory than the operating system
 could give"; at 1000 × 1000 memory is "insufficient even to hold the map data". Its bytes a cell are not published. In a
 heap of 64 MB, the default of Java machines of its day (from memory, so assumed), the two sizes bound them: more than
-1,677 bytes a cell, at most 6,710. We take the geometric mean.
+1,677 bytes a cell, at most 6,710. The law takes the geometric mean.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ SMALLEST_CELLS_REFUSED = published.MEMORY_WALL_SIDE**2
 JAVA_BYTES_A_CELL_LOW = JAVA_HEAP / SMALLEST_CELLS_REFUSED
 JAVA_BYTES_A_CELL_HIGH = JAVA_HEAP / LARGEST_CELLS_RUN
 JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
-"""About 3,355: between what 200 × 200 asks for and what 100 × 100 allows."""
+"""About 3,355: between the bounds from 200 × 200 and from 100 × 100 cells."""
 
 
 def heap_bound(cells: int) -> Line:
-    """Bytes that the Java program wants for a map, against its heap."""
+    """Bytes of the Java program for a map, against its heap."""
     side = math.isqrt(int(JAVA_HEAP / JAVA_BYTES_A_CELL))
     return Line.bound(
         name="heap of the Java program",
@@ -71,10 +71,10 @@ class Software(HostStyle):
         return Demand(items=(), bounds=(heap_bound(job.problem.free.size),) if self._java else ())
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
-        """Phase ``bf``: a unit of ``kernel`` for each popped cell; init and path are in its cost.
+        """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes init and path.
 
-        So nothing is saved where the path is tracked elsewhere, and every search begins anew: ``start`` and ``inside``
-        of the job change nothing.
+        So nothing is saved where another component tracks the path. Every search begins anew: ``start`` and
+        ``inside`` of the job change nothing.
         """
         plan = searched(job)
         if job.detail:

@@ -32,15 +32,15 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Demand, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16
-"""Slices that a block RAM in use counts as in the dynamic power; 4 to 64 bound it. Assumed: the part's figure for a
-slice is of designs whose power is mostly logic and wires, this one is mostly memory."""
+"""Slices that count for a block RAM in the dynamic power; 4 to 64 bound it. Assumed: the figure of the part for a slice
+is for designs of mostly logic and wires. This design is mostly memory."""
 SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
 
 
 class StateMachine(Architecture):
-    """The paper's circuit. Its laws are in ``timing`` and ``resources``; beside an external memory, in ``external``.
+    """The paper's circuit. Its laws are in ``timing`` and ``resources``, and in ``external`` for an external memory.
 
-    ``external`` is the memory that the mapping names. Without it, ``search.external_cycles`` stands for one.
+    ``Job.external`` is the memory that the mapping names. Without it, ``search.external_cycles`` describes one.
     """
 
     planner = "breadth_first"
@@ -52,9 +52,9 @@ class StateMachine(Architecture):
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.
 
-        With ``external``, without what moves there, and with the bits that this takes. ``inside`` changes nothing: the
-        states were synthesised as one machine, of which nobody knows the share of Path, and the directions, which only
-        Path reads, are what is sent where another component does ``track``.
+        With an external memory, the memories that move out are no demand of the part; their bits are a bound.
+        ``Job.inside`` changes nothing. The states were synthesised as one machine, so the share of Path is unknown. The
+        directions, which only Path reads, are sent where another component does ``track``.
         """
         problem, parameters, part, external = job.problem, job.parameters, job.chip, job.external
         parameters = outside.placed(parameters, external)
@@ -72,7 +72,7 @@ class StateMachine(Architecture):
         """The paper's 185 MHz, or the limit of the block RAM or the external memory where that is lower, Hz.
 
         Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
-        assumed to reach it too. At the low end stands the fastest clock that was shown to work.
+        assumed to reach it too. The low end is the fastest clock with published times.
         """
         if job.external is not None:
             return outside.clock_limit(self.clock_limit(replace(job, external=None)), job.external)
@@ -80,11 +80,11 @@ class StateMachine(Architecture):
         ram = part.block_ram_clock
         if ram.value < published.CLOCK_LIMIT:
             return ram
-        known = part.full_name == "XC2VP30-6"
+        synthesised = part.full_name == "XC2VP30-6"
         return Figure(
             value=published.CLOCK_LIMIT,
             unit="Hz",
-            status=Status.PUBLISHED if known else Status.ASSUMED,
+            status=Status.PUBLISHED if synthesised else Status.ASSUMED,
             source=f"{published.PAPER}, section 3.2: synthesis for the XC2VP30-6",
             low=published.SHOWN_CLOCK,
             high=published.CLOCK_LIMIT,
@@ -102,7 +102,7 @@ class StateMachine(Architecture):
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
         State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
-        of the search alone; a display that reads the same memory is a component of its own.
+        of the search alone. A display that reads the same memory is a component of its own.
         """
         problem, parameters, external = job.problem, job.parameters, job.external
         parameters = outside.placed(parameters, external)
@@ -130,9 +130,9 @@ class StateMachine(Architecture):
     def expansion_cycles(
         self, plan: BreadthFirstPlan, parameters: SearchParameters, traffic: Traffic | None = None
     ) -> NDArray[np.int64]:
-        """Cycles of state BF: int64, one entry an expansion, and one for what lies outside of them.
+        """Cycles of state BF: int64, one entry an expansion, and one for the cycles outside of them.
 
-        ``traffic``: that of an external memory which the mapping names.
+        ``traffic``: of the external memory that the mapping names.
         """
         place, latency = parameters.memory, parameters.external_cycles
         each = timing.EXPANSION_CYCLES[parameters.micro_architecture]

@@ -1,4 +1,4 @@
-"""The search as steps of a clock: what the styles of breadth-first search have in common."""
+"""The search as steps of a clock, for all styles of breadth-first search."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from codesign.planners.job import Job
 from codesign.planners.styles import MemoryStep, Step
 
 INIT, SEARCH, PATH = "init", "bf", "path"
-"""The phases that cycles are booked under, named as the states of the paper; nothing is booked in Standby."""
+"""The phases of the cycles, named as the states of the paper; no cycle counts in Standby."""
 
 TRACK = "track"
-"""The task whose phase is ``path``."""
+"""The task of phase ``path``."""
 
 BATCH = 1 << 16
-"""Units of a step, at most: so that a large map is not held twice."""
+"""The most units of a step, so that memory does not hold a large map twice."""
 
 
 def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
@@ -33,7 +33,7 @@ def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
 
 
 def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
-    """Int64, one entry a popped cell: the cells that its expansion pushed."""
+    """Int64, one entry a popped cell: the number of cells that its expansion pushed."""
     columns = search.directions.shape[1]
     offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
     discovered = search.pushed[1:].astype(np.int64)
@@ -47,9 +47,9 @@ def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
 def steps(
     phase: str, cycles: NDArray[np.int64], ram_addresses: int = 0, traffic: Traffic | None = None
 ) -> Iterator[Step]:
-    """Steps of ``phase`` with at most ``BATCH`` units each, every one told as a task.
+    """Steps of ``phase`` with at most ``BATCH`` units each, each recorded as a task.
 
-    ``traffic``: what each unit does to an external memory; its cycles are among ``cycles``.
+    ``traffic``: of each unit with an external memory; its cycles are among ``cycles``.
     """
     for first in range(0, len(cycles), BATCH):
         units = cycles[first : first + BATCH]
@@ -61,11 +61,11 @@ def steps(
 
 
 def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | None = None) -> Step:
-    """A phase in one step of one unit; ``traffic``: that of its parts together."""
+    """A phase in one step of one unit; ``traffic`` is summed."""
     (only,) = steps(phase, np.array([cycles], np.int64), ram_addresses, traffic.total if traffic else None)
     return only
 
 
 def expansions(search: BreadthFirstPlan) -> int:
-    """Cells whose neighbours were looked at: all that were popped but the goal."""
+    """The number of expanded cells: all popped cells but the goal."""
     return search.popped_cells - search.reached

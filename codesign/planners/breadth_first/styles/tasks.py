@@ -1,4 +1,4 @@
-"""The marking of the path placed by itself: state Path on another FPGA, or a loop over directions on a processor."""
+"""The task ``track`` placed by itself: state Path on another FPGA, or a loop over directions on a processor."""
 
 from __future__ import annotations
 
@@ -52,23 +52,23 @@ class PathMachine(TaskStyle):
         )
 
     def clock_limit(self, job: Job[Problem, SearchParameters]) -> Figure:
-        """As the whole machine's, Hz."""
+        """The limit of the whole machine, Hz."""
         return StateMachine().clock_limit(job)
 
     def steps(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, Path]:
-        """State Path; one cycle where the search found none."""
+        """State Path; one cycle where the search found no path."""
         plan: BreadthFirstPlan = job.plan
         cycles = timing.path_cycles(len(plan.path), MemoryPlace.BLOCK_RAM, 0) if plan.reached else 1
         yield step(PATH, cycles, 1)
         return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """As the whole machine's, W."""
+        """The power law of the whole machine, W."""
         return StateMachine().power(demand, clock, part)
 
 
 class HostTracking(HostTask):
-    """A unit for each cell of the path: one side is read where a search reads four. An upper bound; assumed."""
+    """A unit for each cell of the path. It reads one side where a search reads four: an upper bound. Assumed."""
 
     planner = "breadth_first"
     task = TRACK

@@ -7,10 +7,10 @@ V popped cells with the goal, L steps of the path, cells = rows × columns. Own 
 neighbour takes 3 cycles, 9 where it takes 2, 6 where the four are pipelined. The constant of the RTL was not kept;
 c_0 is assumed from the states: see ``CONSTANT``.
 
-Of an external memory every access costs its latency on top: a queue word for each pop, a queue word and a direction
-for each push, a direction for each cell of the path; where the cells are external too, four of them for each pop, one
-to mark each push, one to mark each cell of the path. Init runs through the memory in order, in bursts that are taken to
-hide the latency. All of this is assumed: the paper has no figure.
+Every access to an external memory adds its latency: a queue word for each pop, a queue word and a direction for each
+push, a direction for each cell of the path. Where the cells are external too, each pop reads four of them, and each
+push and each cell of the path marks one. Init runs through the memory in order; its bursts are assumed to hide the
+latency. All of this is assumed: the paper has no figure.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ SEARCH_ADDRESSES = {
     MicroArchitecture.TWO_CYCLES: 1,
     MicroArchitecture.PIPELINED: 2,
 }
-"""Addresses that the memory of the cells is given in a cycle: pipelined, one neighbour is read while the one before it
-is marked."""
+"""Addresses that the memory of the cells gets in a cycle. Pipelined, one neighbour is read while the previous one is
+marked."""
 
 INIT_CHANGES, SEARCH_CHANGES, PATH_CHANGES = 1, 3, 2
 """Standby to Init; Init to BF, the push of the start and the pop of the goal; BF to Path, and back to Standby."""
@@ -45,7 +45,7 @@ CONSTANT = INIT_CHANGES + SEARCH_CHANGES + PATH_CHANGES
 ACCESSES_A_POP = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 5}
 ACCESSES_A_PUSH = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 2, MemoryPlace.EXTERNAL: 3}
 ACCESSES_A_PATH_CELL = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 2}
-"""Accesses of the external memory."""
+"""Accesses to the external memory."""
 
 
 def init_cycles(cells: int) -> int:
@@ -55,13 +55,13 @@ def init_cycles(cells: int) -> int:
 
 def path_cycles(path_cells: int, place: MemoryPlace, external_cycles: int) -> int:
     """Cycles of state Path, for the L + 1 cells of a path."""
-    # MarkPath (figure 5): a direction read, a cell marked, and the latency of each access that leaves the chip.
+    # MarkPath (figure 5): a direction is read and a cell is marked; each external access adds its latency.
     each = PATH_CYCLES + external_cycles * ACCESSES_A_PATH_CELL[place]
     return each * path_cells + PATH_CHANGES
 
 
 def ending_cycles(place: MemoryPlace, external_cycles: int) -> int:
-    """Cycles of state BF beyond its expansions: the start is pushed, the goal popped (or the queue found empty)."""
+    """Cycles of state BF outside of its expansions: push of the start, pop of the goal (or an empty queue)."""
     return SEARCH_CHANGES + (0 if place is MemoryPlace.BLOCK_RAM else 2 * external_cycles)
 
 

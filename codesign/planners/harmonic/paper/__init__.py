@@ -1,1 +1,1 @@
-"""Girau, Boumaza, Scherrer and Torres-Huitzil (2008), held against the model, row by row."""
+"""Girau, Boumaza, Scherrer and Torres-Huitzil (2008) beside the model, row by row."""

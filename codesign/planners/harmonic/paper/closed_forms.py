@@ -1,7 +1,7 @@
 """Closed forms of sections 3.2.2 and 4 of Girau, Boumaza, Scherrer and Torres-Huitzil (2008).
 
 Pure functions of a few numbers. The corridor's values are exact, so they are an oracle for any planner at any
-precision; the rest are the paper's estimates, by its own formulas, to be held against what a run counts.
+precision. The rest are the estimates of the paper, by its own formulas, for comparison with the counts of a run.
 """
 
 from __future__ import annotations
@@ -66,10 +66,10 @@ def corridor_estimate(i: int, length: int) -> float:
 
 
 def corridor_bits(length: int) -> int:
-    """Least p with x_1 ≥ 2^−p: below it x_1 cannot be told from the obstacle (3.2.2). About 1.9 bits a cell.
+    """Least p with x_1 ≥ 2^−p: below it x_1 equals the value of the obstacle (3.2.2). About 1.9 bits a cell.
 
-    A way up from everywhere takes one or two bits less (``precision.required_precision``, measured on lengths
-    up to 500): x_1 may well be 0, as long as x_2 is not.
+    A field without local maxima takes one or two bits less (``precision.required_precision``, measured on lengths up to
+    500): x_1 may be 0, as long as x_2 is not.
 
     >>> corridor_bits(4)
     6
@@ -90,7 +90,7 @@ def gamma(rows: int, columns: int) -> float:
 
 
 def noise_gain(rows: int, columns: int) -> float:
-    """K = 1 / (1 − γ): by how much a rounding error of one step may grow (4.3.2, equation (5)); γ exact."""
+    """K = 1 / (1 − γ): the largest growth of a rounding error of one step (4.3.2, equation (5)); γ exact."""
     # 1 − cos(a) written as 2·sin²(a/2): no digits are lost on large maps, where γ is close to 1.
     _require(rows >= 1 and columns >= 1, f"a domain of {rows} × {columns} has no node", "rows, columns")
     return 1.0 / (math.sin(math.pi / (2 * rows)) ** 2 + math.sin(math.pi / (2 * columns)) ** 2)
@@ -106,7 +106,7 @@ def first_precision(gain: float, margin: float) -> float:
 
     Args:
         gain: K, of ``noise_gain``.
-        margin: λ > 0, by how much the last error may exceed its asymptote, relatively (4.3.2).
+        margin: λ > 0, the relative excess of the last error over its asymptote (4.3.2).
     """
     _require_margin(gain, margin)
     return math.log2(gain) + math.log2(1.0 + margin)

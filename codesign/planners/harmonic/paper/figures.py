@@ -1,8 +1,7 @@
 """Figures 3 to 6 of Girau et al. (2008) drawn again from generated maps.
 
-The environments of the paper's Figure 2 are not published as data: an empty room, rooms with doors, a maze
-and a spiral stand for them. The shape of a curve can be held against the paper's words, its numbers
-cannot.
+The environments of the paper's Figure 2 are not published as data. An empty room, rooms with doors, a maze and a spiral
+replace them. So the shape of a curve can be compared with the words of the paper, but its numbers cannot.
 """
 
 from __future__ import annotations
@@ -105,14 +104,13 @@ def slope(x: Sequence[float], y: Sequence[float]) -> float:
     return above / sum((a - mean_x) ** 2 for a in x)
 
 
-def figure_3(magnifications: Sequence[int], progress: Progress | None) -> Plot:
+def figure_3(magnifications: Sequence[int], progress: Progress) -> Plot:
     """Bits required against the largest distance to the goal, each environment magnified."""
     from codesign.planners.harmonic.plan.precision import required_precision
 
     points: dict[str, list[tuple[int, int]]] = {}
     for magnification in magnifications:
-        if progress is not None:
-            progress(f"Figure 3: required precision at magnification {magnification}")
+        progress(f"Figure 3: required precision at magnification {magnification}")
         for place in environments(magnification):
             bits = required_precision(place.free, [place.goal]).least
             if bits is not None:
@@ -128,12 +126,11 @@ def figure_3(magnifications: Sequence[int], progress: Progress | None) -> Plot:
     )
 
 
-def figure_4(magnifications: Sequence[int], progress: Progress | None) -> Plot:
+def figure_4(magnifications: Sequence[int], progress: Progress) -> Plot:
     """Synchronous iterations until no bit changes against nodes, each environment magnified."""
     points: dict[str, list[tuple[int, int]]] = {}
     for magnification in magnifications:
-        if progress is not None:
-            progress(f"Figure 4: iterations to stabilise at magnification {magnification}")
+        progress(f"Figure 4: iterations to stabilise at magnification {magnification}")
         for place in environments(magnification):
             result = _relaxed(place, STABILISATION_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound")
             points.setdefault(place.name, []).append((place.nodes, result.total_iterations))
@@ -158,9 +155,9 @@ def _series(points: dict[str, list[tuple[int, int]]]) -> tuple[Series, ...]:
 
 @dataclass(frozen=True)
 class StillBlocks:
-    """Figure 5, from runs that end when no bit changes any more, and how the published termination did on the same.
+    """Figure 5, from runs that end when no bit changes, and the same runs under the published termination.
 
-    ``runs``: how many. ``wrong``: how many of them end with wrong bits under the published termination.
+    ``runs``: their number. ``wrong``: the number of runs that end with wrong bits under the published termination.
     """
 
     plot: Plot
@@ -169,25 +166,24 @@ class StillBlocks:
 
 
 def figure_5(
-    sides: Sequence[int], consecutive: Sequence[int], seeds: Sequence[int], progress: Progress | None
+    sides: Sequence[int], consecutive: Sequence[int], seeds: Sequence[int], progress: Progress
 ) -> StillBlocks:
     """Iterations of the synchronous run over those of the block-synchronous one, mean over labyrinths."""
     places = [labyrinth(seed) for seed in seeds]
-    whole = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
+    references = [_relaxed(place, LABYRINTH_PRECISION, 1, WHOLE_MAP_ITERATIONS, "sound") for place in places]
     series = []
     runs = wrong = 0
     for side in sides:
-        if progress is not None:
-            progress(f"Figure 5: {side} × {side} blocks")
+        progress(f"Figure 5: {side} × {side} blocks")
         ratios = []
         for iterations in consecutive:
             gains = []
-            for place, at_once in zip(places, whole, strict=True):
+            for place, reference in zip(places, references, strict=True):
                 sound = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "sound")
-                gains.append(at_once.total_iterations * side**2 / sound.total_iterations)
-                hasty = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "published")
+                gains.append(reference.total_iterations * side**2 / sound.total_iterations)
+                published = _relaxed(place, LABYRINTH_PRECISION, side, iterations, "published")
                 runs += 1
-                wrong += hasty.field != at_once.field
+                wrong += published.field != reference.field
             ratios.append(fmean(gains))
         series.append(Series(f"k={side}", tuple(float(i) for i in consecutive), tuple(ratios)))
     plot = Plot(
@@ -202,13 +198,12 @@ def figure_5(
     return StillBlocks(plot, runs, wrong)
 
 
-def figure_6(sides: Sequence[int], progress: Progress | None) -> Plot:
+def figure_6(sides: Sequence[int], progress: Progress) -> Plot:
     """Mean iterations of a visit over I, sweep by sweep until convergence."""
     place = labyrinth(LABYRINTH_SEEDS[0])
     series = []
     for side in sides:
-        if progress is not None:
-            progress(f"Figure 6: {side} × {side} blocks")
+        progress(f"Figure 6: {side} × {side} blocks")
         result = _relaxed(place, LABYRINTH_PRECISION, side, STILL_ITERATIONS, "published", visits=True)
         assert result.visits is not None
         shares = result.visits.iterations.reshape(-1, side**2).mean(axis=1) / STILL_ITERATIONS
@@ -228,7 +223,7 @@ def figure_6(sides: Sequence[int], progress: Progress | None) -> Plot:
 def bits_a_doubling(curve: Series) -> tuple[float, float]:
     """Bits that a doubling of L adds, over the first half of the curve and over the last.
 
-    Equal for growth with log L; the last is the smaller for slower growth.
+    Both are equal for growth with log L. The last is smaller for slower growth.
     """
     middle = len(curve.x) // 2
     logs = [math.log2(x) for x in curve.x]
@@ -248,14 +243,14 @@ def settled_spread(series: Series) -> float:
 
 
 def plateau(series: Series) -> tuple[float, float]:
-    """From where to where, in shares of the run, the curve is within a tenth of its median."""
+    """The begin and the end, in shares of the run, of the part of the curve within a tenth of its median."""
     middle = median(series.y)
     within = [index for index, y in enumerate(series.y) if abs(y - middle) <= middle / 10]
     return within[0] / len(series.y), (within[-1] + 1) / len(series.y)
 
 
 def figure_rows(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Row, ...]:
-    """What each figure shows, as a number where the words of the paper allow one."""
+    """One number for each curve, beside the words of the paper."""
     own = partial(row, status=Status.MEASURED, source="own environments, exact relaxation", use=Use.HELD_OUT)
     rows = []
     for curve in bits.series:

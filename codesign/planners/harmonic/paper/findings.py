@@ -18,25 +18,25 @@ from codesign.planners.harmonic.styles import timing
 from codesign.planners.reproduction import Finding, Plot, Row, Use
 
 SOON = 0.2
-"""Share of a run within which Figure 6 must have come to its level to agree with "rapidly"."""
+"""The share of a run within which Figure 6 has to reach its level to agree with "rapidly"."""
 MET = 0.2
-"""A row is met where the model misses it by no more."""
+"""The largest error with which the model meets a row."""
 
 
 def law_findings(rows: Sequence[Row]) -> tuple[Finding, ...]:
-    """How the laws fare on rows that they were not fitted to, those that rest on an assumption among them."""
-    held_out = [one for one in rows if one.use is Use.HELD_OUT and one.error is not None]
-    assumed = [one for one in held_out if one.status is Status.ASSUMED]
-    known = [one for one in held_out if one.status is not Status.ASSUMED]
-    worst = max(map(_miss, known))
+    """The errors of the laws on rows that they were not fitted to. Some of these rest on an assumption."""
+    held_out = [row for row in rows if row.use is Use.HELD_OUT and row.error is not None]
+    assumed = [row for row in held_out if row.status is Status.ASSUMED]
+    unassumed = [row for row in held_out if row.status is not Status.ASSUMED]
+    worst = max(map(_miss, unassumed))
     figures = {
-        "fitted rows": str(sum(one.use is Use.FITTED for one in rows)),
+        "fitted rows": str(sum(row.use is Use.FITTED for row in rows)),
         "other rows": str(len(held_out)),
         "rows that rest on an assumption": str(len(assumed)),
-        **{one.quantity: f"{one.error:+.0%}" for one in assumed},
-        "rows that need none": str(len(known)),
-        "of these exact": str(sum(one.error == 0 for one in known)),
-        "worst of Table 2": f"{max(_miss(one) for one in known if one.table == 'Table 2'):.1%}",
+        **{row.quantity: f"{row.error:+.0%}" for row in assumed},
+        "rows that need none": str(len(unassumed)),
+        "of these exact": str(sum(row.error == 0 for row in unassumed)),
+        "worst of Table 2": f"{max(_miss(row) for row in unassumed if row.table == 'Table 2'):.1%}",
         "worst of these": f"{worst:.0%}",
     }
     clock = {"residual": f"{timing.clock_fit().residual:.3f} ns", "miss": f"{timing.clock_miss():+.0%}"}
@@ -46,12 +46,12 @@ def law_findings(rows: Sequence[Row]) -> tuple[Finding, ...]:
     )
 
 
-def _miss(one: Row) -> float:
-    return abs(one.error or 0.0)
+def _miss(row: Row) -> float:
+    return abs(row.error or 0.0)
 
 
 def figure_findings(bits: Plot, iterations: Plot, still: StillBlocks, shares: Plot) -> tuple[Finding, ...]:
-    """What agrees with the paper's words on Figures 3 to 6, and what does not."""
+    """The words of the paper on Figures 3 to 6, compared with the runs."""
     return (
         _bits_finding(bits),
         _iterations_finding(iterations),
@@ -101,7 +101,7 @@ def _blocks_findings(still: StillBlocks) -> tuple[Finding, ...]:
 
 
 def share_findings(plot: Plot) -> tuple[Finding, ...]:
-    """What the paper says of Figure 6, claim by claim."""
+    """The claims of the paper on Figure 6, one by one."""
     levels = [plateau(series) for series in plot.series]
     begins, ends = [begin for begin, _ in levels], [end for _, end in levels]
     means = [fmean(series.y) for series in plot.series]

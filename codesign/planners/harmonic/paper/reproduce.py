@@ -1,18 +1,18 @@
-"""Girau, Boumaza, Scherrer and Torres-Huitzil (2008), held against the model."""
+"""The reproduction of Girau, Boumaza, Scherrer and Torres-Huitzil (2008)."""
 
 from __future__ import annotations
 
-from codesign.planners.reproduction import Progress, Reproduction
+from codesign.planners.reproduction import Progress, Reproduction, silent
 
 QUICK = "A quick run: fewer and smaller maps than those of the full one, whose figures may differ."
 
 
-def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduction:
-    """Every row of the paper that the model can be held against, with plots and findings.
+def harmonic(quick: bool = False, progress: Progress = silent) -> Reproduction:
+    """Every row of the paper that the model can be compared with, with plots and findings.
 
     Args:
-        quick: fewer and smaller maps for what is simulated: seconds instead of a minute or two.
-        progress: told in a line what is being computed.
+        quick: fewer and smaller maps: seconds instead of a minute or two.
+        progress: called with a line for each part of the work.
     """
     from codesign.planners.harmonic.paper.figures import (
         BLOCKS_A_SIDE,
@@ -27,11 +27,11 @@ def harmonic(quick: bool = False, progress: Progress | None = None) -> Reproduct
     from codesign.planners.harmonic.paper.findings import figure_findings, law_findings
     from codesign.planners.harmonic.paper.speed import measurements, speed_findings, speed_rows
     from codesign.planners.harmonic.paper.tables import table_rows
-    from codesign.planners.harmonic.paper.theory import counted, theory_findings, theory_rows
+    from codesign.planners.harmonic.paper.theory import count_maps, theory_findings, theory_rows
 
     speed = measurements(quick, progress)
     laws = (*table_rows(), *speed_rows(speed))
-    estimates = counted(quick, progress)
+    estimates = count_maps(quick, progress)
     seeds = LABYRINTH_SEEDS[:1] if quick else LABYRINTH_SEEDS
     sides = (1, 2, 4) if quick else BLOCKS_A_SIDE
     figures = (

@@ -1,10 +1,12 @@
 """Speed of Girau et al. (2008), section 5.4: a maze of 9,500 nodes in 4 blocks, p = 255, I = 6, on own mazes.
 
-The paper's maze is not published, nor is the cost of its software at 255 bits, nor its steps of precision.
-So this runs mazes of several corridor widths, two goals, two steps and both terminations, and gives the
-mean and the range. Software: one synchronous relaxation at full precision, stopped when no bit changes, at
-100 µs for 2,376 nodes and iteration, whatever the precision (flat) or for each 64-bit limb. Circuit: the
-visits of the run at 150 MHz, changes of block included.
+The paper publishes neither its maze, nor the cost of its software at 255 bits, nor its steps of precision. So this
+module runs mazes of several corridor widths, with two goals, three steps and both terminations, and reports the mean
+and the range.
+
+- Software: one synchronous relaxation at full precision, stopped when no bit changes. An iteration of 2,376 nodes takes
+  100 µs, at any precision (flat) or for each 64-bit limb.
+- Circuit: the visits of the run at 150 MHz, changes of block included.
 """
 
 from __future__ import annotations
@@ -18,8 +20,8 @@ from codesign import maps
 from codesign.figures import Status
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.styles import timing
-from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.reproduction import Finding, Progress, Row, Use, row
 
 ROWS, COLUMNS = 72, 132
@@ -32,7 +34,7 @@ WHOLE_MAP_ITERATIONS = 1 << 20
 CORRIDORS = (2, 3, 4, 6, 8)
 SEEDS = (1, 2)
 LOOPS = (0.0, 0.3)
-"""Share of the walls of a perfect maze that are opened: a "not too complex" maze may have several ways."""
+"""The share of opened walls of a perfect maze: a "not too complex" maze may have several paths."""
 STEPS = (8, 16, 32)
 TERMINATIONS = ("sound", "published")
 
@@ -67,18 +69,17 @@ def circuit_seconds(result: HarmonicPlan) -> float:
     return (result.total_cycles + waits) / published.ESTIMATED_CLOCK
 
 
-def measurements(quick: bool, progress: Progress | None) -> tuple[Measurement, ...]:
-    """All mazes; in ``quick`` one of them."""
-    found: list[Measurement] = []
+def measurements(quick: bool, progress: Progress) -> tuple[Measurement, ...]:
+    """The measurements of all mazes; ``quick``: of one maze."""
+    runs: list[Measurement] = []
     for corridor in CORRIDORS[2:3] if quick else CORRIDORS:
-        if progress is not None:
-            progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
+        progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
         for seed in SEEDS[:1] if quick else SEEDS:
             for loops in LOOPS[:1] if quick else LOOPS:
                 grid = maps.maze(ROWS, COLUMNS, corridor=corridor, wall=2, seed=seed, loops=loops)
                 for goal in ((0, 0),) if quick else ((0, 0), (ROWS // 2, COLUMNS // 2)):
-                    found += _measure(grid, goal, corridor, STEPS[1:2] if quick else STEPS)
-    return tuple(found)
+                    runs += _measure(grid, goal, corridor, STEPS[1:2] if quick else STEPS)
+    return tuple(runs)
 
 
 def _measure(
@@ -86,15 +87,14 @@ def _measure(
 ) -> Iterator[Measurement]:
     goal = maps.nearest_free(grid.free, wanted)
     assert goal is not None, "a maze has free cells"
-    at_once = relax(
+    synchronous = relax(
         grid.free,
         [goal],
         block=(ROWS, COLUMNS),
         iterations=WHOLE_MAP_ITERATIONS,
         schedule=[PRECISION],
         record_visits=False,
-    )
-    synchronous = at_once.total_iterations
+    ).total_iterations
     software = software_seconds(synchronous, ROWS * COLUMNS)
     full = synchronous * BLOCKS * timing.iteration_cycles(PRECISION) / published.ESTIMATED_CLOCK
     for step in steps:
@@ -120,67 +120,61 @@ def _measure(
             )
 
 
-def speed_rows(found: tuple[Measurement, ...]) -> tuple[Row, ...]:
+def speed_rows(runs: tuple[Measurement, ...]) -> tuple[Row, ...]:
     """The speed-ups of section 5.4 and the gain of section 4.5.2."""
-    flat = [one.speed_up for one in found]
-    words = limbs(PRECISION)
-    gains = [one.gain for one in found]
-    source = f"{len(found)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(found)} cells"
-    own = partial(row, status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
+    flat = [run.speed_up for run in runs]
+    words = limbs_needed(PRECISION)
+    gains = [run.gain for run in runs]
+    source = f"{len(runs)} runs on own mazes of {ROWS} × {COLUMNS}, corridors of {corridors(runs)} cells"
+    text = partial(row, "Section 5.4", status=Status.ASSUMED, source=source, use=Use.HELD_OUT)
     return (
-        own(
-            "Section 5.4",
+        text(
             "speed-up, 9,500-node maze, flat software",
             270,
             fmean(flat),
             note=f"mean; {min(flat):.0f} to {max(flat):.0f}",
         ),
-        own(
-            "Section 5.4",
+        text(
             "speed-up, 9,500-node maze, software a limb",
             270,
             words * fmean(flat),
             note=f"mean; {words * min(flat):.0f} to {words * max(flat):.0f}; {words} limbs",
         ),
-        own(
-            "Section 5.4",
-            'final speed-up, "up to 400x", flat software',
-            400,
-            max(flat),
-            note="the largest of the runs",
-        ),
-        own(
-            "Section 5.4",
+        text('final speed-up, "up to 400x", flat software', 400, max(flat), note="the largest of the runs"),
+        text(
             'final speed-up, "up to 400x", software a limb',
             400,
             words * max(flat),
             note="the largest of the runs",
         ),
-        own(
+        row(
             "Section 4.5.2",
             "gain of blocks and rising precision",
             "2 to 4",
             fmean(gains),
+            status=Status.ASSUMED,
+            source=source,
+            use=Use.HELD_OUT,
             note=f"mean; {min(gains):.1f} to {max(gains):.1f}",
         ),
     )
 
 
-def corridors(found: tuple[Measurement, ...]) -> str:
-    """The corridor widths that were run, as a list in words."""
-    return ", ".join(str(width) for width in sorted({one.corridor for one in found}))
+def corridors(runs: tuple[Measurement, ...]) -> str:
+    """The corridor widths of the runs, as a list in words."""
+    return ", ".join(str(width) for width in sorted({run.corridor for run in runs}))
 
 
-def speed_findings(found: tuple[Measurement, ...]) -> tuple[Finding, ...]:
-    """What the speed-ups come to."""
-    flat = [one.speed_up for one in found]
-    words = limbs(PRECISION)
+def speed_findings(runs: tuple[Measurement, ...]) -> tuple[Finding, ...]:
+    """Findings on the speed-ups."""
+    flat = [run.speed_up for run in runs]
+    words = limbs_needed(PRECISION)
     low, high = words * min(flat), words * max(flat)
-    ratios = [one.iteration_ratio for one in found]
-    gains = [one.gain for one in found]
+    ratios = [run.iteration_ratio for run in runs]
+    gains = [run.gain for run in runs]
     by_step = {
-        f"mean with steps of {step} bits": f"{fmean(one.speed_up for one in found if one.step == step):.0f}"
-        for step in sorted({one.step for one in found})
+        f"mean with steps of {step} bits": f"{fmean(run.speed_up for run in runs if run.step == step):.0f}"
+        for step in sorted({run.step for run in runs})
     }
     return (
         Finding(

@@ -1,15 +1,19 @@
-"""Tables 1 to 3 and the counts of section 5.4 of Girau et al. (2008): rows that need no simulation."""
+"""Tables 1 to 3 and the counts of section 5.4 of Girau et al. (2008): the rows without a simulation."""
 
 from __future__ import annotations
 
+from functools import partial
+
 from codesign.figures import Status
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.published import Synthesis
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.reproduction import Row, Use, row
 
-TEXT = "Section 5.4"
+_text_row = partial(row, "Section 5.4", status=Status.PUBLISHED, use=Use.HELD_OUT)
+_introduction_row = partial(row, "Section 1", status=Status.PUBLISHED, use=Use.HELD_OUT)
+"""Most rows rest on published figures and are held out; the others override it."""
 
 BLOCK_RAMS_OF_XC4VLX160 = 288
 BLOCK_RAMS_OF_LARGEST_VIRTEX_4 = 336
@@ -85,48 +89,32 @@ def _count_rows() -> list[Row]:
     budget = published.SLICES_OF_XC2V6000
     law = "two logic cells a slice, 13 slices a node"
     return [
-        row(TEXT, "logic cells a node", 26, cells, status=Status.PUBLISHED, source=law, use=Use.HELD_OUT),
-        row(
-            TEXT,
+        _text_row("logic cells a node", 26, cells, source=law),
+        _text_row(
             "logic cells a cluster",
             470,
             cells * published.CLUSTER.nodes,
-            status=Status.PUBLISHED,
             source=law,
-            use=Use.HELD_OUT,
             note="Table 2 has 235 slices; 18 nodes have 234",
         ),
-        row(
-            TEXT,
+        _text_row(
             "logic cells of XC2V6000 for 36×66 nodes",
             "< 92 %",
             share,
             unit="%",
-            status=Status.PUBLISHED,
             source=law,
-            use=Use.HELD_OUT,
             note="holds" if share < 92 else "does not hold",
         ),
-        row(
-            TEXT,
-            "block RAMs for 36×66 nodes",
-            132,
-            resources.cluster_count(*shape),
-            status=Status.PUBLISHED,
-            source="one a 3×6 cluster",
-            use=Use.HELD_OUT,
+        _text_row(
+            "block RAMs for 36×66 nodes", 132, resources.cluster_count(*shape), source="one a 3×6 cluster"
         ),
-        row(
-            TEXT,
+        _text_row(
             "block RAMs for its 204 border nodes",
             12,
             resources.border_rams(*shape),
-            status=Status.PUBLISHED,
             source="one for 18 border nodes",
-            use=Use.HELD_OUT,
         ),
-        row(
-            TEXT,
+        _text_row(
             "slices of XC2V6000, 4 blocks, p = 255",
             100 * published.WHOLE_DESIGN_SHARE,
             100 * demand / budget,
@@ -146,45 +134,28 @@ def _depth_rows() -> list[Row]:
     law = "blocks × (p + 1) ≤ 1,024 words of 18 bits"
     most_blocks = depth // 64
     return [
-        row(
-            TEXT,
+        _text_row(
             "precision with 4 blocks",
             published.WHOLE_DESIGN_PRECISION,
             resources.largest_precision(published.WHOLE_DESIGN_BLOCKS, depth),
             unit="bit",
-            status=Status.PUBLISHED,
             source=law,
-            use=Use.HELD_OUT,
         ),
-        row(
-            TEXT,
+        _text_row(
             "word with 1 block (up to 1K bits)",
             1024,
             resources.largest_precision(1, depth) + 1,
             unit="bit",
-            status=Status.PUBLISHED,
             source=law,
-            use=Use.HELD_OUT,
         ),
-        row(
-            "Section 1",
+        _introduction_row(
             "blocks of 96×48 with 64 bits",
             16,
             most_blocks,
-            status=Status.PUBLISHED,
             source=law,
-            use=Use.HELD_OUT,
             note=f"64 bits with the flag, p = 63; p = 64 would take {resources.words(16, 64):,} words",
         ),
-        row(
-            "Section 1",
-            "nodes of 16 such blocks",
-            73_728,
-            most_blocks * 96 * 48,
-            status=Status.PUBLISHED,
-            source=law,
-            use=Use.HELD_OUT,
-        ),
+        _introduction_row("nodes of 16 such blocks", 73_728, most_blocks * 96 * 48, source=law),
     ]
 
 
@@ -193,24 +164,18 @@ def _largest_block_rows() -> list[Row]:
     large = resources.totals(48, 96, 63)
     largest = resources.totals(54, 108, 63)
     return [
-        row(
-            "Section 1",
+        _introduction_row(
             "block RAMs of XC4VLX160 for a 96×48 block",
             f"≤ {BLOCK_RAMS_OF_XC4VLX160}",
             large["block_rams"],
-            status=Status.PUBLISHED,
             source="clusters and borders, 18 nodes a block RAM",
-            use=Use.HELD_OUT,
             note="fits" if large["block_rams"] <= BLOCK_RAMS_OF_XC4VLX160 else "does not fit",
         ),
-        row(
-            TEXT,
+        _text_row(
             "block RAMs for a 54×108 block, largest FPGA",
             BLOCK_RAMS_OF_LARGEST_VIRTEX_4,
             largest["block_rams"],
-            status=Status.PUBLISHED,
             source="clusters and borders, 18 nodes a block RAM",
-            use=Use.HELD_OUT,
             note=f"{BLOCK_RAMS_OF_LARGEST_VIRTEX_4} is what the XC4VLX200 has; the paper says the block fits,"
             f" {largest['block_rams'] - BLOCK_RAMS_OF_LARGEST_VIRTEX_4} would be missing",
         ),
@@ -224,35 +189,28 @@ def _clock_rows() -> list[Row]:
     hardware = timing.iteration_cycles(128) / published.ESTIMATED_CLOCK
     break_even = round(software / 100 * published.ESTIMATED_CLOCK) - 2
     return [
-        row(
-            TEXT,
+        _text_row(
             "clock of 36×66 nodes on the Virtex-2 board",
             published.ESTIMATED_CLOCK,
             timing.clock_fit().clock(nodes),
             unit="Hz",
             status=Status.CALIBRATED,
             source=f"period linear in {timing.clock_fit().form}, fitted to Tables 1 to 3",
-            use=Use.HELD_OUT,
             note="an estimate of the paper; the interval of the law is twice this miss",
         ),
-        row(
-            TEXT,
+        _text_row(
             "speed-up at 128 bits, 100 µs at any precision",
             100,
             software / hardware,
-            status=Status.PUBLISHED,
             source="100 µs an iteration of 36×66 nodes over (p + 2) / 150 MHz",
-            use=Use.HELD_OUT,
             note=f'"up to 100x"; exactly 100 would be p = {break_even}',
         ),
-        row(
-            TEXT,
+        _text_row(
             "speed-up at 128 bits, 100 µs a 64-bit limb",
             100,
-            limbs(128) * software / hardware,
+            limbs_needed(128) * software / hardware,
             status=Status.ASSUMED,
-            source=f"the same, {limbs(128)} limbs of software",
-            use=Use.HELD_OUT,
+            source=f"the same, {limbs_needed(128)} limbs of software",
             note="so the paper's 100 µs cannot be for one limb of several",
         ),
     ]

@@ -1,8 +1,8 @@
-"""Section 3.2.2 and section 4 of Girau et al. (2008): the paper's estimates held against what runs count.
+"""Section 3.2.2 and section 4 of Girau et al. (2008): the estimates of the paper beside the counts of runs.
 
-The paper estimates bits and iterations by closed forms in the size of the map alone. Here they are evaluated for
-the rectangle around a map (N and M count intervals: sides plus one) and held against the same quantity counted on
-two maps: a room without obstacles, which the estimates are made for, and a labyrinth.
+The paper estimates bits and iterations by closed forms in the size of the map alone. Here they are evaluated for the
+rectangle around a map (N and M count intervals: sides plus one). The same quantities are counted on two maps: a room
+without obstacles, for which the estimates are made, and a labyrinth.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from codesign.planners.reproduction import Finding, Progress, Row, row
 
 CORRIDORS = (10, 100, 300)
 MARGIN = 1.0
-"""λ, which the paper leaves open: the error of the field may be twice its asymptote."""
+"""λ, which the paper leaves open. With 1 the error of the field may be twice its asymptote."""
 LAST = 255
 ADDED = 8
 ERROR = 2.0**-16
@@ -33,16 +33,16 @@ SIDE = 40
 QUICK_SIDE = 12
 STAGES = (2, 4, 8, 16)
 CANDIDATES = (4, 8, 12, *range(16, LAST, 16))
-"""Precisions that the best schedule may pass through before the last."""
+"""Precisions that the best schedule may have before the last."""
 
 
 @dataclass(frozen=True)
-class Counted:
-    """What is counted on one map of ``rows`` × ``columns`` cells, all of it computed as one block.
+class Counts:
+    """The counts on one map of ``rows`` × ``columns`` cells, computed as one block.
 
     Attributes:
         gain: K = 1 / (1 − γ) with the largest eigenvalue γ of the map's own matrix (4.2).
-        error_bits: least precision whose converged field is within ``ERROR`` of the exact one.
+        error_bits: least precision with a converged field within ``ERROR`` of the exact one.
         first: iterations from zero until no bit of ``LAST`` changes.
         later: iterations of a stage that adds the last ``ADDED`` bits.
         ratios: number of equal stages to ``LAST`` bits, and time with them over time with one stage.
@@ -67,36 +67,35 @@ class Counted:
         return theory.noise_gain(self.rows + 1, self.columns + 1)
 
 
-def counted(quick: bool, progress: Progress | None) -> tuple[Counted, ...]:
-    """The room and the labyrinth; ``quick``: a smaller room."""
+def count_maps(quick: bool, progress: Progress) -> tuple[Counts, ...]:
+    """The counts of the room and the labyrinth; ``quick``: of a smaller room."""
     side = QUICK_SIDE if quick else SIDE
     places = (Environment("room", maps.empty(side, side).free, (0, 0)), labyrinth(1))
-    found = []
+    counts = []
     for place in places:
-        if progress is not None:
-            progress(f"section 4: estimates for the {place.name}")
-        found.append(_count(place))
-    return tuple(found)
+        progress(f"section 4: estimates for the {place.name}")
+        counts.append(_count(place))
+    return tuple(counts)
 
 
-def _count(place: Environment) -> Counted:
-    at_once = _synchronous(place, [LAST])
+def _count(place: Environment) -> Counts:
+    one_stage = _synchronous(place, [LAST])
     ratios = []
     for stages in STAGES:
         result = _synchronous(place, _equal_steps(stages))
-        ratios.append((stages, result.total_cycles / at_once.total_cycles))
+        ratios.append((stages, result.total_cycles / one_stage.total_cycles))
     best, cycles = _best_schedule(place)
-    return Counted(
+    return Counts(
         name=place.name,
         rows=place.free.shape[0],
         columns=place.free.shape[1],
         gain=1.0 / (1.0 - largest_eigenvalue(place.free, place.goal)),
         error_bits=_bits_for(place, ERROR),
-        first=at_once.total_iterations,
+        first=one_stage.total_iterations,
         later=_synchronous(place, [LAST - ADDED, LAST]).stages[1].iterations,
         ratios=tuple(ratios),
         best=best,
-        best_ratio=cycles / at_once.total_cycles,
+        best_ratio=cycles / one_stage.total_cycles,
     )
 
 
@@ -123,12 +122,12 @@ def _best_schedule(place: Environment) -> tuple[tuple[int, ...], int]:
     parameters = RelaxParameters(
         blocks=(1, 1), iterations=1_000_000, schedule=(LAST,), stop=Stop.SCHEDULE_END
     )
-    found = optimise_schedule(Problem(place.free, (place.goal,), ()), parameters, CANDIDATES)
-    return found.precisions, found.cost
+    schedule = optimise_schedule(Problem(place.free, (place.goal,), ()), parameters, CANDIDATES)
+    return schedule.precisions, schedule.cost
 
 
 def _bits_for(place: Environment, error: float) -> int:
-    """Least precision whose converged field is nowhere farther than ``error`` from the exact one."""
+    """Least precision with a converged field nowhere farther than ``error`` from the exact one."""
     from codesign.planners.harmonic.plan.precision import converged_field
     from codesign.planners.harmonic.plan.warm_start import FieldBounds
 
@@ -143,7 +142,7 @@ def _bits_for(place: Environment, error: float) -> int:
 
 
 def largest_eigenvalue(free: NDArray[np.bool_], goal: tuple[int, int]) -> float:
-    """γ of the map itself: by how much an iteration of the free cells shrinks an error in the end (4.2)."""
+    """γ of the map itself: the factor by which an iteration of the free cells finally shrinks an error (4.2)."""
     from scipy.sparse import coo_array
     from scipy.sparse.linalg import eigsh
 
@@ -151,20 +150,20 @@ def largest_eigenvalue(free: NDArray[np.bool_], goal: tuple[int, int]) -> float:
     movable[goal] = False
     number = np.cumsum(movable).reshape(free.shape) - 1
     across, down = movable[:, :-1] & movable[:, 1:], movable[:-1] & movable[1:]
-    one = np.concatenate([number[:, :-1][across], number[:-1][down]])
-    other = np.concatenate([number[:, 1:][across], number[1:][down]])
-    ends = np.concatenate([one, other]), np.concatenate([other, one])
+    cell = np.concatenate([number[:, :-1][across], number[:-1][down]])
+    neighbour = np.concatenate([number[:, 1:][across], number[1:][down]])
+    ends = np.concatenate([cell, neighbour]), np.concatenate([neighbour, cell])
     count = int(movable.sum())
-    matrix = coo_array((np.full(2 * len(one), 0.25), ends), shape=(count, count)).tocsr()
+    matrix = coo_array((np.full(2 * len(cell), 0.25), ends), shape=(count, count)).tocsr()
     # A start of its own makes the same digits at every run.
     return float(eigsh(matrix, k=1, which="LA", v0=np.ones(count), return_eigenvectors=False)[0])
 
 
-def theory_rows(found: Sequence[Counted]) -> tuple[Row, ...]:
-    """The paper's estimates as the published side, what was counted as the modelled one."""
+def theory_rows(counts: Sequence[Counts]) -> tuple[Row, ...]:
+    """The estimates of the paper as published figures, and the counts as modelled ones."""
     rows = _corridor_rows()
-    for one in found:
-        rows += [*_gain_rows(one), *_iteration_rows(one), *_time_rows(one)]
+    for place in counts:
+        rows += [*_gain_rows(place), *_iteration_rows(place), *_time_rows(place)]
     return tuple(rows)
 
 
@@ -190,85 +189,85 @@ def _corridor_rows() -> list[Row]:
     return rows
 
 
-def _gain_rows(one: Counted) -> list[Row]:
-    gain = one.estimated_gain
-    gamma, own = theory.gamma(one.rows + 1, one.columns + 1), 1.0 - 1.0 / one.gain
+def _gain_rows(place: Counts) -> list[Row]:
+    gain = place.estimated_gain
+    gamma, own = theory.gamma(place.rows + 1, place.columns + 1), 1.0 - 1.0 / place.gain
     measured = partial(row, status=Status.MEASURED)
     return [
         measured(
             "Section 4.2",
-            f"K, {one.name}",
+            f"K, {place.name}",
             gain,
-            one.gain,
+            place.gain,
             source="1 / (1 − γ), γ of the rectangle, against the largest eigenvalue of the map",
             note=f"γ = {gamma:.5f}; the map's own is {own:.5f}",
         ),
         measured(
             "Section 4.4.1",
-            f"first precision, {one.name}",
+            f"first precision, {place.name}",
             theory.first_precision(gain, MARGIN),
-            one.best[0],
+            place.best[0],
             unit="bit",
             source=f"p_min with λ = {MARGIN:.0f} (assumed), against the best schedule's first",
-            note="fastest of all schedules: " + " ".join(map(str, one.best)),
+            note="fastest of all schedules: " + " ".join(map(str, place.best)),
         ),
         measured(
             "Section 4.4.1",
-            f"bits for an error below 2^-16, {one.name}",
+            f"bits for an error below 2^-16, {place.name}",
             theory.last_precision(ERROR, gain, MARGIN),
-            one.error_bits,
+            place.error_bits,
             unit="bit",
             source=f"p_max with λ = {MARGIN:.0f} (assumed), against the least precision that has it",
         ),
     ]
 
 
-def _iteration_rows(one: Counted) -> list[Row]:
+def _iteration_rows(place: Counts) -> list[Row]:
     measured = partial(
         row, status=Status.MEASURED, source=f"λ = {MARGIN:.0f} (assumed), against synchronous iterations"
     )
-    own_first = theory.first_iterations(LAST, one.gain, MARGIN)
-    own_later = theory.next_iterations(ADDED, one.gain, MARGIN)
+    own_first = theory.first_iterations(LAST, place.gain, MARGIN)
+    own_later = theory.next_iterations(ADDED, place.gain, MARGIN)
     return [
         measured(
             "Section 4.4.2",
-            f"k_1 at {LAST} bits, {one.name}",
-            round(theory.first_iterations(LAST, one.estimated_gain, MARGIN)),
-            one.first,
+            f"k_1 at {LAST} bits, {place.name}",
+            round(theory.first_iterations(LAST, place.estimated_gain, MARGIN)),
+            place.first,
             note=f"{own_first:,.0f} with the map's own K",
         ),
         measured(
             "Section 4.4.2",
-            f"k_i for the last {ADDED} of {LAST} bits, {one.name}",
-            round(theory.next_iterations(ADDED, one.estimated_gain, MARGIN)),
-            one.later,
+            f"k_i for the last {ADDED} of {LAST} bits, {place.name}",
+            round(theory.next_iterations(ADDED, place.estimated_gain, MARGIN)),
+            place.later,
             note=f"{own_later:,.0f} with the map's own K",
         ),
     ]
 
 
-def _time_rows(one: Counted) -> list[Row]:
+def _time_rows(place: Counts) -> list[Row]:
     measured = partial(row, status=Status.MEASURED)
     rows = []
-    for stages, ratio in one.ratios:
+    for stages, ratio in place.ratios:
         rows.append(
             measured(
                 "Section 4.4.2",
-                f"time with {stages} equal stages over one, {one.name}",
+                f"time with {stages} equal stages over one, {place.name}",
                 theory.increasing_precision_ratio(stages),
                 ratio,
                 source=f"(1 + 1/T) / 2, against cycles of synchronous runs to {LAST} bits",
-                note=f"equation (6) comes to {equation_6(stages, one.estimated_gain):.3f}",
+                note=f"equation (6) comes to {equation_6(stages, place.estimated_gain):.3f}",
             )
         )
     rows.append(
         measured(
             "Section 4.4.2",
-            f"time with the best schedule over one stage, {one.name}",
+            f"time with the best schedule over one stage, {place.name}",
             0.5,
-            one.best_ratio,
+            place.best_ratio,
             source=f"the limit of many stages, against the fastest schedule of all to {LAST} bits",
-            note=f"{len(one.best)} stages",
+            note=f"{len(place.best)} stages",
         )
     )
     return rows
@@ -281,37 +280,37 @@ def equation_6(stages: int, gain: float) -> float:
     return theory.stages_time(steps, a, b, 2, 1) / theory.stages_time([LAST], a, b, 2, 1)
 
 
-def theory_findings(found: Sequence[Counted]) -> tuple[Finding, ...]:
-    """What the estimates are worth, from the data."""
-    by_sides = [theory.first_iterations(LAST, one.estimated_gain, MARGIN) / one.first for one in found]
-    by_map = [theory.first_iterations(LAST, one.gain, MARGIN) / one.first for one in found]
-    later = [theory.next_iterations(ADDED, one.estimated_gain, MARGIN) for one in found]
-    equal = [min(ratio for _, ratio in one.ratios) for one in found]
+def theory_findings(counts: Sequence[Counts]) -> tuple[Finding, ...]:
+    """Findings on the estimates."""
+    by_sides = [theory.first_iterations(LAST, place.estimated_gain, MARGIN) / place.first for place in counts]
+    by_map = [theory.first_iterations(LAST, place.gain, MARGIN) / place.first for place in counts]
+    later = [theory.next_iterations(ADDED, place.estimated_gain, MARGIN) for place in counts]
+    equal = [min(ratio for _, ratio in place.ratios) for place in counts]
     return (
         Finding(
             "Obstacles make a map contract faster than the rectangle around it: K by equation (5) is for open ground.",
             {
-                **_each(found, by_sides, "estimate by the sides over the count"),
-                **_each(found, by_map, "estimate by the largest eigenvalue over the count"),
+                **_each(counts, by_sides, "estimate by the sides over the count"),
+                **_each(counts, by_map, "estimate by the largest eigenvalue over the count"),
             },
             max(by_map) < 1.2 < max(by_sides),
         ),
         Finding(
             "The estimate of k_i is no bound.",
-            {f"counted, {one.name}": f"{one.later:,}" for one in found}
-            | {f"estimated, {one.name}": f"{k:,.0f}" for one, k in zip(found, later, strict=True)},
-            any(one.later > k for one, k in zip(found, later, strict=True)),
+            {f"counted, {place.name}": f"{place.later:,}" for place in counts}
+            | {f"estimated, {place.name}": f"{k:,.0f}" for place, k in zip(counts, later, strict=True)},
+            any(place.later > k for place, k in zip(counts, later, strict=True)),
         ),
         Finding(
             "Stages take more than half of the time of one stage.",
             {
-                **_each(found, equal, "best of equal stages"),
-                **_each(found, [one.best_ratio for one in found], "fastest of all schedules"),
+                **_each(counts, equal, "best of equal stages"),
+                **_each(counts, [place.best_ratio for place in counts], "fastest of all schedules"),
             },
-            min(*equal, *(one.best_ratio for one in found)) > 0.5,
+            min(*equal, *(place.best_ratio for place in counts)) > 0.5,
         ),
     )
 
 
-def _each(found: Sequence[Counted], values: Sequence[float], name: str) -> dict[str, str]:
-    return {f"{name}, {one.name}": f"{value:.2f}" for one, value in zip(found, values, strict=True)}
+def _each(counts: Sequence[Counts], values: Sequence[float], name: str) -> dict[str, str]:
+    return {f"{name}, {place.name}": f"{value:.2f}" for place, value in zip(counts, values, strict=True)}

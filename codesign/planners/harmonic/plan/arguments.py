@@ -1,4 +1,4 @@
-"""What ``relax`` is given, checked once, so that everything below may rely on it."""
+"""The arguments of ``relax``, checked once, so that all modules below may rely on them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import MAX_PRECISION, Termination
 
 MAX_CELLS = 1 << 24
-# Every block takes some kilobytes beside its cells.
+# Every block takes some kilobytes besides its cells.
 MAX_BLOCKS = 1 << 16
 MAX_ITERATIONS = (1 << 31) - 1
 
@@ -41,14 +41,14 @@ class Arguments:
 
     @cached_property
     def movable(self) -> NDArray[np.bool_]:
-        """The cells that are computed: free and no goal."""
+        """The computed cells: free and no goal."""
         cells = self.free.copy()
         cells[tuple(np.array(self.goals).T)] = False
         return cells
 
     @cached_property
     def reachable(self) -> NDArray[np.bool_]:
-        """The free cells from which some 4-connected way leads to a goal, goals included."""
+        """The free cells from which some 4-connected path leads to a goal, goals included."""
         from scipy import ndimage
 
         labels, _ = ndimage.label(self.free)
@@ -66,7 +66,7 @@ def check_arguments(
     termination: Any,
     start: Any,
 ) -> Arguments:
-    """Raise MapError for a map or goal, InputError for any other argument, that ``relax`` cannot take."""
+    """Check the arguments of ``relax``: MapError for an unusable map or goal, InputError for any other argument."""
     cells = _check_map(free)
     precisions = _check_schedule(schedule)
     goal_cells = _check_goals(goals, cells)
@@ -138,7 +138,7 @@ def _check_block(block: Any, free: NDArray[np.bool_]) -> tuple[int, int]:
     rows, columns = free.shape
     if height < 1 or width < 1:
         raise InputError(f"block of {height} × {width} nodes has no nodes", "block")
-    # Beyond the map all nodes are obstacles, which nothing is computed for.
+    # All nodes beyond the map are obstacles; nothing is computed for them.
     height, width = min(height, rows), min(width, columns)
     blocks = -(-rows // height) * -(-columns // width)
     if blocks > MAX_BLOCKS:
@@ -195,7 +195,7 @@ def _check_start(
             "start",
         )
     shifted = field.shifted(precision)
-    # A field of the same precision is the caller's own.
+    # A field of the same precision belongs to the caller.
     limbs = shifted.limbs.copy() if shifted is field else shifted.limbs
     limbs.flags.writeable = True
     limbs[~free] = 0

@@ -1,8 +1,8 @@
-"""Compiled walks over exact fields (imported on first use, so that importing the planner stays light).
+"""Compiled walks over exact fields. The module is imported on first use, so that importing the planner stays light.
 
-Fields are uint64 rows × columns × limbs, least significant limb first; outside of the map is 0. Values are
-compared and subtracted limb by limb, so every choice is exact at any precision: doubles would see neighbours
-that differ in the 200th bit as equal.
+Fields are uint64 rows × columns × limbs, least significant limb first; outside of the map is 0. Values are compared and
+subtracted limb by limb, so every choice is exact at any precision. Doubles would see neighbours that differ in the
+200th bit as equal.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ FIRST_POINTS = 256
 def _greater(limbs: Any, row: int, column: int, other_row: int, other_column: int) -> Any:
     # Most significant limb first, as the circuit compares: most significant bit first (section 3.2.1).
     for k in range(limbs.shape[2] - 1, -1, -1):
-        one, other = limbs[row, column, k], limbs[other_row, other_column, k]
-        if one != other:
-            return one > other
+        here, there = limbs[row, column, k], limbs[other_row, other_column, k]
+        if here != there:
+            return here > there
     return False
 
 
@@ -74,17 +74,17 @@ def _difference(limbs: Any, row: int, column: int, side: int, out: Any) -> Any:
 
 
 @njit(cache=True, nogil=True)
-def _exceeds(one: Any, other: Any) -> Any:
-    for k in range(one.size - 1, -1, -1):
-        if one[k] != other[k]:
-            return one[k] > other[k]
+def _exceeds(first: Any, second: Any) -> Any:
+    for k in range(first.size - 1, -1, -1):
+        if first[k] != second[k]:
+            return first[k] > second[k]
     return False
 
 
 @njit(cache=True, nogil=True)
-def _top_limb(one: Any, other: Any) -> Any:
-    for k in range(one.size - 1, 0, -1):
-        if one[k] | other[k]:
+def _top_limb(first: Any, second: Any) -> Any:
+    for k in range(first.size - 1, 0, -1):
+        if first[k] | second[k]:
             return k
     return 0
 
@@ -135,7 +135,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
                     sign, side = other_sign, second
                 # Ascent goes towards a higher neighbour and away from a lower one.
                 directions[row, column, axis] = sign * (ROW_STEP[side] + COLUMN_STEP[side])
-            # Only the ratio of the two counts for a unit vector, so the limbs that both have as 0 are left out.
+            # Only the ratio of the two counts for a unit vector, so limbs that are 0 in both are left out.
             # Without that, values of hundreds of bits would leave the range of doubles.
             top = _top_limb(vertical, horizontal)
             down, along = _mantissa(vertical, top), _mantissa(horizontal, top)
@@ -150,7 +150,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
 
 @njit(cache=True, nogil=True)
 def _may_enter(limbs: Any, free: Any, row: int, column: int, r: int, c: int, guarded: bool) -> Any:
-    """Whether a step from one cell to another touches no obstacle (and rises, where guarded)."""
+    """Whether a step between two cells touches no obstacle (and rises, where guarded)."""
     # A diagonal step passes the corner between the two cells beside it:
     #
     #   from  .        both cells beside the step have to be free, or the trajectory
@@ -237,17 +237,6 @@ def arrivals(
     """Int8 n: the ending code of the trajectory from each start (float64 n × 2)."""
     endings = np.empty(starts.shape[0], np.int8)
     for index in range(starts.shape[0]):
-        _, ending, _ = follow(
-            limbs,
-            free,
-            goal,
-            directions,
-            best,
-            starts[index, 0],
-            starts[index, 1],
-            step,
-            most_steps,
-            guarded,
-        )
-        endings[index] = ending
+        y, x = starts[index, 0], starts[index, 1]
+        _, endings[index], _ = follow(limbs, free, goal, directions, best, y, x, step, most_steps, guarded)
     return endings

@@ -1,12 +1,12 @@
 """The best precision schedule of a map, exactly.
 
-Under sound termination a converged stage leaves the least fixed point of its precision, however it got
-there: so what a stage costs depends on where it starts and ends alone, and the cost of a schedule is the
-sum over its stages. The best of all 2^(n-1) schedules through n precisions is then a shortest path, which
-takes at most n(n+1)/2 stages to find; a stage is simulated only when the search reaches its start.
+Under sound termination a converged stage leaves the least fixed point of its precision, from any start. So the cost of
+a stage depends on its first and last precision alone, and the cost of a schedule is the sum over its stages. The best
+of all 2^(n-1) schedules through n precisions is a shortest path. The search takes at most n(n+1)/2 stages; it simulates
+a stage only when it reaches its start.
 
-The termination test of the paper can end a stage with wrong cells, which then depend on the way there:
-costs do not add up, and there is no such search.
+The termination test of the paper can end a stage with wrong cells. They depend on the stages before, so costs do not
+add up, and there is no such search.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ def best_schedule(
     """The cheapest rising schedule that ends at ``last``; among equals, one with the fewest stages.
 
     Args:
-        stage_cost: cost ≥ 0 of a stage, from a precision (None: from zero) to a higher one. Asked once at
-            most for each pair.
-        candidates: the precisions that may come before ``last``; those that are not below it are left out.
+        stage_cost: cost ≥ 0 of a stage, from a precision (None: from zero) to a higher one. Called at most once for
+            each pair.
+        candidates: the precisions that may come before ``last``; those not below it are left out.
         last: fractional bits of the last stage.
-        ends: whether a run would end after a stage at this precision. Asked only once a stage to it was
-            asked for; a schedule that gets there ends there.
+        ends: whether a run would end after a stage at this precision. Called only after ``stage_cost`` of a stage to
+            this precision. A schedule that reaches such a precision ends there.
 
     Raises:
         InputError: a precision below 1.
@@ -66,7 +66,7 @@ def best_schedule(
     graph.add_edges_from((low, high) for low in rungs for high in rungs if low < high)
     graph.add_edges_from((precision, _END) for precision in rungs)
 
-    # Scaled so that the cost comes first and each stage counts one beside it.
+    # The scale makes the cost decide first; among equal costs each stage counts one.
     scale = len(rungs) + 1
     over: dict[int, bool] = {}
 
@@ -93,8 +93,8 @@ def optimise_schedule(
     """The schedule of fewest cycles for a problem.
 
     It ends at the last precision of ``parameters``, or, where they stop the run at the first stage without local
-    maxima, at any precision that leaves none. Every stage the search needs is simulated, bit for bit. Which
-    precision the run ends at may depend on the schedule; the field at a precision never does.
+    maxima, at any precision that leaves none. The search simulates every stage that it needs, bit for bit.
+    The last precision of a run may depend on the schedule; the field at a precision never does.
 
     Args:
         problem: map and goals.
@@ -102,8 +102,7 @@ def optimise_schedule(
             used otherwise.
         candidates: precisions that may come before the last.
         memo: keeps stages and fields for searches that share them.
-        cycles: the cost of a stage, such as with the cycles of switching blocks; iterations × (p + 2) by
-            default.
+        cycles: the cost of a stage, for example with the cycles of switching blocks; iterations × (p + 2) by default.
 
     Raises:
         InputError: termination is not sound, or a precision is below 1.
@@ -129,7 +128,7 @@ def optimise_schedule(
 class _Stages:
     """The stages of a problem between any two precisions, each simulated once.
 
-    ``local_maxima``: those of the least field, at every precision that a stage was asked for.
+    ``local_maxima``: of the least field, at every precision with a simulated stage.
     """
 
     def __init__(self, problem: Problem, parameters: RelaxParameters, memo: Memo) -> None:
@@ -147,12 +146,12 @@ class _Stages:
         return stage
 
     def _simulated(self, begin: int | None, end: int) -> Stage:
-        stage, left = self._run(begin, end)
-        self._memo.get(("least field", self._problem.digest, end), lambda: left)
+        stage, field = self._run(begin, end)
+        self._memo.get(("least field", self._problem.digest, end), lambda: field)
         return stage
 
     def _field(self, precision: int) -> Field:
-        # Known before any stage begins from it, unless the memo had no room: then found again from zero.
+        # A stage to this precision ran before. Where the memo had no room, the field is computed again from zero.
         key = ("least field", self._problem.digest, precision)
         return self._memo.get(key, lambda: self._run(None, precision)[1])
 

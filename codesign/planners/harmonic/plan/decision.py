@@ -1,18 +1,19 @@
-"""The decision module of section 5.3: which way is up, exactly.
+"""The decision module of section 5.3: the direction up the field, exactly.
 
-The published rule takes, of the four triangles made by a node and two consecutive neighbours, the one with
-the greatest (h − h')² + (h − h'')², and goes up the plane through its corners. Squares hide signs, so the
-chosen triangle may lie on the downhill side: the direction then points away from it, "or to their opposite
-values". Beside an obstacle the fall to 0 is often the steepest difference, and the direction points away
-from the wall; in a passage one cell wide both sides fall by h, and it points away from one wall at the
-other.
+A node forms four triangles with two consecutive neighbours. The published rule takes the triangle with the greatest
+(h − h')² + (h − h'')², and goes up the plane through its corners. Squares hide signs, so the chosen triangle may lie on
+the downhill side. Then the direction points away from it, "or to their opposite values". Beside an obstacle the fall to
+0 is often the steepest difference, and the direction points away from the wall. In a passage one cell wide both sides
+fall by h, and the direction points from one wall to the other.
 
-Measured with converged fields without local maxima, steps of half a cell, from every reachable cell: the
-plain rule arrives from all cells where passages are at least two cells wide (mazes, rooms, a spiral), from
-1 % of the cells of a maze or spiral of passages one cell wide, and from 2 % among random obstacles (72 ×
-132 cells, 20 %). ``ASCENDING_TRIANGLE``, ours, counts differences to lower neighbours as 0: it arrives
-from all, all and 92 %, on ways shorter by 1 to 14 %. ``trajectory.Ascent`` tells how a robot is kept from
-the walls under any rule.
+Measured with converged fields without local maxima and steps of half a cell, from every reachable cell:
+
+- The plain rule arrives from all cells where passages are at least two cells wide (mazes, rooms, a spiral), from 1 % of
+  the cells of a maze or spiral with passages one cell wide, and from 2 % among random obstacles (72 × 132 cells, 20 %).
+- ``ASCENDING_TRIANGLE``, ours, counts differences to lower neighbours as 0. It arrives from all, all and 92 %, on paths
+  shorter by 1 to 14 %.
+
+``trajectory.Ascent`` keeps a robot away from the walls under any rule.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 
 
 class Rule(StrEnum):
-    """How the direction at a cell is chosen."""
+    """The rule that chooses the direction at a cell."""
 
     TRIANGLE = "triangle"
     ASCENDING_TRIANGLE = "ascending_triangle"
@@ -38,7 +39,7 @@ class Rule(StrEnum):
 def directions(
     field: Field, free: NDArray[np.bool_], rule: Rule | str = Rule.TRIANGLE
 ) -> NDArray[np.float64]:
-    """Float64 rows × columns × 2: unit vectors (row, column) of the way up; zero on obstacles, where flat.
+    """Float64 rows × columns × 2: unit vectors (row, column) up the field; zero on obstacles and where it is flat.
 
     The choice of triangle is exact at any precision. Components come from the leading 65 to 128 bits of the
     differences, each within a relative 2^-50 of the larger.

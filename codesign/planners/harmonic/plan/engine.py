@@ -22,7 +22,7 @@ from codesign.planners.harmonic.plan.layout import (
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 
 VISITS_PER_BATCH = 1 << 14
-# Words times iterations between two chances to be interrupted: some tenth of a second.
+# Words times iterations between two chances for an interrupt: some tenth of a second.
 BUDGET = 1 << 25
 SPARE_PLANES = 48
 
@@ -30,9 +30,8 @@ SPARE_PLANES = 48
 class Engine:
     """Runs stage after stage of one relaxation.
 
-    ``spare_planes``: room made above the planes in use, whenever room is made. ``budget``: see ``BUDGET``.
-    ``transposed``: exchange rows and columns inside, or None for what takes fewer vectors. None of them
-    changes a result.
+    ``spare_planes``: planes allocated above those in use. ``budget``: see ``BUDGET``. ``transposed``: whether rows and
+    columns are exchanged inside; None: where that takes fewer vectors. None of these arguments changes a result.
     """
 
     def __init__(
@@ -42,7 +41,7 @@ class Engine:
         budget: int = BUDGET,
         transposed: bool | None = None,
     ) -> None:
-        # Not the arguments as such: their start would take as much memory again as the values.
+        # The arguments are not kept: their start would take as much memory again as the values.
         self._iterations = arguments.iterations
         self._published = arguments.termination == "published"
         self._spare, self._budget = spare_planes, budget
@@ -56,8 +55,8 @@ class Engine:
         self._candidates = self._turned(arguments.reachable & arguments.movable)
         bits, negative = limbs.residual_bits(self._limbs, self._movable)
         self._signed = bool(negative)
-        # r has its two low planes always, and a sign in two's complement.
-        # At the start of a stage r = N + E + S + W - 4H of the values that it starts from, and d = 0.
+        # r always has its two low planes, and a sign in two's complement.
+        # At the start of a stage r = N + E + S + W - 4H of its first values, and d = 0.
         count = max(bits, 2) + self._signed
         self._layout = make_layout(shape, block, count + spare_planes, self._transposed)
         self._state = make_state(self._layout, self._signed)
@@ -66,7 +65,7 @@ class Engine:
         self._state.width[:] = self._state.active[:] = count - 2
 
     def _turned(self, array: NDArray[Any]) -> NDArray[Any]:
-        # Always a copy of its own: numba compiles anew for arrays that are read-only or not contiguous.
+        # Always a copy: numba compiles anew for arrays that are read-only or not contiguous.
         return np.array(array.swapaxes(0, 1) if self._transposed else array, order="C")
 
     def run(
@@ -74,8 +73,8 @@ class Engine:
     ) -> Iterator[VisitBatch | StageEnd]:
         """One stage at ``precision``, not below that of the stage before.
 
-        Raises RunError if it would never end; with ``most_sweeps`` it ends there, or at the sweep at which values are
-        known to come back, with a fault.
+        Raises RunError if it would never end. With ``most_sweeps`` it ends with a fault at that number of sweeps, or at
+        the sweep that shows that the values repeat.
         """
         self._lift(precision - self._precision)
         layout = self._layout
@@ -89,7 +88,7 @@ class Engine:
         # ``counts`` has room for ``VISITS_PER_BATCH`` visits, so a stage is a few calls of the kernel; between two of
         # them the user may interrupt, and memory may grow.
         while status != kernels.CONVERGED:
-            status, made = kernels.advance(
+            status, written = kernels.advance(
                 self._layout,
                 addresses(self._state),
                 control,
@@ -107,11 +106,11 @@ class Engine:
                 )
             if status == kernels.GROW:
                 self._grow()
-            if made:
-                block = ((visits + np.arange(made)) % blocks).astype(np.int32)
-                yield VisitBatch(stage_index, precision, block, counts[:made].copy())
-                visits += made
-                iterations += int(counts[:made].sum(dtype=np.int64))
+            if written:
+                block = ((visits + np.arange(written)) % blocks).astype(np.int32)
+                yield VisitBatch(stage_index, precision, block, counts[:written].copy())
+                visits += written
+                iterations += int(counts[:written].sum(dtype=np.int64))
             if status == kernels.CYCLE:
                 fault = f"at {precision} bits the values come back to where they were and never settle"
                 break
@@ -124,7 +123,7 @@ class Engine:
         yield StageEnd(stage_index, stage, Field(self._turned(self._limbs), precision), fault)
 
     def _grow(self) -> None:
-        """Make room for more planes, in the middle of a stage."""
+        """Allocate more planes in the middle of a stage."""
         old, old_planes = self._state, self._layout.planes
         self._layout = self._layout._replace(planes=old_planes + self._spare)
         new = self._state = make_state(self._layout, self._signed)
@@ -147,9 +146,9 @@ class Engine:
         """r << shift, d = 0: the start of the next stage."""
         self._forget("ring", "visit", "odometer", "snapshot")
         old, old_planes = self._state, self._layout.planes
-        # A sign is needed only where something negative is left, which no settled block has.
+        # A sign is needed only where a negative r is left. A settled block has none.
         # With h = H << D the new residual is r << D, as N, E, S, W and h all shift alike. A converged stage leaves
-        # 0 <= r < 4. One that the published test ended early leaves more, and one that cycles may leave r < 0.
+        # 0 <= r < 4. A stage that the published test ended early leaves more, and one that cycles may leave r < 0.
         self._signed &= bool(old.active.any())
         count = int(old.active.max()) + 2
         self._layout = self._layout._replace(planes=shift + count + self._signed + self._spare)
@@ -169,7 +168,7 @@ class Engine:
         kernels.trim_all(self._layout, addresses(new), self._signed)
 
     def _forget(self, *names: str) -> None:
-        """Give back the memory of planes that the stage is done with: they are most of it where blocks are large."""
+        """Free the planes that the stage no longer needs: most of the memory where blocks are large."""
         self._state = self._state._replace(**dict.fromkeys(names, np.empty(0, np.uint64)))
 
     def _settle(self, precision: int) -> None:

@@ -1,8 +1,8 @@
 """Exact fields of unsigned fixed-point values, at any precision.
 
 A value h with p fractional bits is the integer h in 0..2^p: p + 1 bits, so that a goal (the value 1) is 2^p.
-Beyond 63 bits no machine integer holds it; a :class:`Field` keeps the whole map as 64-bit limbs, least
-significant first, and turns them into Python integers only when asked.
+Beyond 63 bits no machine integer holds it. So a :class:`Field` keeps the whole map as 64-bit limbs, least significant
+first, and makes Python integers only on request.
 """
 
 from __future__ import annotations
@@ -125,4 +125,4 @@ class Field:
 
 
 class LowerBound(Field):
-    """A field that is known to be nowhere above the converged one: relaxing from it gives the same bits as from 0."""
+    """A field proved to be nowhere above the converged one: relaxing from it gives the same bits as from 0."""

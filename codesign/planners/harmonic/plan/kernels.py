@@ -2,8 +2,8 @@
 # The compiler of numba gives types to the kernels.
 """The relaxation of one stage as bit planes: 512 nodes an instruction, and no lane to overflow.
 
-With h = (H << D) + d within a stage, keep of every node its residual r = N + E + S + W - 4h instead of h
-itself. An iteration adds t = floor(r / 4), the node's *step*, to h, so that
+Within a stage h = (H << D) + d. The kernel keeps the residual r = N + E + S + W - 4h of every node instead of h. An
+iteration adds t = floor(r / 4), the node's *step*, to h, so that
 
     r' = (r mod 4) + t_N + t_E + t_S + t_W        d' = d + t
 
@@ -13,22 +13,22 @@ and an iteration changes a bit if and only if some step is not 0. Four things fo
   -2^(k-1) <= r < 2^(k-1) in two's complement. So within a visit nothing overflows and nothing is widened; and
   where steps are 0 or 1, an iteration is a cellular automaton. The precision p does not occur at all.
 - **The next stage starts from r << D**, without a look at the wide values.
-- **d is needed** at the borders of a block at the end of its visit, where it goes to r of the neighbours, and
-  everywhere at the end of a stage; not in between. So the steps of four iterations are added up at once.
-- **From r >= 0 values only rise**, in any order of blocks. Only a start that has some r < 0 needs a sign, and
-  only from there can the sweeps go on for ever; that is noticed.
+- **d is needed** at the borders of a block at the end of its visit, where it is added to r of the neighbours, and
+  everywhere at the end of a stage. So the steps of four iterations are summed at once.
+- **From r >= 0 values only rise**, in any order of blocks. Only a start with some r < 0 needs a sign, and
+  only from there can the sweeps go on for ever. The kernel detects that.
 
 Bit i of r over a whole block is a *plane*. Bit b of a word is a column, eight words below each other are a
 vector of 512 nodes (a *group*), and an integer a node is a column of bits through the planes; sums are chains
-of full adders. North and south are the same plane one word off, west and east one bit off. Every group keeps
-count of the planes it needs, so that quiet parts of a block cost little and settled ones next to nothing; a
-settled block costs no more than a look.
+of full adders. North and south are the same plane one word off, west and east one bit off. Every group
+counts the planes that it needs. So quiet parts of a block cost little, settled parts next to nothing, and a settled
+block one test.
 
-What it takes: of each plane and group, an iteration loads three vectors (two of them across cache lines), does
+Cost: of each plane and group, an iteration loads three vectors (two of them across cache lines), does
 12 logic operations and stores one vector: 256 bytes and 12 operations for 512 nodes and one bit of t. On an
 AMD EPYC of the Zen 4 kind that is 2.6 to 3 ns, about 9 cycles: operations (two vectors a cycle) and accesses
 (one line a cycle, a store every other) are about balanced. A machine without 512-bit registers takes two or
-four times as many operations. With few iterations a visit, what is done at its ends costs as much again.
+four times as many operations. With few iterations a visit, the work at its begin and end costs as much again.
 
 Tried and left: the majority as one instruction instead of two (an intrinsic of x86 alone, a few percent, lost
 in noise); one width a block instead of one a group (up to 1.8 times slower); planes of all blocks side by side
@@ -36,8 +36,9 @@ in noise); one width a block instead of one a group (up to 1.8 times slower); pl
 slower), hence addresses.
 
 ``planes`` does the arithmetic of a group, ``visits`` that of a block; here are the sweeps. Numba keeps the compiled
-``advance`` and ``trim_all`` until *this* file changes, and sees no edit in what they call: hence CALLED_DIGEST, which
-a test holds against those files. Putting the new digest here after an edit there is what makes numba compile anew.
+``advance`` and ``trim_all`` until *this* file changes, and sees no edit in the functions that they call. So
+CALLED_DIGEST is here, and a test compares it with those files. After an edit there, the new digest here makes numba
+compile anew.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ from codesign.planners.harmonic.plan.lanes import get, put
 from codesign.planners.harmonic.plan.visits import add_visit, push_all, trim, visit_block
 
 CALLED = ("lanes", "layout", "planes", "visits")
-CALLED_DIGEST = "486716fc76cae006"
+CALLED_DIGEST = "622958ab67dbeacc"
 
 RUNNING, CONVERGED, GROW, CYCLE = range(4)
 POSITION, DONE_ITERATIONS, UNSETTLED, SWEEPS, POWER, SINCE = range(6)
@@ -133,7 +134,7 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
         signed: r may be negative.
 
     Returns the status (RUNNING: call again; CONVERGED; GROW: more planes are needed, then call again; CYCLE) and
-    the number of visits written. A visit may be left half done, and is gone on with in the next call.
+    the number of visits written. A visit may be interrupted; the next call continues it.
     """
     # The loop over blocks of the paper's listing (section 4), for one precision:
     #
@@ -143,27 +144,27 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
     # block_cvg is that the *last* iteration changed nothing. A block that changed and then settled counts as converged
     # there, although its neighbours have not seen its values: ``published``. The sound test asks that no iteration of
     # the sweep changed a bit.
-    made = 0
-    while made < len(counts) and budget > 0:
+    written = 0
+    while written < len(counts) and budget > 0:
         block = control[POSITION]
         # Position counts blocks along the rows of the map; transposed, these are the columns of the layout.
         if layout.transposed:
             block = block % layout.down * layout.across + block // layout.down
         # A settled block still takes the one iteration in which the circuit sees that nothing changes.
         if get(state.active, block) == 0 and control[DONE_ITERATIONS] == 0:
-            counts[made] = 1
+            counts[written] = 1
         else:
             if not _has_room(layout, state, block, iterations):
-                return GROW, made
+                return GROW, written
             done, budget = visit_block(
                 layout, state, block, control[DONE_ITERATIONS], iterations, budget, signed
             )
             finished = done == iterations
             if get(state.active, block) > 0 and not finished:
                 control[DONE_ITERATIONS] = done
-                return RUNNING, made
+                return RUNNING, written
             # A settled block takes one more iteration, which changes nothing.
-            counts[made] = done + (not finished)
+            counts[written] = done + (not finished)
             # Only now do the neighbours see the block's values: they were fixed during the visit.
             add_visit(layout, state, block, signed)
             push_all(layout, state, block, signed)
@@ -172,15 +173,15 @@ def advance(layout, state, control, counts, iterations, budget, published, signe
             control[DONE_ITERATIONS] = 0
             if finished or not published:
                 control[UNSETTLED] = 1
-        made += 1
+        written += 1
         budget -= 1
         control[POSITION] += 1
         if control[POSITION] == layout.down * layout.across:
             control[POSITION] = 0
             control[SWEEPS] += 1
             if control[UNSETTLED] == 0:
-                return CONVERGED, made
+                return CONVERGED, written
             control[UNSETTLED] = 0
             if signed and _repeats(layout, state, control):
-                return CYCLE, made
-    return RUNNING, made
+                return CYCLE, written
+    return RUNNING, written

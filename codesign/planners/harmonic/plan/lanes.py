@@ -4,12 +4,12 @@
 """Eight words that move as one, for numba.
 
 Numba leaves vectors to the compiler's judgement, and it does not find them where carries run across a loop over
-planes. So the kernels say what they mean: vectors of eight words, one AVX-512 register; where the machine has
-narrower ones the compiler splits them.
+planes. So the kernels use vectors of eight words explicitly, one AVX-512 register. Where the machine has narrower
+registers the compiler splits them.
 
 Arrays are given by their addresses: an array inside a kernel has its references counted at every use.
 
-Numba's cache does not see edits in this file: ``kernels`` says what to do after one.
+Numba's cache does not see edits in this file: ``kernels`` names the remedy.
 """
 
 from __future__ import annotations

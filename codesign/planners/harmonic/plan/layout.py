@@ -1,6 +1,6 @@
-"""Where the bit planes of the kernels lie in memory.
+"""The places of the bit planes of the kernels in memory.
 
-Numba's cache does not see edits in this file: ``kernels`` says what to do after one.
+Numba's cache does not see edits in this file: ``kernels`` names the remedy.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from codesign.errors import RunError
 # were before has been added to r already (``visits.push_all``).
 WORD_BITS = 64
 LANES = 8
-# Iterations whose steps are summed at once; the ring holds as many, one more, and one that stays zero.
+# The steps of this many iterations are summed at once. The ring holds as many slots, one more, and one that stays zero.
 SLOTS = 4
 
 
 class Layout(NamedTuple):
-    """Where things lie.
+    """The places of blocks, planes and words.
 
     ``block_rows``, ``block_columns``: nodes of a full block. ``down``, ``across``: number of blocks. ``planes``: how
     many planes of a block there is room for; plane i of block b begins at word (b * planes + i) * plane.
@@ -58,11 +58,11 @@ class Layout(NamedTuple):
 
 
 class State(NamedTuple):
-    """What the kernel works on: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
+    """The memory of the kernel: flat arrays, uint64 planes and int64 widths; in the kernel, their addresses.
 
     ``mask``: ones where a node is computed, one plane a block. ``residual``: r. ``odometer``: d. ``ring``: r of the
-    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: what the
-    running visit added to d.
+    visited block over the last iterations, ``SLOTS`` + 1 slots, and one slot that stays zero. ``visit``: the
+    sums that the current visit adds to d.
     ``width``, ``ring_width``: planes of the step t of each group (r has two more), and ``active`` the most of any
     group of a block: 0 where it is settled. ``odometer_width``, ``visit_width``, ``deepest``: likewise for d.
     Planes above a width are undefined, and mean zero, or the sign; in the ring they are zero, unless r has a sign:
@@ -127,7 +127,7 @@ def plane_bytes(shape: tuple[int, int], block: tuple[int, int]) -> int:
 def make_state(layout: Layout, signed: bool) -> State:
     """A state of zeros. Memory of planes that no value reaches is never touched.
 
-    Raises RunError where the machine has not even the addresses.
+    Raises RunError where the machine cannot even reserve the addresses.
     """
     blocks, groups = layout.down * layout.across, layout.groups
     room = blocks * layout.planes * layout.plane

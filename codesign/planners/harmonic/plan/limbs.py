@@ -1,6 +1,6 @@
 # mypy: ignore-errors
 # The compiler of numba gives types to the kernels.
-"""Between wide values and bit planes: what is needed once a stage, cell by cell in 64-bit limbs.
+"""Conversions between wide values and bit planes, once a stage, cell by cell in 64-bit limbs.
 
 Wide values are uint64 arrays, rows × columns × limbs, least significant limb first. Bit planes and their layout are
 those of ``kernels``.
@@ -202,7 +202,7 @@ def _greater(limbs, row, column, other_row, other_column):
 
 @njit(cache=True, nogil=True)
 def count_local_maxima(limbs, candidates):
-    """Candidates none of whose four neighbours is strictly greater."""
+    """The number of candidates without a strictly greater one among their four neighbours."""
     # Section 4.1 stops once "no such local extremum is detected". Local minima do not matter to an ascent.
     count = 0
     for row in range(limbs.shape[0]):

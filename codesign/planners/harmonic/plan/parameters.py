@@ -1,4 +1,4 @@
-"""The parameters of harmonic control, as a workload's mapping gives them."""
+"""The parameters of harmonic control in the mapping of a workload."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ MAX_PRECISION = 1023
 
 
 class Termination(StrEnum):
-    """When a stage counts as converged (see ``relax``)."""
+    """The test for the convergence of a stage (see ``relax``)."""
 
     SOUND = "sound"
     PUBLISHED = "published"
 
 
 class Stop(StrEnum):
-    """When the run ends."""
+    """The end of a run."""
 
     FIRST_WITHOUT_LOCAL_MAXIMA = "first_without_local_maxima"
     SCHEDULE_END = "schedule_end"
 
 
 STOP_DESCRIPTION = (
-    "first_without_local_maxima: after the first stage with a way up from every cell; schedule_end: after the last."
-    " A plan from a lower bound runs the last stage only, so its bits are a restart's under schedule_end"
+    "first_without_local_maxima: after the first stage without local maxima; schedule_end: after the last stage."
+    " A plan from a lower bound runs the last stage only, so it has the bits of a restart under schedule_end"
 )
 
 
@@ -62,9 +62,9 @@ Precision = Annotated[int, Field(ge=1, le=MAX_PRECISION)]
 
 
 class RelaxParameters(TaskParameters):
-    """How the field is relaxed: the partition, the iterations of a visit, the precisions.
+    """The relaxation of the field: the partition, the iterations of a visit, the precisions.
 
-    Exactly one of ``block`` (rows and columns of a block) and ``blocks`` (how many blocks, down and across) is given.
+    Exactly one of ``block`` (rows and columns of a block) and ``blocks`` (number of blocks, down and across) is given.
     """
 
     alternatives: ClassVar[dict[str, tuple[str, ...]]] = {"block": ("blocks",), "blocks": ("block",)}
@@ -90,7 +90,7 @@ class RelaxParameters(TaskParameters):
     @field_validator("schedule", mode="before")
     @classmethod
     def _one_form(cls, value: Any) -> Any:
-        # Chosen here, so that a fault is told once, for the form the user meant, not once for each form.
+        # The form is chosen here, so that a fault is reported once, for the form that the user meant.
         if isinstance(value, dict):
             return PrecisionRange.model_validate(value)
         return value
@@ -134,22 +134,22 @@ class RelaxParameters(TaskParameters):
         return -(-rows // self.blocks[0]), -(-columns // self.blocks[1])
 
     def block_count(self, rows: int, columns: int) -> int:
-        """How many blocks cover a map of ``rows`` × ``columns``."""
+        """The number of blocks that cover a map of ``rows`` × ``columns``."""
         height, width = self.block_shape(rows, columns)
         return -(-rows // height) * -(-columns // width)
 
 
 class DecideParameters(TaskParameters):
-    """The decision task has nothing to choose."""
+    """The decision task has no parameters."""
 
 
 class LowerBoundParameters(TaskParameters):
-    """The task that makes a start nowhere above the field has nothing to choose.
+    """The task that computes a start nowhere above the field has no parameters.
 
-    The start is at the last precision. The plan that goes on from it has a restart's bits under ``stop: schedule_end``;
-    under ``first_without_local_maxima`` a restart may end at an earlier stage, with fewer bits.
+    The start is at the last precision. A plan from this start has the bits of a restart under ``stop: schedule_end``.
+    Under ``first_without_local_maxima`` a restart may end at an earlier stage, with fewer bits.
     """
 
 
 class DetectParameters(TaskParameters):
-    """The task that tells whether a sweep changed a bit has nothing to choose."""
+    """The task that detects whether a sweep changed a bit has no parameters."""

@@ -2,7 +2,7 @@
 # The compiler of numba gives types to the kernels.
 """Arithmetic of one group: chains of full adders over the planes of eight words, 512 nodes at once.
 
-What r, its steps and their sums are stands in ``kernels``, which also says why an edit here takes one there.
+``kernels`` defines r, its steps and their sums, and explains why an edit here requires one there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from codesign.planners.harmonic.plan.layout import WORD_BITS
 
 @njit(nogil=True)
 def _majority(a, b, c):
-    """The carry of a + b + c, whose sum is a ^ b ^ c."""
+    """The carry of a + b + c. The sum is a ^ b ^ c."""
     # Bit by bit a + b + c = 2 · carry + sum: a full adder, 64 of them in a word.
     return (a & b) | (c & (a | b))
 
@@ -39,7 +39,7 @@ def _add_seven(n, s, e, w, a, b, c):
 @njit(nogil=True)
 def _around(layout, ring, at):
     """North, south, east and west of eight words of a plane."""
-    one, last = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
+    one_bit, other_bits = spread(np.uint64(1)), spread(np.uint64(WORD_BITS - 1))
     # A word holds 64 columns of one row, bit b for column b; the next row is the next word:
     #
     #    at - stride          at             at + stride
@@ -50,16 +50,16 @@ def _around(layout, ring, at):
     # With one word column the zeros that a shift brings in are right: outside of the block every step is 0
     # (``layout``).
     centre = load(ring, at)
-    west, east = centre << one, centre >> one
+    west, east = centre << one_bit, centre >> one_bit
     if layout.columns > 1:
-        west |= load(ring, at - layout.stride) >> last
-        east |= load(ring, at + layout.stride) << last
+        west |= load(ring, at - layout.stride) >> other_bits
+        east |= load(ring, at + layout.stride) << other_bits
     return load(ring, at - 1), load(ring, at + 1), east, west
 
 
 @njit(inline="always", nogil=True)
 def needed_planes(planes, at, step, count, least, signed):
-    """``count`` less the planes of a group, at the top, that say nothing; not below ``least``."""
+    """``count`` less the redundant planes at the top of a group; not below ``least``."""
     while count > least:
         # Such a plane is all 0 or, in two's complement, a copy of the plane below it: both hold the sign.
         top = load(planes, at + (count - 1) * step)

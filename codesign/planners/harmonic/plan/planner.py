@@ -1,4 +1,4 @@
-"""Harmonic control as a plug-in: what ``codesign.planners.interface.Planner`` asks for."""
+"""Harmonic control as a ``Planner``."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ DIRECTION_BITS = POSE_BITS = 64
 """Two components of 32 bits."""
 
 VALUES_AT_ONCE = 3
-"""Fields of 64-bit limbs that are there at the same time: the one before, the one under way, and the one handed on."""
+"""Fields of 64-bit limbs in memory at the same time: the last one, the current one, and the one handed on."""
 
 FOLLOWING_BYTES = 32
-"""Bytes a cell of the map, its labels, and the directions that lead up the field."""
+"""Bytes a cell for the map, its labels, and the directions up the field."""
 
 BOUND_BYTES = 1800
-"""Bytes a cell of the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
+"""Bytes a cell for the sparse factors and the long integers of a lower bound; see ``warm_start.MAX_UNKNOWNS``."""
 
 _ascents: WeakKeyDictionary[HarmonicPlan, tuple[str, Ascent]] = WeakKeyDictionary()
 
@@ -72,21 +72,21 @@ class Harmonic(Planner):
         }
 
     def check(self, job: Job[Problem, RelaxParameters]) -> tuple[str, str] | None:
-        """Equal blocks must be able to part the map as often as asked, and not be too many.
+        """The number of equal blocks is required to be possible for the map, and not too large.
 
-        A block larger than the map is one more partial one: the rest of it is obstacle.
+        A block larger than the map is a partial block: its rest is obstacle.
         """
         problem, parameters = job.problem, job.parameters
         height, width = parameters.block_shape(*problem.shape)
         if parameters.blocks is not None:
-            made = -(-problem.rows // height), -(-problem.columns // width)
-            if made != parameters.blocks:
-                asked = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
+            parted = -(-problem.rows // height), -(-problem.columns // width)
+            if parted != parameters.blocks:
+                wanted = f"{parameters.blocks[0]} × {parameters.blocks[1]}"
                 size = f"{problem.rows} × {problem.columns}"
-                what = (
-                    f"{asked} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
+                sentence = (
+                    f"{wanted} equal blocks do not part a map of {size} cells: blocks of {height} × {width} "
                 )
-                return "blocks", f"{what}nodes make {made[0]} × {made[1]}, or {made[0] * made[1]}"
+                return "blocks", f"{sentence}nodes make {parted[0]} × {parted[1]}, or {parted[0] * parted[1]}"
         count = parameters.block_count(*problem.shape)
         if count > MAX_BLOCKS:
             key = "block" if parameters.block is not None else "blocks"
@@ -114,13 +114,13 @@ class Harmonic(Planner):
     def flows(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
         """The map, two bits a cell; a start and the field, p + 1 bits a cell at the last precision; a direction.
 
-        The flags of ``detect`` go to and fro within the relaxation: see ``Exchange``.
+        The relaxation exchanges the flags of ``detect`` itself: see ``Exchange``.
         """
         parameters = job.parameters
         return self._flows(job.problem, parameters, parameters.precisions[-1])
 
     def flows_after(self, job: Job[Problem, RelaxParameters]) -> tuple[Flow, ...]:
-        """As ``flows``, with the field at the precision that the plan came to: it may stop before the last."""
+        """As ``flows``, with the field at the precision of the plan: it may stop before the last one."""
         return self._flows(job.problem, job.parameters, job.plan.precision)
 
     def _flows(self, problem: Problem, parameters: RelaxParameters, reached: int) -> tuple[Flow, ...]:
@@ -135,9 +135,9 @@ class Harmonic(Planner):
         )
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> int:
-        """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and what follows the field.
+        """Bit planes of all blocks and of the visited one, values in 64-bit limbs, and directions.
 
-        Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 x 64 or as one.
+        Measured within a fifth on maps of 2^16 to 2^22 cells at 15 to 1023 bits, in blocks of 64 × 64 or as one.
         """
         problem, parameters = job.problem, job.parameters
         from codesign.planners.harmonic.plan.layout import plane_bytes
@@ -150,13 +150,13 @@ class Harmonic(Planner):
         return planes + values + FOLLOWING_BYTES * cells + bounds
 
     def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
-        """Fewer bits; and smaller blocks, as the visited one is kept several times."""
+        """Fewer bits; and smaller blocks, as the visited block is kept several times."""
         problem = job.problem
         large = job.parameters.block_count(*problem.shape) < 8
         return ["a schedule that ends at fewer bits", *(["smaller blocks"] if large else [])]
 
     def quality(self, problem: Problem, plan: HarmonicPlan) -> Quality:
-        """What following the field is worth."""
+        """The quality of paths up the field."""
         from codesign.planners.harmonic.plan.quality import quality
 
         return quality(problem, plan.field, from_below=plan.from_below)
@@ -166,20 +166,20 @@ class Harmonic(Planner):
         return plan.field.digest()
 
     def figures(self, plan: HarmonicPlan) -> dict[str, Any]:
-        """The stages and the final precision; why the field did not settle, where it did not."""
+        """The stages and the final precision; the fault of a field that did not settle."""
         stages = [
             {"stage": index, "cycles": stage.cycles, **asdict(stage)}
             for index, stage in enumerate(plan.stages)
         ]
-        found: dict[str, Any] = {"stages": stages, "precision": plan.precision}
-        return found | ({"details": {"fault": plan.fault}} if plan.fault else {})
+        figures: dict[str, Any] = {"stages": stages, "precision": plan.precision}
+        return figures | ({"details": {"fault": plan.fault}} if plan.fault else {})
 
     def trajectory(
         self, problem: Problem, plan: HarmonicPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
         """The path of a robot that follows the decision module from ``start``."""
-        way = _ascent(problem, plan).follow(start)
-        return way.points, way.arrived
+        path = _ascent(problem, plan).follow(start)
+        return path.points, path.arrived
 
     def start_of(self, plan: HarmonicPlan) -> Field:
         """The field."""
@@ -191,18 +191,18 @@ class Harmonic(Planner):
         """The path of the guarded robot from a position: decided at the closest cell at every step (section 5.3)."""
         if cell_of(problem, start) is None:
             return np.array([start], np.float64), False
-        way = _ascent(problem, plan).follow(start)
-        return way.points, way.arrived
+        path = _ascent(problem, plan).follow(start)
+        return path.points, path.arrived
 
 
 def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
-    """The plan's field made ready for following, once for all positions."""
+    """The ascent of the field of a plan, made once for all positions."""
     from codesign.planners.harmonic.plan.trajectory import Ascent
 
-    kept = _ascents.get(plan)
-    if kept is None or kept[0] != problem.digest:
-        kept = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
-    return kept[1]
+    entry = _ascents.get(plan)
+    if entry is None or entry[0] != problem.digest:
+        entry = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    return entry[1]
 
 
 PLANNER = Harmonic()

@@ -1,12 +1,12 @@
-"""How many bits a map needs until its converged field leads to a goal from everywhere (3.2.2, Figure 3).
+"""The number of bits with which the converged field of a map leads to a goal from everywhere (3.2.2, Figure 3).
 
 More precision may do harm: on an empty 5 × 3 map with goals at (1, 0) and (3, 2), 3 bits suffice, 4 leave a local
-maximum, and from 5 on none is left. It is rare: 2 of 51,525 random maps of up to 9 × 9 cells, none of 17,000
-larger ones. So precisions are taken one by one. Two exact bounds frame the search, and only what lies between
-them is relaxed, from warm starts: at most 11 precisions on all those maps.
+maximum, and from 5 on none is left. This is rare: 2 of 51,525 random maps of up to 9 × 9 cells, none of 17,000
+larger ones. So precisions are tried one by one. Two exact bounds frame the search, and only the precisions between
+them are relaxed, from warm starts: at most 11 precisions on all those maps.
 
-- below ``first_candidate`` some cell and its neighbours are all 0, for certain: L_p ≤ u·2^p < 1;
-- from ``certified`` on there is no local maximum at any precision. If at p every cell c has a neighbour n
+- Below ``first_candidate`` some cell and its neighbours are certainly all 0: L_p ≤ u·2^p < 1.
+- From ``certified`` on there is no local maximum at any precision. If at p every cell c has a neighbour n
   with lower(n) > upper(c), then at any q = p + k: L_q(n) ≥ 2^k·L_p(n) ≥ 2^k·lower(n), as a finer floor is
   never lower, and L_q(c) ≤ u(c)·2^q < 2^k·(upper(c) + 1) ≤ 2^k·lower(n), as u(c)·2^p < upper(c) + 1.
 
@@ -35,13 +35,12 @@ TRIES = 64
 
 @dataclass(frozen=True)
 class RequiredPrecision:
-    """What a map needs.
+    """The precision that a map requires.
 
     Attributes:
-        least: least p whose converged field has no local maximum among the reachable cells; None where none
-            was found up to ``limit``, or in ``tries`` relaxations.
-        certified: a precision from which on every p suffices, proved by bounds; None where that needs more
-            than ``limit``.
+        least: least p with no local maximum of the converged field among the reachable cells; None where the search up
+            to ``limit``, or within ``tries`` relaxations, has no such p.
+        certified: a precision from which on every p suffices, proved by bounds; None where it is above ``limit``.
         first_candidate: below it no precision suffices, proved by bounds.
         local_maxima: count of local maxima at each precision that was relaxed.
         limit: greatest precision considered.
@@ -69,18 +68,18 @@ def required_precision(
     survey: bool = False,
     tries: int = TRIES,
 ) -> RequiredPrecision:
-    """The least precision without local maxima, exactly; with ``survey``, every one up to ``certified``.
+    """The least precision without local maxima, exactly; with ``survey``, all precisions up to ``certified``.
 
     Args:
         free: bool, rows × columns.
         goals: (row, column) pairs on free cells.
         limit: greatest precision considered, 1..1023.
-        survey: go on after the least, to see where precision does harm.
+        survey: go on after the least precision, to see where precision does harm.
         tries: most precisions relaxed.
 
     Raises:
-        MapError: the map or a goal cannot be used.
-        InputError: ``limit`` or ``tries`` cannot, or the map is too large to solve.
+        MapError: the map or a goal is unusable.
+        InputError: ``limit`` or ``tries`` is unusable, or the map is too large to solve.
     """
     if not 1 <= limit <= MAX_PRECISION:
         raise InputError(f"limit {limit} is outside 1..{MAX_PRECISION} bits", "limit")
@@ -112,13 +111,13 @@ def converged_field(
     *,
     bounds: FieldBounds | None = None,
 ) -> Field:
-    """The converged field L_p, the short way on a host: relaxed from a warm start, the map as one block.
+    """The converged field L_p, computed fast on a host: relaxed from a warm start, the map as one block.
 
     Args:
         free: bool, rows × columns.
         goals: (row, column) pairs on free cells.
         precision: bits.
-        bounds: those of the same map and goals, where they are at hand (several precisions of one map).
+        bounds: of the same map and goals, for several precisions of one map; None: computed here.
     """
     from codesign.planners.harmonic.plan.relax import relax
 

@@ -1,4 +1,4 @@
-"""What a field is worth to a robot: where it leads, how long the paths are, how close to the walls."""
+"""The quality of a field for a robot: arrivals, lengths of paths, and distances to walls."""
 
 from __future__ import annotations
 
@@ -20,25 +20,24 @@ def quality(
     step: float = DEFAULT_STEP,
     from_below: bool = True,
 ) -> Quality:
-    """The quality of ``field`` on ``problem``: depends on nothing else, so it may be kept by their digests.
+    """The quality of ``field`` on ``problem``. It depends on nothing else, so it may be kept by their digests.
 
-    ``share_reaching_goal`` is that of the cell-by-cell ascent. Ways are those of the guarded robot
-    (``trajectory.Ascent``) from ``problem.starts``; a start on a goal counts as arrived and has no ratio.
-    The mean clearance weighs every piece of way by its length.
+    ``share_reaching_goal`` belongs to the cell-by-cell ascent. Paths are those of the guarded robot
+    (``trajectory.Ascent``) from ``problem.starts``. A start on a goal counts as arrived and has no ratio. The mean
+    clearance weights every piece of a path by its length.
 
-    ``wrong_cells``: none where the run was sound and its values began below, some where the published termination
-    ended a stage early or the values began above (not ``from_below``), as those that an earlier plan left may.
+    ``wrong_cells``: 0 where the run was sound and its values began below. There may be some where the published
+    termination ended a stage early, or where the values began above (not ``from_below``), as after an earlier plan.
 
     Raises:
-        MapError: a goal cannot be used. InputError: a start is not in a free cell, or another argument
-            cannot be used.
+        MapError: a goal is unusable. InputError: a start is not in a free cell, or another argument is unusable.
     """
     from codesign.maps.reach import reachable
 
     ascent = Ascent(field, problem.free, problem.goals, rule=rule, step=step)
     cells = reachable(problem.free, problem.goals) & ~ascent.goal
-    found = ((start, ascent.follow(start)) for start in problem.starts)
-    paths = ((start, way.points if way.arrived else None) for start, way in found)
+    trajectories = ((start, ascent.follow(start)) for start in problem.starts)
+    paths = ((start, trajectory.points if trajectory.arrived else None) for start, trajectory in trajectories)
     return Quality(
         local_maxima=int((cells & (ascent.best < 0)).sum()),
         wrong_cells=wrong_cells(problem, field, from_below=from_below),
@@ -48,23 +47,22 @@ def quality(
 
 
 def wrong_cells(problem: Problem, field: Field, *, from_below: bool = True) -> int | None:
-    """Cells whose value differs from the least fixed point at the field's precision.
+    """The number of cells with a value other than the least fixed point at the precision of the field.
 
-    A run from below that ended early is still below that fixed point, so relaxing it on leads there and nowhere else
-    (monotone from below); where nothing is wrong that takes a single sweep. A run from above may have settled at
-    another fixed point, so the least one is computed anew from a lower bound; None where the map is too large for one.
+    A run from below that ended early is still below that fixed point. So relaxing it further leads there (monotone
+    from below), with a single sweep where nothing is wrong. A run from above may have settled at another fixed point.
+    So the least one is computed anew from a lower bound; None where the map is too large for that.
     """
     from codesign.planners.harmonic.plan.precision import converged_field
     from codesign.planners.harmonic.plan.relax import stage_cost
 
     if from_below:
-        whole = problem.shape
         _, settled = stage_cost(
             problem.free,
             problem.goals,
             field,
             field.precision,
-            block=whole,
+            block=problem.shape,
             iterations=_CONSECUTIVE_ITERATIONS,
         )
     else:

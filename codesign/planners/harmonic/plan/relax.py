@@ -39,12 +39,12 @@ class HarmonicPlan:
     """The outcome of ``relax``.
 
     Attributes:
-        stages: what each stage took, in order.
+        stages: the counts of each stage, in order.
         field: the field at the last precision reached.
-        reachable: bool, rows × columns: free cells from which some 4-connected way leads to a goal.
+        reachable: bool, rows × columns: free cells from which some 4-connected path leads to a goal.
         visits: iterations of each visit, or None where they were not recorded.
-        from_below: the values began nowhere above the converged field, and so never left that side.
-        fault: why the field is not settled, where that is so; else empty.
+        from_below: the values began nowhere above the converged field, so they never rose above it.
+        fault: the reason why the field is not settled; empty where it is.
     """
 
     stages: tuple[Stage, ...]
@@ -102,10 +102,10 @@ def work(
     stop_without_local_maxima: bool = False,
     most_sweeps: int | None = None,
 ) -> Iterator[VisitBatch | StageEnd]:
-    """The visits of ``relax`` as they are made, each stage closed by a StageEnd.
+    """The visits of ``relax`` one by one, each stage closed by a StageEnd.
 
-    Takes the arguments of ``relax`` and checks them before it returns. Memory stays bounded: a batch holds at
-    most some ten thousand visits. It may be abandoned at any point.
+    Takes the arguments of ``relax`` and checks them before it returns. Memory stays bounded: a batch holds at most some
+    ten thousand visits. The caller may stop at any point.
     """
     arguments = check_arguments(
         free,
@@ -158,12 +158,12 @@ def relax(
         schedule: precisions in bits, rising.
         termination: ``sound`` or ``published``.
         start: values to start from, integers at precision schedule[0] in 0..2^p, or a Field at that precision
-            or a lower one (then shifted); None is zero. Goals are 2^p and obstacles 0 whatever it says.
+            or a lower one (then shifted); None is zero. Goals are always 2^p and obstacles 0.
         stop_without_local_maxima: end at the first stage that leaves no local maximum, instead of running
             the whole schedule.
         record_visits: keep the iterations of every visit (4 bytes each).
-        most_sweeps: end a stage that has not settled after so many sweeps, or is known never to settle, and the run
-            with it; ``fault`` says so. None: without a bound.
+        most_sweeps: end the run at a stage that has not settled after this many sweeps, or never will; ``fault`` gives
+            the reason. None: without a bound.
 
     Raises:
         MapError: the map or a goal is unusable. InputError: another argument is.
@@ -190,7 +190,7 @@ def relax(
     )
     reachable = arguments.reachable
     run = _run(arguments, stop_without_local_maxima, most_sweeps)
-    # The start is the engine's from here on: it would take as much memory again as the field.
+    # From here on only the engine holds the start: it would take as much memory again as the field.
     del arguments
     field, fault = None, ""
     for item in run:
@@ -226,8 +226,8 @@ def stage_cost(
 ) -> tuple[Stage, Field]:
     """Run exactly one stage at ``precision`` from a field at a lower one (None: from zero).
 
-    Under sound termination the field left does not depend on the way there, so stage costs add up over
-    endpoints and the best schedule is a shortest path over precisions.
+    Under sound termination the resulting field does not depend on the stages before. So stage costs add up, and the
+    best schedule is a shortest path over precisions.
     """
     result = relax(
         free,

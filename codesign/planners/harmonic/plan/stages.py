@@ -1,4 +1,4 @@
-"""What a relaxation reports: stages, and the visits they are made of."""
+"""The reports of a relaxation: stages and their visits."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 
 @dataclass(frozen=True)
 class Stage:
-    """What one stage took.
+    """The counts of one stage.
 
     Attributes:
         precision: fractional bits p.
-        sweeps, visits, iterations: how many, all blocks together.
+        sweeps, visits, iterations: their numbers, over all blocks.
         local_maxima: reachable free cells, goals left out, with no strictly greater neighbour at the end.
     """
 
@@ -28,18 +28,18 @@ class Stage:
 
     @property
     def cycles(self) -> int:
-        """Clock cycles of the iterations alone: p + 2 each (section 5.4), whatever the size of the block."""
+        """Clock cycles of the iterations alone: p + 2 each (section 5.4), for any size of the block."""
         return self.iterations * (self.precision + 2)
 
 
 @dataclass(frozen=True, eq=False)
 class VisitBatch:
-    """Consecutive visits of one stage, in the order they are made.
+    """Consecutive visits of one stage, in order.
 
     Attributes:
-        stage_index: which stage of the schedule, from 0.
+        stage_index: index of the stage in the schedule, from 0.
         precision: fractional bits p.
-        block: int32, which block, counted in raster order.
+        block: int32, index of the block in raster order.
         iterations: int32, iterations of each visit, 1..I.
     """
 
@@ -51,9 +51,9 @@ class VisitBatch:
 
 @dataclass(frozen=True, eq=False)
 class StageEnd:
-    """The end of a stage: its index in the schedule, what it took, and the field it left.
+    """The end of a stage: its index in the schedule, its counts, and its field.
 
-    ``fault``: why that field is not the one that the stage was to settle at; empty where it settled.
+    ``fault``: the reason why the stage did not settle; empty where it did.
     """
 
     stage_index: int

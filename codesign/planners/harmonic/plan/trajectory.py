@@ -1,4 +1,4 @@
-"""Ways up a field: a robot that follows the decision module, and the cell-by-cell ascent.
+"""Paths up a field: a robot that follows the decision module, and the cell-by-cell ascent.
 
 Coordinates are (row, column) in cells; a cell's centre has whole coordinates, and the cell of a point is the
 closest grid point (section 5.3). Outside of the map is obstacle.
@@ -28,7 +28,7 @@ DEFAULT_STEP = 0.5
 
 
 class Ending(StrEnum):
-    """Why a trajectory ends: at a goal, before an obstacle, where no way is up, at the bound on steps."""
+    """Why a trajectory ends: at a goal, before an obstacle, where no direction rises, at the bound on steps."""
 
     GOAL = "goal"
     OBSTACLE = "obstacle"
@@ -41,12 +41,12 @@ _ENDINGS = (Ending.GOAL, Ending.OBSTACLE, Ending.FLAT, Ending.STEPS)
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """A way through the map.
+    """A path through the map.
 
     Attributes:
         points: float64 n × 2, (row, column) in cells, start first; the last is the goal's centre if it
             arrives.
-        ending: why it ends there.
+        ending: the reason for the end.
         fallbacks: steps that left the decision's direction for the greatest neighbour.
     """
 
@@ -66,7 +66,7 @@ class Trajectory:
 
 
 class Ascent:
-    """A field made ready for following: directions and greatest neighbours of every cell, computed once.
+    """A field with the directions and the greatest neighbours of all cells, computed once for many trajectories.
 
     Args:
         field: the values.
@@ -74,11 +74,11 @@ class Ascent:
         goals: (row, column) pairs on free cells.
         rule: how the direction at a cell is chosen.
         step: length of a step in cells, above 0, at most 1.
-        guarded: whether the robot keeps to a rising way (see ``follow``).
-        most_steps: bound on the steps of one trajectory; None takes twice what a rising way may need.
+        guarded: whether the robot keeps to a rising path (see ``follow``).
+        most_steps: bound on the steps of one trajectory; None: twice the most steps of a rising path.
 
     Raises:
-        MapError: a goal is not on a free cell. InputError: anything else that cannot be used.
+        MapError: a goal is not on a free cell. InputError: another argument is unusable.
     """
 
     def __init__(
@@ -102,24 +102,25 @@ class Ascent:
         self.goal = goal_mask(free, goals)
         self.directions = directions(field, self.free, rule)
         self.best = best_neighbours(field, self.free)
+        self._arrays = field.limbs, self.free, self.goal, self.directions, self.best
         self.step = step
         self.guarded = guarded
-        # A rising way enters each cell once, and crosses it in at most √2 / step steps.
+        # A rising path enters each cell once, and crosses it in at most √2 / step steps.
         self.most_steps = most_steps or 2 * self.free.size * math.ceil(1.0 + math.sqrt(2.0) / step)
 
     def follow(self, start: tuple[float, float]) -> Trajectory:
-        """The way of a robot from ``start``, (row, column) in cells, whose closest cell must be free.
+        """The path of a robot from ``start``, (row, column) in cells. The closest cell to it is required to be free.
 
-        At every step it goes ``step`` cells in the direction decided at the closest grid point (section
-        5.3). The published text says nothing of walls, so there are two kinds; neither ever enters an
-        obstacle or cuts a corner (a diagonal step needs both cells beside it free):
+        At every step the robot goes ``step`` cells in the direction decided at the closest grid point (section 5.3).
+        The paper says nothing about walls, so there are two kinds of robots. Neither ever enters an obstacle or cuts a
+        corner (a diagonal step needs both cells beside it free).
 
-        - not guarded, the plain rule: the robot stops before an obstacle; it may also wander across a ridge
-          without end, until ``most_steps``.
-        - guarded, ours: where the next point lies in an obstacle, cuts a corner, or lies in another cell
-          that is not strictly higher, the robot goes to the centre of the greatest neighbour instead,
-          straight through two free cells. Values of the cells entered rise strictly, so it never comes back,
-          and it arrives from every cell of a field without local maxima.
+        - Not guarded, the plain rule: the robot stops before an obstacle. It may also wander across a ridge without
+          end, until ``most_steps``.
+        - Guarded, ours: the next point may lie in an obstacle, cut a corner, or lie in another cell that is not
+          strictly higher. Then the robot goes to the centre of the greatest neighbour instead, straight through two
+          free cells. The values of the entered cells rise strictly. So the robot never comes back, and it arrives from
+          every cell of a field without local maxima.
 
         Raises:
             InputError: the start is not in a free cell.
@@ -128,40 +129,21 @@ class Ascent:
 
         y, x = self._check_start(start)
         points, ending, fallbacks = ascent_kernels.follow(
-            self.field.limbs,
-            self.free,
-            self.goal,
-            self.directions,
-            self.best,
-            y,
-            x,
-            self.step,
-            self.most_steps,
-            self.guarded,
+            *self._arrays, y, x, self.step, self.most_steps, self.guarded
         )
         return Trajectory(points.copy(), _ENDINGS[ending], int(fallbacks))
 
     def endings(self, cells: NDArray[np.bool_]) -> dict[Ending, int]:
-        """How the trajectories from the centres of the cells of a mask (free ones) end, counted."""
+        """The number of trajectories by their ending, from the centres of the free cells of a mask."""
         from codesign.planners.harmonic.plan import ascent_kernels
 
         starts = np.argwhere(cells & self.free).astype(np.float64)
-        codes = ascent_kernels.arrivals(
-            self.field.limbs,
-            self.free,
-            self.goal,
-            self.directions,
-            self.best,
-            starts,
-            self.step,
-            self.most_steps,
-            self.guarded,
-        )
+        codes = ascent_kernels.arrivals(*self._arrays, starts, self.step, self.most_steps, self.guarded)
         counts = np.bincount(codes, minlength=len(_ENDINGS))
         return {ending: int(count) for ending, count in zip(_ENDINGS, counts, strict=True)}
 
     def climbs_to_goal(self) -> NDArray[np.bool_]:
-        """Bool rows × columns: cells whose steepest ascent ends at a goal (goals included)."""
+        """Bool rows × columns: cells from which the steepest ascent ends at a goal (goals included)."""
         return _arrives(self.best, self.goal)
 
     def _check_start(self, start: tuple[float, float]) -> tuple[float, float]:
@@ -175,10 +157,10 @@ class Ascent:
 
 
 def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> float:
-    """Share of the reachable cells, goals left out, whose steepest ascent ends at a goal; 1.0 of none.
+    """Share of the reachable cells, goals left out, from which the steepest ascent ends at a goal; 1.0 of no cell.
 
-    1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends, and it
-    ends at a goal or at a local maximum. Time grows as cells × log cells.
+    The share is 1.0 if and only if there is no local maximum: values rise strictly along an ascent, so it ends at a
+    goal or at a local maximum. Time grows as cells × log cells.
     """
     from codesign.maps.reach import reachable
 
@@ -190,7 +172,7 @@ def share_reaching_goal(field: Field, free: NDArray[np.bool_], goals: Sequence[t
 
 
 def _arrives(best: NDArray[np.int8], goal: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Pointer jumping: every cell points at its greatest neighbour, then at that one's target, ..."""
+    """Pointer jumping: every cell points at its greatest neighbour, then at the target of that cell, and so on."""
     columns = best.shape[1]
     offsets = np.array([-columns, 1, columns, -1, 0])
     ends_here = goal.ravel()

@@ -1,8 +1,8 @@
 # mypy: ignore-errors
 # The compiler of numba gives types to the kernels.
-"""The visit of one block: its iterations, and what they give to d of the block and to r of its neighbours.
+"""The visit of one block: its iterations, and their gains in d of the block and in r of its neighbours.
 
-What r, its steps and d are stands in ``kernels``, which also says why an edit here takes one there.
+``kernels`` defines r, its steps and d, and explains why an edit here requires one there.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def iterate(layout, state, block, source, target, uniform, signed):
                 needed = needed_planes(ring, target + word, step, width + 2, 2, signed) - 2
                 most = max(most, needed)
             else:
-                # Nothing steps here or beside: r' = r mod 4, the two low planes.
+                # Neither this group nor a neighbour steps: r' = r mod 4, the two low planes.
                 store(ring, target + word, load(ring, source + word))
                 store(ring, target + step + word, load(ring, source + step + word))
             there = to_width + word // LANES
@@ -69,7 +69,7 @@ def iterate(layout, state, block, source, target, uniform, signed):
 
 @njit(nogil=True)
 def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
-    """Add the steps of four slots of the ring to what the visit added so far."""
+    """Add the steps of four slots of the ring to the sums of the visit."""
     step, ring, visit, groups, widths = layout.plane, state.ring, state.visit, layout.groups, state.ring_width
     # d of the visit += t of four iterations. The steps are not stored: they are r of each slot from plane 2 on.
     slot = layout.planes * step
@@ -94,7 +94,7 @@ def _accumulate(layout, state, s0, s1, s2, s3, uniform, signed):
 
 @njit(nogil=True)
 def add_visit(layout, state, block, signed):
-    """Add what the visit added to d of its block."""
+    """Add the sums of the visit to d of its block."""
     none, everything = spread(np.uint64(0)), spread(~np.uint64(0))
     planes, step = state.odometer, layout.plane
     # d of the stage += d of the visit, all nodes of the block at their own places.
@@ -143,7 +143,7 @@ def trim(layout, state, block, signed):
 
 @njit(nogil=True)
 def _push(layout, state, block, source, target, vectors, right, left, select, signed):
-    """Add what border nodes of the visited block gained to r of their neighbours in ``block``.
+    """Add the gains of border nodes of the visited block to r of their neighbours in ``block``.
 
     ``source`` and ``target`` are the first words in either; the gains are shifted ``right``, then ``left``.
     """
@@ -178,7 +178,7 @@ def _push(layout, state, block, source, target, vectors, right, left, select, si
 
 @njit(nogil=True)
 def push_all(layout, state, block, signed):
-    """Tell the four neighbouring blocks what the border nodes gained."""
+    """Add the gains of the border nodes to r in the four neighbouring blocks."""
     #                  block - across
     #                  . . bottom . .
     #                +----------------+
@@ -189,7 +189,7 @@ def push_all(layout, state, block, signed):
     #                  . . row 0  . .
     #                  block + across
     row, column = block // layout.across, block % layout.across
-    none, one = spread(np.uint64(0)), spread(np.uint64(1))
+    no_bits, lowest_bit = spread(np.uint64(0)), spread(np.uint64(1))
     shift = spread(np.uint64((layout.block_columns - 1) % WORD_BITS))
     first, last = layout.first, layout.end - layout.stride + LANES
     bottom = layout.block_rows - 1
@@ -198,21 +198,21 @@ def push_all(layout, state, block, signed):
     # blocks but the last of a row are whole, so that column exists.
     if column > 0:
         vectors = layout.rows // LANES
-        _push(layout, state, block - 1, first, last, vectors, none, shift, one << shift, signed)
+        _push(layout, state, block - 1, first, last, vectors, no_bits, shift, lowest_bit << shift, signed)
     # East: the last column to column 0.
     if column < layout.across - 1:
         vectors = layout.rows // LANES
-        _push(layout, state, block + 1, last, first, vectors, shift, none, one, signed)
+        _push(layout, state, block + 1, last, first, vectors, shift, no_bits, lowest_bit, signed)
     for top in range(first, last + 1, layout.stride):
         # North: row 0 to row ``bottom``, which is in lane ``lane`` of its group. The source begins ``lane`` words
         # before row 0, so that row 0 comes into the same lane; the words before it are not selected.
         if row > 0:
             above, lowest = block - layout.across, top - lane
-            _push(layout, state, above, lowest, lowest + bottom, 1, none, none, one_lane(lane), signed)
+            _push(layout, state, above, lowest, lowest + bottom, 1, no_bits, no_bits, one_lane(lane), signed)
         # South: row ``bottom`` to row 0, which is in lane 0 of its group. The source begins at ``bottom``.
         if row < layout.down - 1:
             below = block + layout.across
-            _push(layout, state, below, top + bottom, top, 1, none, none, one_lane(0), signed)
+            _push(layout, state, below, top + bottom, top, 1, no_bits, no_bits, one_lane(0), signed)
 
 
 @njit(nogil=True)
@@ -250,7 +250,7 @@ def _leave(layout, state, block, slot):
 def visit_block(layout, state, block, done, iterations, budget, signed):
     """Iterate a block until it settles, ``iterations`` are done or the budget is spent.
 
-    ``done``: iterations that the visit made before. Returns those made by now, and the budget left.
+    ``done``: earlier iterations of this visit. Returns all iterations so far, and the rest of the budget.
     """
     # The inner loop of the paper's listing (section 4): ``while ((i < I) and (not (block_cvg)))``, where block_cvg is
     # that all steps are 0 (width 0). The ring turns over five slots, four iterations at a time:
@@ -262,21 +262,21 @@ def visit_block(layout, state, block, done, iterations, budget, signed):
     _enter(layout, state, block, signed)
     current = 0
     while width > 0 and done < iterations and budget > 0:
-        before, made = current, 0
+        before, in_turn = current, 0
         uniform = width if signed else 0
-        while made < SLOTS and width > 0 and done < iterations:
+        while in_turn < SLOTS and width > 0 and done < iterations:
             following = (current + 1) % (SLOTS + 1)
             width = iterate(layout, state, block, current, following, uniform, signed)
             current = following
-            made += 1
+            in_turn += 1
             done += 1
         # A turn cut short adds zeros in place of the steps that it did not make.
         nothing = SLOTS + 1
-        s1 = (before + 1) % (SLOTS + 1) if made > 1 else nothing
-        s2 = (before + 2) % (SLOTS + 1) if made > 2 else nothing
-        s3 = (before + 3) % (SLOTS + 1) if made > 3 else nothing
+        s1 = (before + 1) % (SLOTS + 1) if in_turn > 1 else nothing
+        s2 = (before + 2) % (SLOTS + 1) if in_turn > 2 else nothing
+        s3 = (before + 3) % (SLOTS + 1) if in_turn > 3 else nothing
         _accumulate(layout, state, before, s1, s2, s3, uniform, signed)
-        budget -= made * layout.columns * layout.rows
+        budget -= in_turn * layout.columns * layout.rows
     _leave(layout, state, block, current)
     put(state.active, block, width)
     if signed:

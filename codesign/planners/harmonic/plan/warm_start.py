@@ -13,7 +13,7 @@ set of cells has a boundary, as outside of the map is obstacle). L is whole, so 
 **Upper certificate.** If 4·x ≥ Σx' at every such cell then x ≥ u·2^P by the same principle, and u·2^p ≥ L as
 4·L ≤ ΣL', so L ≤ floor(x / 2^g).
 
-Both are checked in exact integers, cell by cell, so nothing rests on how well the solver rounds. The
+Both are checked in exact integers, cell by cell, so nothing depends on the rounding of the solver. The
 candidates come from iterative refinement: exact integer residual, correction by the LU factors in doubles,
 some 40 bits a round. With w the solution of w = avg(w) + 1, they are u·2^P − ¾·2^g·w and u·2^P, each moved
 by a small multiple of w to the safe side; the guard bits keep that, and the rounding of x, far below one
@@ -37,8 +37,8 @@ GUARD_BITS = 16
 RESIDUAL_AT_MOST = 1 << (GUARD_BITS - 7)
 """Refinement stops here, in units of 2^-P; rounding alone leaves a residual of up to 4."""
 SLACKS = tuple(RESIDUAL_AT_MOST << bits for bits in range(2, 34, 4))
-"""Multiples of w/4 that a candidate is moved by, in turn, until its certificate holds; the first one does
-unless the solver is far off, and after the last the bound is 0 or 2^p, which need no certificate."""
+"""A candidate is moved by these multiples of w/4 in turn, until its certificate holds. The first one suffices unless
+the solver is far off. After the last the bound is 0 or 2^p, which need no certificate."""
 MAX_UNKNOWNS = 1 << 20
 """Larger systems are refused: an empty map of that many cells took 9 s and 1.8 GB to factorise (measured)."""
 
@@ -46,14 +46,14 @@ _to_integers = np.frompyfunc(int, 1, 1)
 
 
 class FieldBounds:
-    """Bounds on the converged field of one map, cheap at every further precision: the factors are kept.
+    """Bounds on the converged field of one map. The factors are kept, so a further precision is cheap.
 
     Args:
         free: bool, rows × columns.
         goals: (row, column) pairs on free cells.
 
     Raises:
-        MapError: the map or a goal cannot be used. InputError: more than ``MAX_UNKNOWNS`` reachable cells.
+        MapError: the map or a goal is unusable. InputError: more than ``MAX_UNKNOWNS`` reachable cells.
     """
 
     def __init__(self, free: NDArray[np.bool_], goals: Sequence[tuple[int, int]]) -> None:
@@ -145,14 +145,14 @@ def warm_start(free: NDArray[np.bool_], goals: Sequence[tuple[int, int]], precis
     """A start nowhere above the converged field: relaxing from it gives the same bits as from zero, sooner.
 
     Raises:
-        MapError: the map or a goal cannot be used.
+        MapError: the map or a goal is unusable.
         InputError: precision outside of 1..1023, or a map too large.
     """
     return FieldBounds(free, goals).lower(precision)
 
 
 def _neighbour_indices(goal: NDArray[np.bool_], cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Int64 4 × unknowns: index of each neighbour among the unknowns; past them one for 0, one for a goal."""
+    """Int64 4 × unknowns: index of each neighbour among the unknowns; the next index is for 0, the last for a goal."""
     index = np.full(goal.shape, cells.size, np.int64)
     index.ravel()[cells] = np.arange(cells.size)
     index[goal] = cells.size + 1

@@ -3,7 +3,7 @@
 - ``bit_serial`` on an FPGA: one serial node for each cell of a block, 18 nodes around a block RAM.
 - ``software`` on a processor: the same relaxation at a cost for each node update that does not depend on the
   precision, as the paper's "around 100 µs per iteration".
-- ``software_limbs`` on a processor: the same, a node update costing that much for each 64-bit limb of the
+- ``software_limbs`` on a processor: the same, at that cost of a node update for each 64-bit limb of the
   value.
 """
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from codesign.figures import Figure, Status, weakest
+from codesign.figures import Figure
 from codesign.part import Part
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -14,7 +14,7 @@ from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_n
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Memory, Step
+from codesign.planners.styles import Architecture, Demand, Memory, Step, slice_power
 
 
 class BitSerial(Architecture):
@@ -34,8 +34,8 @@ class BitSerial(Architecture):
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
         """Resources of the circuit for the block and the last precision, and the words of its block RAMs.
 
-        Where ``decide`` is not ``inside``, without the decision module. The OR tree that tells whether any bit changed
-        stays where ``detect`` is not: its answer is what is sent.
+        Without the decision module where another component does ``decide``. The OR tree that detects a changed bit
+        stays where another component does ``detect``, since its answer is sent.
         """
         problem, parameters, part = job.problem, job.parameters, job.chip
         map_shape = problem.shape
@@ -63,8 +63,8 @@ class BitSerial(Architecture):
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
 
-        A ``LowerBound`` to start from is written into the block RAMs first. Any other start is what the last plan
-        left in them: the map is brought in, and no value is touched but those of goals and obstacles.
+        A ``LowerBound`` as start is written into the block RAMs first. Any other start is already in them, from the
+        last plan. Then loading the map changes only the values of goals and obstacles.
         """
         problem, parameters, start = job.problem, job.parameters, job.start
         rows, columns = parameters.block_shape(*problem.shape)
@@ -90,28 +90,9 @@ class BitSerial(Architecture):
         return plan
 
     def decision(self, plan: HarmonicPlan) -> Step:
-        """One decision: the direction to take from one cell, once the plan stands."""
+        """One decision after planning: the direction from one cell."""
         return one_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """Static power of the part, and slices × clock × the part's power a slice and Hz, W.
-
-        Block RAMs and clock tree are in the figure for a slice of a typical design; pins are not counted.
-        """
+        """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
-
-
-def slice_power(demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-    """Static and dynamic power of a design of ``demand`` at ``clock`` Hz, W; see ``BitSerial.power``."""
-    scale = demand.total("slices") * clock
-    rate = part.dynamic_power
-    low, high = rate.interval
-    dynamic = Figure(
-        value=rate.value * scale,
-        unit="W",
-        status=weakest(Status.CALIBRATED, rate.status),
-        source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source})",
-        low=low * scale,
-        high=high * scale,
-    )
-    return part.static_power, dynamic

@@ -1,4 +1,4 @@
-"""What would make a design fit: each lever with the value it has to take, computed, not guessed."""
+"""The levers that make a design fit, each with a computed value."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from codesign.part import Part
 from codesign.planners.harmonic.styles.resources import (
     RAM_WIDTH,
     decision_slices,
+    items,
     largest_precision,
     totals,
     words,
 )
-from codesign.planners.styles import Lever, Line
+from codesign.planners.styles import Lever, Line, short_resources
 
 Shape = tuple[int, int]
 
@@ -22,18 +23,14 @@ def block_count(map_shape: Shape, block: Shape) -> int:
 
 
 def fits(block: Shape, precision: int, part: Part, decision: bool = True) -> bool:
-    """Whether every resource of the part holds such a block, with or without the decision module."""
-    return all(
-        kind not in part.resources or need <= part.resources[kind].value
-        for kind, need in totals(*block, precision, decision).items()
-    )
+    """Whether the part has the resources for such a block, with or without the decision module."""
+    return not short_resources(items(*block, precision, decision), part)
 
 
 def largest_block(block: Shape, precision: int, part: Part, decision: bool = True) -> Shape | None:
-    """The largest block of about the same proportions, and no larger, that the part holds; None: not even one
-    node.
+    """The largest block of about the same proportions, up to ``block``, that fits the part; None: not even one node.
 
-    Demand never falls as a block grows, so halving the interval finds it.
+    Demand never falls as a block grows, so bisection is exact.
     """
     low, high = 0, block[0]
     while low < high:
@@ -48,15 +45,15 @@ def largest_block(block: Shape, precision: int, part: Part, decision: bool = Tru
 def resource_levers(
     map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
 ) -> dict[str, tuple[Lever, ...]]:
-    """For each resource that the part lacks: the block, the precision, another place for ``decide``, the part."""
+    """Levers for each resource that the part lacks: block, precision, another place for ``decide``, part."""
     need = totals(*block, precision, decision)
-    short = [kind for kind, budget in part.resources.items() if need.get(kind, 0) > budget.value]
+    short = short_resources(items(*block, precision, decision), part)
     if not short:
         return {}
     shared = _block_lever(map_shape, block, precision, part, depth, decision)
     without = totals(*block, precision, False)
-    found: dict[str, tuple[Lever, ...]] = {}
-    for kind in short:
+    by_kind: dict[str, tuple[Lever, ...]] = {}
+    for kind in (kind for kind in part.resources if kind in short):
         levers = [shared]
         if kind == "slices" and decision:
             spare = part.resources[kind].value - (need[kind] - decision_slices(precision))
@@ -72,14 +69,14 @@ def resource_levers(
             spared = f"{need[kind] - without[kind]:,} {label(kind)} of the decision module are spared"
             levers.append(Lever("decide.component", f"another component: {spared}"))
         levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
-        found[kind] = tuple(levers)
-    return found
+        by_kind[kind] = tuple(levers)
+    return by_kind
 
 
 def word_depth_bound(
     map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
 ) -> Line:
-    """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with its levers where it is broken."""
+    """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with levers where the bound is broken."""
     blocks = block_count(map_shape, block)
     return Line.bound(
         name="words of a block RAM",
@@ -125,7 +122,7 @@ def _block_lever(
 def _larger_block(
     map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
 ) -> tuple[Lever, ...]:
-    """The smallest larger block whose words fit, or else the precision that the part's largest block has."""
+    """The smallest larger block with words that fit, or else the precision of the largest block of the part."""
     covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
     largest = largest_block(_scaled(block, covering), precision, part, decision)
     if largest is None:

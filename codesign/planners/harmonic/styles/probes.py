@@ -1,4 +1,4 @@
-"""How the kernels of harmonic control are timed on this machine."""
+"""The measurements of the kernels of harmonic control on this machine."""
 
 from __future__ import annotations
 
@@ -49,4 +49,4 @@ PROBES: Mapping[str, Callable[[], Probe]] = {
     "harmonic_decision": _harmonic_decision,
     "sparse_solve_cell": _sparse_solve,
 }
-"""How each kernel is timed, by the name that platforms give its cost."""
+"""The measurement of each kernel, by the name of its cost in a platform."""

@@ -1,12 +1,12 @@
-"""What the bit-serial circuit takes of a part: items by resource, as functions of block shape and precision.
+"""The demand of the bit-serial circuit: items by resource, as functions of block shape and precision.
 
-N nodes in a block of n rows × m columns. Exact on Tables 1 and 3 (the constants of the array control are what
-Table 3 leaves over N times Table 1); Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
+N nodes in a block of n rows × m columns. The laws are exact on Tables 1 and 3: the constants of the array
+control are Table 3 less N times Table 1. Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
 
-Control, decision and border logic are published in slices only; their LUT and flip-flops are bounded from
-above by two a slice. The two OR trees over the block (no bit changed, no local maximum) are in none of the
-tables: (N - 1) / 3 LUT each, by our own synthesis. They take no slice of their own: a node leaves 4 of the 26
-LUT of its 13 slices free, and the trees need less than one.
+Control, decision and border logic are published in slices only. Two LUT and two flip-flops a slice bound them from
+above. No table has the two OR trees over the block (no bit changed, no local maximum): (N - 1) / 3 LUT each, by our own
+synthesis. They take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less
+than one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.styles import Line
+from codesign.planners.styles import Line, sum_by_resource
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4
@@ -32,7 +32,7 @@ RAM_WIDTH = published.CLUSTER.nodes
 
 
 def cluster_count(rows: int, columns: int) -> int:
-    """3×6 clusters that cover a block, the last ones partly filled: one block RAM each.
+    """3×6 clusters that cover a block, the last ones partly empty: one block RAM each.
 
     >>> cluster_count(36, 66), cluster_count(48, 96), cluster_count(4, 7)
     (132, 256, 4)
@@ -69,7 +69,7 @@ def array_slices(nodes: int) -> int:
 
 
 def _slices_a_border_node() -> float:
-    """What 99.4 % of an XC2V6000 leaves for the 204 border nodes of the 36×66 block, all else by its own law.
+    """The rest of 99.4 % of an XC2V6000 for each of the 204 border nodes of the 36×66 block, all else by its own law.
 
     About 1.9. With clusters at the 235 slices of Table 2 in place of 13N + 10 it is 1.3.
     """
@@ -105,7 +105,7 @@ def or_tree_lut4(nodes: int) -> int:
 
 
 def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Line, ...]:
-    """The demand of a design with blocks of ``rows`` × ``columns`` whose last precision is ``precision``.
+    """The demand of a design with blocks of ``rows`` × ``columns`` and the last precision ``precision``.
 
     ``decision``: whether it has its decision module.
     """
@@ -118,67 +118,55 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     }
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
-    found = [
-        Line.item("nodes", "slices", NODE_SLICES * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "slices", ARRAY_SLICES, Status.CALIBRATED, table_3),
-        Line.item(
-            "borders",
-            "slices",
-            logic["borders"],
-            Status.CALIBRATED,
-            f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node",
-        ),
-        Line.item(
-            "border addresses", "slices", logic["border addresses"], Status.PUBLISHED, f"{text}: around 10"
-        ),
-        Line.item("control", "slices", logic["control"], Status.PUBLISHED, text),
-        Line.item("decision", "slices", logic["decision"], Status.PUBLISHED, f"{text}: 3p + 682"),
-        Line.item("nodes", "lut4", NODE_LUT4 * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "lut4", ARRAY_LUT4, Status.CALIBRATED, table_3),
-        Line.item(
+    border = f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node"
+    shown, calibrated = Status.PUBLISHED, Status.CALIBRATED
+    laws = (
+        ("nodes", "slices", NODE_SLICES * nodes, shown, table_1),
+        ("array control", "slices", ARRAY_SLICES, calibrated, table_3),
+        ("borders", "slices", logic["borders"], calibrated, border),
+        ("border addresses", "slices", logic["border addresses"], shown, f"{text}: around 10"),
+        ("control", "slices", logic["control"], shown, text),
+        ("decision", "slices", logic["decision"], shown, f"{text}: 3p + 682"),
+        ("nodes", "lut4", NODE_LUT4 * nodes, shown, table_1),
+        ("array control", "lut4", ARRAY_LUT4, calibrated, table_3),
+        (
             "OR trees",
             "lut4",
             2 * or_tree_lut4(nodes),
             Status.MEASURED,
             "our RTL, Yosys: (N - 1) / 3 LUT a tree",
         ),
-        Line.item("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, Status.PUBLISHED, table_1),
-        Line.item("array control", "flip_flops", ARRAY_FLIP_FLOPS, Status.CALIBRATED, table_3),
-        Line.item(
-            "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
-        ),
-        Line.item(
-            "borders", "block_rams", border_rams(rows, columns), Status.PUBLISHED, f"{text}: 12 for 36×66"
-        ),
-    ]
+        ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
+        ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
+        ("clusters", "block_rams", cluster_count(rows, columns), shown, f"{text}: one a cluster"),
+        ("borders", "block_rams", border_rams(rows, columns), shown, f"{text}: 12 for 36×66"),
+    )
+    lines = [Line.item(*line) for line in laws]
     bound = "upper bound: two a slice; published in slices only"
     for kind in ("lut4", "flip_flops"):
-        found += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
-    return tuple(item for item in found if decision or item.name != "decision")
+        lines += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
+    return tuple(item for item in lines if decision or item.name != "decision")
 
 
 def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:
     """The demand by resource, without its items; see ``items``."""
-    sums: dict[str, int] = {}
-    for item in items(rows, columns, precision, decision):
-        sums[item.resource] = sums.get(item.resource, 0) + item.amount
-    return sums
+    return sum_by_resource(items(rows, columns, precision, decision))
 
 
 def word_depth(part: Part) -> int:
-    """Words of the part's block RAM where a word holds the 18 bits of a cluster; 0: none so wide."""
+    """Words of a block RAM of the part at 18 bits a word, for a cluster; 0: no block RAM is so wide."""
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
 
 
 def words(blocks: int, precision: int) -> int:
-    """Words that every cluster and border RAM holds: p bits and a flag for each block (section 5.2)."""
+    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2)."""
     # address  0 .. p            p + 1 .. 2p + 1     ..
     #          flag and p bits   flag and p bits     ..     of blocks 0, 1, ..; each word a bit of the 18 nodes
     return blocks * (precision + 1)
 
 
 def largest_precision(blocks: int, depth: int) -> int:
-    """The highest p whose words fit into ``depth``: blocks × (p + 1) ≤ depth; below 1 where none does.
+    """The highest p with blocks × (p + 1) ≤ ``depth``; below 1 where no precision fits.
 
     >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
     (63, 255, 1023)

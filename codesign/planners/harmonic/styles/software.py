@@ -1,13 +1,11 @@
 """Styles ``software`` and ``software_limbs``: the relaxation on a processor.
 
-A processor has no clock law here: a cycle of a step stands for one unit of the kernel
-``harmonic_node_update``, which the platform gives a cost (the paper's "around 100 µs per iteration with a
-36x66 block", section 5.4, is 42 ns a node).
+A processor has no clock law here. A cycle of a step is one unit of the kernel ``harmonic_node_update``, and the
+platform declares its cost. The paper's "around 100 µs per iteration with a 36x66 block" (section 5.4) is 42 ns a node.
 
-The paper does not say how this cost grows with the precision, and its speed-up of about 270 at p = 255 asks
-for some growth. So there are two styles: one whose update costs the same at any precision, as doubles would,
-and one whose update costs a unit for each 64-bit limb of a value of p + 1 bits, as exact integers would at
-the least.
+The paper does not say how this cost grows with the precision, and its speed-up of about 270 at p = 255 requires some
+growth. So there are two styles. An update of ``software`` costs the same at any precision, as with doubles. An update
+of ``software_limbs`` costs a unit for each 64-bit limb of a value of p + 1 bits, the least for exact integers.
 """
 
 from __future__ import annotations
@@ -17,6 +15,7 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
@@ -25,18 +24,8 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
 
-LIMB_BITS = 64
 DECISION_UPDATES = 4
-"""Node updates that one decision is worth: four triangles, each about the work of an average. Assumed."""
-
-
-def limbs(precision: int) -> int:
-    """64-bit limbs of a value of p + 1 bits.
-
-    >>> limbs(62), limbs(63), limbs(64), limbs(255)
-    (1, 1, 2, 4)
-    """
-    return -(-(precision + 1) // LIMB_BITS)
+"""The cost of one decision in node updates: four triangles, each about the work of an average. Assumed."""
 
 
 def block_cells(map_shape: tuple[int, int], block: tuple[int, int]) -> NDArray[np.int64]:
@@ -61,7 +50,7 @@ class Software(HostStyle):
 
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""
-        return limbs(precision) if self._limbs else 1
+        return limbs_needed(precision) if self._limbs else 1
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """A block that is larger than the map."""

@@ -1,4 +1,4 @@
-"""The planner's visits as steps of a clock: what the styles of harmonic control have in common."""
+"""The visits of the planner as steps of a clock, for all styles of harmonic control."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from codesign.planners.styles import Exchange, Step, beyond_map
 from codesign.records import StageRecord, VisitsRecord
 
 LOAD, RELAX, DECIDE = "load", "relax", "decide"
-"""The phases that cycles are booked under, named as the tasks."""
+"""The phases of the cycles, named as the tasks."""
 
 STAGE_END = "stage_end"
-"""What the work at the end of a stage is told as; its cycles count in phase ``relax``."""
+"""The name of the work at the end of a stage in records; its cycles count in phase ``relax``."""
 
 DETECT = "detect"
-"""The task that tells whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
+"""The task that detects whether a sweep changed a bit: a part of every visit, unless it is placed elsewhere."""
 
 MOST_SWEEPS = 1 << 16
-"""Sweeps after which a stage that went on from old values is given up. Assumed: a watchdog of 16 bits."""
+"""The most sweeps of a stage that starts from old values. Assumed: a watchdog of 16 bits."""
 
 
 def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
@@ -42,21 +42,20 @@ def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...
 
 
 class VisitCost(Protocol):
-    """What visits cost, in cycles or in units of a processor's kernel."""
+    """The cost of visits, in cycles or in units of the kernel of a processor."""
 
     def __call__(
         self, precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
     ) -> NDArray[np.int64]:
-        """The cost of visits of ``iterations`` iterations each, int64: a sum over visits of what it depends on
-        linearly (the iterations), with nothing for a visit as such."""
+        """The cost of visits of ``iterations`` iterations each, int64: linear in the iterations, without a constant."""
 
 
 @dataclass(frozen=True)
 class Costs:
-    """The costs of a style: of the iterations of a visit, of a visit as such, and of the end of a stage.
+    """The costs of a style: of the iterations of a visit, of a visit itself, and of the end of a stage.
 
-    Split so, costs add up: a stage costs the same told visit by visit or from its sums. ``ram_addresses``: addresses
-    that each block RAM is given in every cycle (an iteration reads one word and writes another).
+    So a stage costs the same visit by visit and from its sums. ``ram_addresses``: addresses that each block RAM gets in
+    every cycle (an iteration reads one word and writes another).
     """
 
     iterations: VisitCost
@@ -67,7 +66,7 @@ class Costs:
 
 @dataclass(frozen=True, eq=False)
 class _StageSums:
-    """A stage without its single visits: ``iterations`` of each block summed (int64), every block visited alike."""
+    """A stage without its single visits: ``iterations`` are the sums of each block (int64)."""
 
     stage: Stage
     field: Field
@@ -77,7 +76,7 @@ class _StageSums:
 
 @dataclass(frozen=True, eq=False)
 class _Run:
-    """One relaxation that is asked for: the stages from ``start`` on."""
+    """The relaxation of one job: the stages from ``start`` on."""
 
     problem: Problem
     parameters: RelaxParameters
@@ -90,23 +89,23 @@ class _Run:
 
     @property
     def precisions(self) -> tuple[int, ...]:
-        """Those of the schedule that a start leaves to be run."""
+        """The precisions of the schedule that remain after the start."""
         return remaining_precisions(self.parameters.precisions, self.start)
 
 
 @dataclass
 class _StageClock:
-    """When the stage under way began, known once its first visits have been told of."""
+    """The begin of the current stage: None until the record of its first visits."""
 
     begin: int | None = None
 
 
 def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[Step, None, HarmonicPlan]:
-    """The relaxation as steps of phase ``relax``; returns what ``relax`` gives.
+    """The relaxation as steps of phase ``relax``; returns the same plan as ``relax``.
 
     With ``job.detail`` a unit of a step is a visit or the end of a stage; without, a unit is a whole stage, and stages
-    that ``job.memo`` holds are not computed again. Where convergence is detected elsewhere, every sweep is a step of
-    its own, whatever ``detail`` says, and an ``Exchange`` follows.
+    that ``job.memo`` holds are not computed again. Where another component detects convergence, every sweep is a step
+    of its own, with or without ``detail``, and an ``Exchange`` follows.
 
     From ``job.start`` the stages are those that ``remaining_precisions`` leaves.
     """
@@ -125,27 +124,27 @@ def relax_steps(job: Job[Problem, RelaxParameters], costs: Costs) -> Generator[S
 
 
 def remaining_precisions(precisions: tuple[int, ...], start: Field | None) -> tuple[int, ...]:
-    """The stages to be run from a start: those at its precision and above.
+    """The precisions of the stages to be run from a start: its own and those above.
 
     Raises:
         InputError: the start is finer than the last stage.
     """
     if start is None:
         return precisions
-    found = tuple(precision for precision in precisions if precision >= start.precision)
-    if not found:
+    remaining = tuple(precision for precision in precisions if precision >= start.precision)
+    if not remaining:
         raise InputError(
             f"a start of {start.precision} bits for a schedule that ends at {precisions[-1]}",
             "start",
             "give one that is no finer than the last stage",
         )
-    return found
+    return remaining
 
 
-_Told = Generator[Step, None, tuple[list[Stage], Field, str]]
+_StageSteps = Generator[Step, None, tuple[list[Stage], Field, str]]
 
 
-def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
+def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
@@ -160,14 +159,14 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _Told:
             field, fault = item.field, item.fault
             if costs.stage_end:
                 yield replace(one_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
-            yield Step(RELAX, np.zeros(0, np.int64), _stage_story(item, clock))
+            yield Step(RELAX, np.zeros(0, np.int64), _stage_record(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
 
 
 def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int) -> Iterator[Step]:
     """The visits of a batch cut at the ends of sweeps, a round trip to the task ``detect`` after each sweep."""
-    # A sweep begins at block 0, so a batch says by itself where its sweeps end.
+    # A sweep begins at block 0 and ends at the last block, so a batch shows the ends of its sweeps.
     ends = np.flatnonzero(batch.block == blocks - 1) + 1
     first = 0
     for last in [
@@ -183,10 +182,10 @@ def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int
 
 def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
     cycles = costs.iterations(batch.precision, batch.block, batch.iterations.astype(np.int64)) + costs.visit
-    return Step(RELAX, cycles, _visits_story(batch, clock), costs.ram_addresses)
+    return Step(RELAX, cycles, _visits_record(batch, clock), costs.ram_addresses)
 
 
-def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
+def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
     stages: list[Stage] = []
     problem, parameters, field, fault = run.problem, run.parameters, run.start, ""
     height, width = parameters.block_shape(*problem.shape)
@@ -199,7 +198,7 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _Told:
     for precision in run.precisions:
         compute = partial(_stage_sums, run, precision, field)
         if memo is None:
-            # Nobody would find them again: kept, the fields of all stages would only take memory.
+            # Without a memo nothing would use them again, and the fields of all stages would only take memory.
             sums = compute()
         else:
             start = None if field is None else field.digest()
@@ -243,8 +242,8 @@ def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterat
     )
 
 
-def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
-    def tell(begin: int, end: int, source: str) -> VisitsRecord:
+def _visits_record(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, str], VisitsRecord]:
+    def record(begin: int, end: int, source: str) -> VisitsRecord:
         if clock.begin is None:
             clock.begin = begin
         return VisitsRecord(
@@ -257,11 +256,11 @@ def _visits_story(batch: VisitBatch, clock: _StageClock) -> Callable[[int, int, 
             iterations=batch.iterations,
         )
 
-    return tell
+    return record
 
 
-def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
-    def tell(begin: int, end: int, source: str) -> StageRecord:
+def _stage_record(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str], StageRecord]:
+    def record(begin: int, end: int, source: str) -> StageRecord:
         stage_begin, clock.begin = clock.begin, None
         return StageRecord(
             time=end,
@@ -277,4 +276,4 @@ def _stage_story(item: StageEnd, clock: _StageClock) -> Callable[[int, int, str]
             potential=item.field.to_float(),
         )
 
-    return tell
+    return record

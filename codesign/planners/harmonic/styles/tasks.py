@@ -3,7 +3,7 @@
 - ``decide`` on an FPGA: the decision module of section 5.3 alone, with the field in block RAM beside it.
 - ``decide`` on a processor: one direction in compiled code.
 - ``lower_bound`` on a processor: a start nowhere above the field, by a sparse direct solution.
-- ``detect`` on a processor: the flag of every sweep is asked for, and answered.
+- ``detect`` on a processor: the flag of every sweep is received and answered.
 """
 
 from __future__ import annotations
@@ -16,17 +16,15 @@ from numpy.typing import NDArray
 from codesign.figures import Figure, Status
 from codesign.part import Part
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.plan.fixed_point import LowerBound
+from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import resources, timing
-from codesign.planners.harmonic.styles.bit_serial import slice_power
-from codesign.planners.harmonic.styles.software import limbs
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Line, Step, TaskStyle
+from codesign.planners.styles import Demand, Line, Step, TaskStyle, slice_power
 
 Path = tuple[NDArray[np.float64], bool]
 
@@ -34,7 +32,7 @@ Path = tuple[NDArray[np.float64], bool]
 class DecisionModule(TaskStyle):
     """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
 
-    ``steps`` returns the path from the position, of which the direction is the beginning.
+    ``steps`` returns the path from the position. It begins with the direction.
     """
 
     planner = "harmonic"
@@ -63,7 +61,7 @@ class DecisionModule(TaskStyle):
         )
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
-        """The fastest clock that the module was shown at, that of the largest published block, Hz. Assumed."""
+        """The fastest published clock of a design with the module, that of the largest block, Hz. Assumed."""
         shown = published.BLOCK.clock
         ram = job.chip.block_ram_clock
         if ram.value < shown:
@@ -80,7 +78,7 @@ class DecisionModule(TaskStyle):
         return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
-        """As the whole circuit's: slices × clock × the part's power a slice and Hz, W."""
+        """The power law of the whole circuit: slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
 
 
@@ -93,17 +91,17 @@ class HostDecision(HostTask):
     kernel = "harmonic_decision"
 
     def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, Path]:
-        """The path from the position, of which the direction is the beginning."""
+        """The path from the position. It begins with the direction."""
         plan: HarmonicPlan = job.plan
-        return limbs(plan.precision), PLANNER.path_from(job.problem, plan, job.position)
+        return limbs_needed(plan.precision), PLANNER.path_from(job.problem, plan, job.position)
 
 
 class SparseSolve(HostTask):
-    """A unit for each free cell: factors, refinement and certificate, in all. The growth of factors is left out.
+    """A unit for each free cell: factors, refinement and certificate together. The growth of factors is left out.
 
-    The bound is made at the last precision of the schedule, where relaxing from it is the quickest: docs/replanning.md.
-    So one stage is run, and the bits are a restart's where that runs its schedule to the end too; with
-    ``stop: first_without_local_maxima`` a restart may end at fewer.
+    The bound is at the last precision of the schedule, where relaxing from it is fastest: docs/replanning.md. So one
+    stage is run. Its bits are those of a restart that runs its schedule to the end. With
+    ``stop: first_without_local_maxima`` a restart may end at fewer bits.
     """
 
     planner = "harmonic"
@@ -125,7 +123,7 @@ class SparseSolve(HostTask):
 
 
 class HostDetection(HostTask):
-    """A flag is read, compared and answered: no more than an update of a node. Assumed; the link takes the time."""
+    """A flag is read, compared and answered: at most the cost of a node update. Assumed. The link is slower."""
 
     planner = "harmonic"
     task = "detect"
@@ -133,7 +131,7 @@ class HostDetection(HostTask):
     kernel = "harmonic_node_update"
 
     def outcome(self, _job: Job[Problem, RelaxParameters], /) -> tuple[int, None]:
-        """Nothing beside the answer."""
+        """One unit, and no result besides the answer."""
         return 1, None
 
 

@@ -1,25 +1,24 @@
 """Cycles and clock of the bit-serial circuit.
 
 Cycles
-    An iteration takes p + 2 (section 5.4), whatever the block: the bits pass serially, and the write address
-    follows two cycles behind the read address. The local maxima are found on the way, least significant bit
+    An iteration takes p + 2 (section 5.4) for any block: the bits pass serially, and the write address
+    follows two cycles behind the read address. The same pass finds the local maxima, least significant bit
     first.
 
-    The paper counts nothing else. Our own RTL shows what the end of a visit adds: 1 cycle to change the
-    block, and the latency of the OR tree that tells whether any bit changed. While the same block goes on,
-    the next iteration starts before the tree has answered: at worst it repeats an iteration that changed
-    nothing. So the wait falls due when a block is left or a stage ends, and with one block only at the end of
-    a stage. A tree over N nodes is log4 N levels of 4-input LUT deep, 4 levels to a pipeline stage: 2 stages
-    for 4,608 nodes, in the middle of the 1 to 3 that synthesis gave at 150 MHz.
+    The paper counts nothing else. In our own RTL the end of a visit adds 1 cycle to change the block, and the latency
+    of the OR tree that detects a changed bit. Within a block the next iteration starts before the tree has answered: at
+    worst it repeats an iteration that changed nothing. So the circuit waits only when it leaves a block or a stage
+    ends, and with one block only at the end of a stage. A tree over N nodes is log4 N levels of 4-input LUT deep, 4
+    levels to a pipeline stage: 2 stages for 4,608 nodes, in the middle of the 1 to 3 of synthesis at 150 MHz.
 
     Raising the precision moves no data: words are addressed from their most significant bit, and the bits
     below have been zero since the memory was cleared.
 
 Clock
-    The period grows with the block. Three published clocks, on two parts in two speed grades, are all there
-    is: they fix a line over the fourth root of N, the form that leaves the smallest residuals among log N,
-    N^(1/4) and N^(1/2). That is an interpolation, chosen after seeing the points. One published clock is held
-    out, the estimate of 150 MHz for the 36×66 block; the interval of the law is twice its miss there.
+    The period grows with the block. There are only three published clocks, on two parts in two speed grades. They fix a
+    line over the fourth root of N, the form with the smallest residuals among log N, N^(1/4) and N^(1/2). That is an
+    interpolation, chosen after seeing the points. One published clock is held out, the estimate of 150 MHz for the
+    36×66 block. The interval of the law is twice its error there.
 """
 
 from __future__ import annotations
@@ -66,26 +65,26 @@ def or_tree_stages(nodes: int) -> int:
 
 
 def switch_cycles(nodes: int, blocks: int) -> int:
-    """Cycles between two visits: none where there is one block only (see the module)."""
+    """Cycles between two visits: none with one block only (see the module)."""
     return 0 if blocks == 1 else 1 + or_tree_stages(nodes)
 
 
 def stage_end_cycles(nodes: int) -> int:
-    """Cycles between two stages: whether a local maximum is left, and the change of precision."""
+    """Cycles between two stages: the test for a local maximum, and the change of precision."""
     # One cycle for the decision of ``Control``, after the tree of ``Cvg`` (section 5.2) has answered.
     return 1 + or_tree_stages(nodes)
 
 
 def load_cycles(cells: int, blocks: int, precision: int) -> int:
-    """Cycles to bring in a map: clear p + 1 words for each block in all RAMs at once, then one cell a cycle.
+    """Cycles to load a map: clear p + 1 words for each block in all RAMs at once, then one cell a cycle.
 
-    Assumed. Section 5.2 has one node at a time selected (Sel) and told its constant (Sat).
+    Assumed. In section 5.2 one node at a time is selected (Sel) and gets its constant (Sat).
     """
     return blocks * (precision + 1) + cells
 
 
 def load_start_cycles(cells: int, clusters: int, blocks: int, precision: int) -> int:
-    """Cycles to bring in a map, and values to start from: a word of 18 bits of one cluster's RAM each cycle.
+    """Cycles to load a map and its start values: a word of 18 bits of the RAM of one cluster each cycle.
 
     Assumed, as ``load_cycles``: p + 1 words of every cluster for each block, one RAM after the other.
     """
@@ -93,7 +92,7 @@ def load_start_cycles(cells: int, clusters: int, blocks: int, precision: int) ->
 
 
 def reload_cycles(cells: int) -> int:
-    """Cycles to bring in a map where the values of the last plan stay: one cell a cycle, nothing to clear. Assumed."""
+    """Cycles to load a map where the values of the last plan stay: one cell a cycle, nothing to clear. Assumed."""
     return cells
 
 
@@ -155,19 +154,19 @@ def clock_fit() -> ClockFit:
 
 @cache
 def clock_miss() -> float:
-    """Relative error of the law on the clock that it was not fitted to: 150 MHz for 36×66 nodes."""
+    """Relative error of the law on the held-out clock: 150 MHz for 36×66 nodes."""
     nodes = published.WHOLE_DESIGN_ROWS * published.WHOLE_DESIGN_COLUMNS
     # Section 5.4: "an estimated clock frequency of 150 MHz". It was not measured, so it serves as the point held out.
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
 def clock_limit(rows: int, columns: int, part: Part) -> Figure:
-    """The fastest clock of a design on a part, Hz: that of its size, or the block RAM's where that is lower.
+    """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
-    The law of the size is one line for all parts and grades: with three points they cannot be told apart.
+    The law of the size is one line for all parts and grades: three points cannot distinguish them.
     """
-    # Three points leave one degree of freedom, too little for a statistical interval: the miss outside the fit,
-    # twice.
+    # Three points leave one degree of freedom, too little for a statistical interval. So the interval is twice the
+    # error on the held-out clock.
     fit, margin = clock_fit(), 2 * abs(clock_miss())
     law = fit.clock(rows * columns)
     ram = part.block_ram_clock

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Lever, Line
+from codesign.planners.styles import Lever, Line, short_resources, sum_by_resource
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources
@@ -14,19 +14,12 @@ from codesign.planners.velocity_obstacle.styles.timing import cycles_of_trial
 
 def totals(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, int]:
     """Demand by resource."""
-    sums: dict[str, int] = {}
-    for item in items(style, robots, parameters, part):
-        sums[item.resource] = sums.get(item.resource, 0) + item.amount
-    return sums
+    return sum_by_resource(items(style, robots, parameters, part))
 
 
 def shortages(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> dict[str, int]:
-    """The shortage of each resource of the part."""
-    return {
-        kind: need - int(part.resources[kind].value)
-        for kind, need in totals(style, robots, parameters, part).items()
-        if kind in part.resources and need > part.resources[kind].value
-    }
+    """The demand for each resource that the part lacks."""
+    return short_resources(items(style, robots, parameters, part), part)
 
 
 def widest_lanes(robots: int, parameters: AvoidParameters, part: Part) -> AvoidParameters | None:
@@ -50,14 +43,13 @@ def resource_levers(
     missing = shortages(style, robots, parameters, part)
     if not missing:
         return {}
-    need = totals(style, robots, parameters, part)
     shared = [*_unit_levers(style, robots, parameters, part), *_style_levers(style, robots, parameters, part)]
     most = _most_robots(style, robots, parameters, part)
     if most is not None:
         shared.append(Lever("problem.robots", f"at most {most} fit {part.name} in style {style}"))
     return {
-        kind: (*shared, Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
-        for kind in missing
+        kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
+        for kind, need in missing.items()
     }
 
 

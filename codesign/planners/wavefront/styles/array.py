@@ -6,13 +6,13 @@ from abc import abstractmethod
 from collections.abc import Generator, Iterator
 from dataclasses import replace
 
-from codesign.figures import Figure, Status, weakest
+from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Line, Step
+from codesign.planners.styles import Architecture, Demand, Line, Step, slice_power
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
@@ -117,16 +117,5 @@ class ArrayStyle(Architecture):
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
-        scale = demand.total("slices") * clock
-        rate = part.dynamic_power
-        low, high = rate.interval
-        dynamic = Figure(
-            value=rate.value * scale,
-            unit="W",
-            status=weakest(Status.ASSUMED, rate.status),
-            source=f"slices × clock × {rate.value * 1e12:.3g} µW a slice and MHz ({rate.source}); down to a tenth of"
-            " the lower bound, as only nodes of the wave front switch",
-            low=low * scale * QUIET_ACTIVITY,
-            high=high * scale,
-        )
-        return part.static_power, dynamic
+        remark = "; down to a tenth of the lower bound, as only nodes of the wave front switch"
+        return slice_power(demand, clock, part, Status.ASSUMED, remark, QUIET_ACTIVITY)

@@ -7,20 +7,10 @@ from dataclasses import dataclass
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Lever, Line
-from codesign.planners.wavefront.styles.resources import totals
+from codesign.planners.styles import Lever, Line, short_resources
 
 Shape = tuple[int, int]
 ItemsOf = Callable[[Shape], tuple[Line, ...]]
-
-
-def short_resources(items: tuple[Line, ...], part: Part) -> dict[str, int]:
-    """The demand of each resource that the part is short of."""
-    return {
-        kind: need
-        for kind, need in totals(items).items()
-        if kind in part.resources and need > part.resources[kind].value
-    }
 
 
 def largest_tile(items_of: ItemsOf, map_shape: Shape, part: Part) -> Shape | None:

@@ -8,7 +8,6 @@ not assumed, so that a node of R = 11 takes 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codesign.figures import Status
@@ -212,14 +211,6 @@ def tile_items(layout: ArrayLayout, tiles: int, words: int, part: Part) -> tuple
 def word_depth(part: Part, bits: int) -> int:
     """Words of the part's block RAM where a word holds ``bits``; 0: none so wide."""
     return max((depth for depth, width in part.block_ram_shapes if width >= bits), default=0)
-
-
-def totals(items: Sequence[Line]) -> dict[str, int]:
-    """The demand by resource, without its items."""
-    sums: dict[str, int] = {}
-    for item in items:
-        sums[item.resource] = sums.get(item.resource, 0) + item.amount
-    return sums
 
 
 def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) -> tuple[Line, ...]:
