@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from codesign.errors import CodesignError, RunError
 from codesign.exploration.space import DesignPoint
-from codesign.exploration.store import Entry, State
+from codesign.exploration.store import Entry, EntryState
 from codesign.interrupts import held
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class ProcessExecutor:
 
 
 def _was_run(entries: tuple[Entry, ...]) -> bool:
-    return any(entry.state is State.DONE and json.loads(entry.text)["feasible"] for entry in entries)
+    return any(entry.state is EntryState.DONE and json.loads(entry.text)["feasible"] for entry in entries)
 
 
 def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
@@ -147,12 +147,12 @@ def evaluate_group(evaluate: Evaluate, group: Group) -> tuple[Entry, ...]:
 
 def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
     try:
-        return Entry(point.key, State.DONE, evaluate(point).model_dump_json())
+        return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
     except CodesignError as fault:
-        return Entry(point.key, State.FAILED, str(fault))
+        return Entry(point.key, EntryState.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
 
 
 def _place(fault: Exception) -> str:

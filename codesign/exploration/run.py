@@ -20,8 +20,8 @@ from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExec
 from codesign.exploration.identity import fingerprint, parts_digest, variant_digests
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
-from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
-from codesign.exploration.study import Outcome, Study, judged
+from codesign.exploration.store import Entry, EntryState, FileStore, MemoryStore, Store
+from codesign.exploration.study import Study, StudyPoint, judged
 from codesign.figures import ResultFigure
 from codesign.inputs import Platform, Workload, cross_check, design_point
 from codesign.inputs.exploration import Constraint, Exploration, declared
@@ -233,7 +233,7 @@ class _Tally:
         self.where = where
         self.progress = progress
         self.points = list(space.points())
-        self.outcomes = [Outcome(point.index, point.axes) for point in self.points]
+        self.outcomes = [StudyPoint(point.index, point.axes) for point in self.points]
         self._shared = Shared()
         self._place = {point.key: point.index for point in self.points}
         self._started = time.monotonic()
@@ -248,7 +248,7 @@ class _Tally:
             found = store.find([point.key for point in some])
             for point in some:
                 entry = found.get(point.key)
-                if entry is None or (retry and entry.state is State.FAILED):
+                if entry is None or (retry and entry.state is EntryState.FAILED):
                     pending.append(point)
                 else:
                     self._take(entry)
@@ -272,8 +272,8 @@ class _Tally:
     def _take(self, entry: Entry) -> None:
         index = self._place[entry.key]
         axes = self.points[index].axes
-        if entry.state is State.FAILED:
-            self.outcomes[index] = Outcome(index, axes, failure=entry.text)
+        if entry.state is EntryState.FAILED:
+            self.outcomes[index] = StudyPoint(index, axes, failure=entry.text)
             self._failed += 1
             return
         try:
@@ -283,7 +283,7 @@ class _Tally:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, _OTHER_VERSION
             ) from wrong
-        self.outcomes[index] = Outcome(index, axes, result)
+        self.outcomes[index] = StudyPoint(index, axes, result)
         self._feasible += result.feasible
 
     def _tell(self) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from codesign.exploration.document import Bounds, Counts, Objective, Point, StudyDocument
+from codesign.exploration.document import ConstraintBounds, Counts, Objective, Point, StudyDocument
 from codesign.exploration.front import non_dominated
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.exploration import Constraint
@@ -17,7 +17,7 @@ from codesign.results.result import Reason, Result
 
 
 @dataclass(frozen=True)
-class Outcome:
+class StudyPoint:
     """One point: its place in the enumeration, its axis values, and what came of it.
 
     ``result`` is None where the computation failed (``failure`` says why) or was not yet done (``failure``
@@ -88,7 +88,7 @@ class Study:
     axes: Mapping[str, tuple[Any, ...]]
     objectives: tuple[ResultFigure, ...]
     constraints: tuple[Constraint, ...]
-    points: tuple[Outcome, ...]
+    points: tuple[StudyPoint, ...]
 
     @cached_property
     def feasible(self) -> tuple[int, ...]:
@@ -133,26 +133,26 @@ class Study:
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
         """What kept points out, the most frequent first."""
-        found: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
+        gaps_by_reason: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
         for point in self.points:
             for reason in _reasons(point):
                 gap = reason.gap, point.index, reason.levers
-                found.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
+                gaps_by_reason.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
             for kind, name in self._held_against(point):
-                found.setdefault((kind, name, ""), []).append((0, point.index, ()))
+                gaps_by_reason.setdefault((kind, name, ""), []).append((0, point.index, ()))
         counts = []
-        for key, gaps in found.items():
+        for key, gaps in gaps_by_reason.items():
             least, nearest, levers = min(gaps)
             counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
         return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
 
-    def lacking(self, point: Outcome) -> tuple[ResultFigure, ...]:
+    def lacking(self, point: StudyPoint) -> tuple[ResultFigure, ...]:
         """The objectives that keep a feasible point off the front because it does not have them."""
         if not point.feasible:
             return ()
         return tuple(name for name in self.objectives if point.figure(name) is None)
 
-    def _held_against(self, point: Outcome) -> list[tuple[str, str]]:
+    def _held_against(self, point: StudyPoint) -> list[tuple[str, str]]:
         """What keeps a point out besides the reasons of its result, by kind and name."""
         if point.failure is not None:
             return [("failure", point.failure.partition("\n")[0])]
@@ -181,7 +181,7 @@ class Study:
                 for figure in self.objectives
             ],
             constraints=[
-                Bounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
+                ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
                 for limit in self.constraints
             ],
             counts=Counts(
@@ -234,7 +234,7 @@ def _unsatisfied(constraint: Constraint, result: Result) -> list[Reason]:
     return reasons
 
 
-def _point(point: Outcome, on_front: bool) -> Point:
+def _point(point: StudyPoint, on_front: bool) -> Point:
     return Point(
         index=point.index,
         axes=point.axes,
@@ -252,7 +252,7 @@ def _counted(figure: ResultFigure, value: float | None) -> int | float | None:
     return round(value) if figure.counted == "count" and value is not None else value
 
 
-def _reasons(point: Outcome) -> tuple[Reason, ...]:
+def _reasons(point: StudyPoint) -> tuple[Reason, ...]:
     return point.result.reasons if point.result is not None else ()
 
 

@@ -22,7 +22,7 @@ from codesign.results.result import Reason
 from codesign.units import format_count
 
 if TYPE_CHECKING:
-    from codesign.exploration import Outcome, Study
+    from codesign.exploration import Study, StudyPoint
 
 
 def summary(study: Study) -> str:
@@ -100,11 +100,11 @@ def _leaves(value: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[
     return found
 
 
-def axis_cells(study: Study, axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
+def axis_cells(study: Study, axes: Sequence[str]) -> Callable[[StudyPoint], tuple[Cell, ...]]:
     """What makes the cells of these axes for a point of the study."""
     tellers = [(name, level_teller(study, name)) for name in axes]
 
-    def cells(point: Outcome) -> tuple[Cell, ...]:
+    def cells(point: StudyPoint) -> tuple[Cell, ...]:
         return tuple(Cell(text := told(point.axes.get(name)), text) for name, told in tellers)
 
     return cells
@@ -255,7 +255,7 @@ def reasons_table(study: Study) -> Table:
     return Table("Why points were left out", columns, tuple(rows))
 
 
-def why_not(point: Outcome, lacking: Sequence[ResultFigure] = ()) -> str:
+def why_not(point: StudyPoint, lacking: Sequence[ResultFigure] = ()) -> str:
     """All that keeps a point off the front besides better ones, in one line; nothing where nothing does.
 
     ``lacking``: the objectives that it does not have, though it is feasible.
@@ -306,20 +306,20 @@ def fixed_notes(study: Study) -> tuple[str, ...]:
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
 
 
-def _full_cells(axes: Sequence[str]) -> Callable[[Outcome], tuple[Cell, ...]]:
+def _full_cells(axes: Sequence[str]) -> Callable[[StudyPoint], tuple[Cell, ...]]:
     """As ``axis_cells``, with all that a value says: for programs."""
 
-    def cells(point: Outcome) -> tuple[Cell, ...]:
+    def cells(point: StudyPoint) -> tuple[Cell, ...]:
         return tuple(Cell(text := axis_text(name, point.axes.get(name)), text) for name in axes)
 
     return cells
 
 
-def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
+def _figure_cells(point: StudyPoint, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
     return tuple(figure_cell(figure, point.figure(figure)) for figure in figures)
 
 
-def _number(point: Outcome) -> Cell:
+def _number(point: StudyPoint) -> Cell:
     return Cell(str(point.index), point.index)
 
 

@@ -14,7 +14,7 @@ from codesign.report.table import Cell, Column, Table, left, right
 from codesign.report.wording import ABSENT, axis_text, figure_cell, number_cell, plural
 
 if TYPE_CHECKING:
-    from codesign.exploration import Outcome, Study
+    from codesign.exploration import Study, StudyPoint
 
 _EQUAL = " = "
 
@@ -37,7 +37,7 @@ def winners_table(
         return None
     objective = objective or study.objectives[0]
     others = tuple(name for name in varying_axes(study) if name != axis)
-    settings: dict[str, list[Outcome]] = {}
+    settings: dict[str, list[StudyPoint]] = {}
     for point in study.points:
         setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
         settings.setdefault(setting, []).append(point)
@@ -62,7 +62,9 @@ def winners_table(
     return Table(title, columns, tuple(rows), notes)
 
 
-def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> tuple[str, tuple[Cell, ...]]:
+def _contest(
+    points: Sequence[StudyPoint], objective: ResultFigure, axis: str
+) -> tuple[str, tuple[Cell, ...]]:
     """The winner at one setting, and the cells that say so."""
     sign = -1 if objective.maximise else 1
     valued = []
@@ -90,7 +92,7 @@ def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> t
     return best_names, (*winner, *runner_up, left_out)
 
 
-def _fate(point: Outcome, objective: ResultFigure) -> str:
+def _fate(point: StudyPoint, objective: ResultFigure) -> str:
     """In a word, why a point is in no contest."""
     if point.unreached is not None:
         return "goals not reached"

@@ -15,7 +15,7 @@ from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 
 
 @dataclass(frozen=True)
-class Fit:
+class PartFit:
     """What a design takes of a part, and why it does not fit where it does not (``reasons`` empty: it fits)."""
 
     resources: tuple[ResourceUse, ...]
@@ -23,7 +23,7 @@ class Fit:
     reasons: tuple[Reason, ...]
 
 
-def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> Fit:
+def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> PartFit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
@@ -61,7 +61,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
         if bound.limit is not None and bound.figure.value > bound.limit
     ]
     if clock_limit is None:
-        return Fit(uses, None, tuple(reasons))
+        return PartFit(uses, None, tuple(reasons))
     if clock > clock_limit.value:
         reasons.append(
             Reason(
@@ -77,7 +77,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
                 ),
             )
         )
-    return Fit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
+    return PartFit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
 
 
 def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 def head_fields(system: System) -> dict[str, Any]:
     """What was run: names, places and parameters."""
-    parameters = {name: _told(system, model) for name, model in system.parameters.items()}
+    parameters = {name: _used_parameters(system, model) for name, model in system.parameters.items()}
     return {
         "platform": system.platform.name,
         "workload": system.workload.name,
@@ -42,7 +42,7 @@ def head_fields(system: System) -> dict[str, Any]:
     }
 
 
-def _told(system: System, parameters: TaskParameters) -> dict[str, Any]:
+def _used_parameters(system: System, parameters: TaskParameters) -> dict[str, Any]:
     """The parameters of a task but those that this design does not use."""
     exclude = set(parameters.unused(system.external is not None))
     return parameters.model_dump(mode="json", exclude=exclude)

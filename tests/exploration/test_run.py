@@ -16,7 +16,7 @@ from small_maps import AXES_TEXT, Specs, put_map
 
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
-from codesign.exploration import FileStore, MemoryStore, Progress, Space, State, explore, load_study
+from codesign.exploration import EntryState, FileStore, MemoryStore, Progress, Space, explore, load_study
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
@@ -247,7 +247,7 @@ def test_a_result_of_another_version(platform: Platform, workload: Workload, tmp
     with FileStore(file) as store:
         key = json.loads(str(store.latest()))["fingerprint"]
         point = Space(AXES, key).point(0)
-        store.put([Entry(point.key, State.DONE, '{"schema_version": 99}')])
+        store.put([Entry(point.key, EntryState.DONE, '{"schema_version": 99}')])
     with pytest.raises(StoreError, match="this version cannot read"):
         load_study(file)
     with pytest.raises(StoreError, match="this version cannot read"):

@@ -32,7 +32,7 @@ class Sight:
 
 
 @dataclass(eq=False)
-class Request:
+class PlanRequest:
     """A plan that is asked for: by which scan, ``why``, and whether something ``seen`` is why.
 
     ``spent``: where the time went after the scan had reached the map. ``broken_off``: its plans that were broken off.
@@ -49,7 +49,7 @@ class Request:
         self.spent.book(what, where, now - self.sight.at - self.sight.spent.total - self.spent.total)
 
 
-def livelock_text(request: Request | None) -> str:
+def livelock_text(request: PlanRequest | None) -> str:
     """That plans for a request are broken off again and again, and what ends that; "" where they are not."""
     if request is None or request.broken_off < LIVELOCK:
         return ""
@@ -65,7 +65,7 @@ def broken_off_text(in_a_row: int) -> str:
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedRequest:
     """A request that is over: from its ``scan`` until it ``ended`` (ps)."""
 
     scan: int

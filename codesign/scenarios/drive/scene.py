@@ -70,7 +70,7 @@ class SentLook:
 class Scene:
     """The true map over time, the robot, and its belief.
 
-    ``known``: the latest look that reached the map on board. The tasks that keep the map, plan
+    ``latest_look``: the latest look that reached the map on board. The tasks that keep the map, plan
     and command know the robot's place by it alone. Only the robot itself and the figures know where it is now.
 
     ``clearance``: how near the robot came to obstacles of the true map.
@@ -114,7 +114,7 @@ class Scene:
             listeners=machine.listeners,
         )
         self.sensor: Sensor = sensor_of(spec.sensor, self.resolution)
-        self.known = Look(0, NOTHING, self.robot.position, 0.0)
+        self.latest_look = Look(0, NOTHING, self.robot.position, 0.0)
         self.changed = 0
         self.clearance = Clearance()
         self.clearance.stand(self.world.free_now, self.robot.position)
@@ -127,10 +127,10 @@ class Scene:
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""
         robot, machine = self.robot, self.machine
-        before, way, arc = len(robot.contacts), robot.path, robot.arc
+        before, path, arc = len(robot.contacts), robot.path, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
         if robot.arc > arc:
-            self.clearance.drive(self.world.free_now, way.between(arc, robot.arc))
+            self.clearance.drive(self.world.free_now, path.between(arc, robot.arc))
         if machine.listening:
             for contact in robot.contacts[before:]:
                 row, column = contact.position
@@ -174,7 +174,7 @@ class Scene:
 
     def learn(self, look: Look) -> Update:
         """Believe what was seen; what that changed."""
-        self.known = look
+        self.latest_look = look
         update = self.belief.update(look.scan)
         if update and self.machine.listening:
             blocked = np.arange(len(update.changed)) < len(update.newly_blocked)
@@ -186,8 +186,8 @@ class Scene:
         """The robot takes up a command that has arrived, from where it is now."""
         self.advance()
         robot = self.robot
-        way = command.taken_up(robot.position, self.true_free.shape)
-        robot.command(self.machine.now, way, way.length)
+        path = command.taken_up(robot.position, self.true_free.shape)
+        robot.command(self.machine.now, path, path.length)
 
     def changes(self) -> Generator[Any, Any, None]:
         """Process generator: the world changes at its own times."""

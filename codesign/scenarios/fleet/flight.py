@@ -47,10 +47,10 @@ def fly(machine: Machine) -> Flight:
 
     A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
     """
-    return _Run(machine).run()
+    return _FleetRun(machine).run()
 
 
-class _Run:
+class _FleetRun:
     """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
 
     def __init__(self, machine: Machine) -> None:
@@ -96,16 +96,16 @@ class _Run:
         limit, most = self.scenario.limit, self.scenario.events
         horizon = environment.peek()
         # The limits are checked between two moments only: the steps of a moment depend on the granularity.
-        while horizon <= limit and (horizon == environment.now or self._happened() < most):
+        while horizon <= limit and (horizon == environment.now or self._event_count() < most):
             environment.step()
             horizon = environment.peek()
         stopped = None
         if horizon != float("inf"):
             seconds = f"{limit / PICOSECONDS_PER_SECOND:g} s of simulated time"
             stopped = f"the limit of {seconds if horizon > limit else f'{most:,} events'} was reached"
-        return self._flight(stopped, self._happened())
+        return self._flight(stopped, self._event_count())
 
-    def _happened(self) -> int:
+    def _event_count(self) -> int:
         """Events up to now: messages, and decisions of single robots; not those of the simulation."""
         return self.machine.messages_sent + len(self.begins) * len(self.fpgas)
 
@@ -189,14 +189,14 @@ class _Run:
     def _flight(self, stopped: str | None, events: int) -> Flight:
         plan = self.work.loop.plan()
         arrivals = arrival_updates(plan)
-        there = sum(arrival is not None for arrival in arrivals)
-        completed = there == len(self.fpgas)
+        arrived = sum(arrival is not None for arrival in arrivals)
+        completed = arrived == len(self.fpgas)
         departure = plan.departure
         ended = (
             self._failure
             or stopped
             or (None if departure is None else str(departure))
-            or (ARRIVED if completed else _waiting(plan.updates, there, len(self.fpgas)))
+            or (ARRIVED if completed else _waiting(plan.updates, arrived, len(self.fpgas)))
         )
         self.trace.ended(ended, plan)
         figures = self._figures(ended, completed, arrivals, int(plan.times[-1]))
@@ -239,7 +239,7 @@ class _Run:
         )
 
 
-def _waiting(updates: int, there: int, robots: int) -> str:
+def _waiting(updates: int, arrived: int, robots: int) -> str:
     return (
-        f"after {updates:,} updates {there} of {robots} robots have arrived: the others still wait or drive"
+        f"after {updates:,} updates {arrived} of {robots} robots have arrived: the others still wait or drive"
     )

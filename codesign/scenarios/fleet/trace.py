@@ -87,10 +87,10 @@ class FleetTrace:
         legs = np.stack([before[0], self._cells]), np.stack([before[1], self._speeds])
         seconds = np.array([(self._steps - before[2]) * loop.parameters.step])
         gaps = pair_gaps(*legs, seconds) - 2.0 * self._problem.radius
-        ones, others = np.triu_indices(self._problem.count, 1)
-        touching = {(int(ones[pair]), int(others[pair])) for pair in np.flatnonzero(gaps < 0.0)}
-        for one, other in sorted(touching - self._touching):
-            self._tell("contact", f"robots {one} and {other} touch in update {update}")
+        firsts, seconds_of_pairs = np.triu_indices(self._problem.count, 1)
+        touching = {(int(firsts[pair]), int(seconds_of_pairs[pair])) for pair in np.flatnonzero(gaps < 0.0)}
+        for first, second in sorted(touching - self._touching):
+            self._tell("contact", f"robots {first} and {second} touch in update {update}")
         self._touching = touching
 
     def ended(self, text: str, plan: Avoidance) -> None:
