@@ -302,7 +302,7 @@ def test_points_that_share_their_functional_work_do_it_once(
     platform: Platform, small: Workload, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[Memo] = []
-    monkeypatch.setattr("codesign.exploration.run.Memo", lambda: made.append(Memo()) or made[0])
+    monkeypatch.setattr("codesign.exploration.simulator.Memo", lambda: made.append(Memo()) or made[0])
     study = explore(platform, small, workers=1)
     names = ("relax.block", "relax.schedule", "relax.termination")
     functional = {canonical([point.axes[name] for name in names]) for point in study.points}
@@ -337,6 +337,6 @@ def test_where_every_point_failed_the_run_failed(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("broken")
 
-    monkeypatch.setattr("codesign.scenarios.simulate", fail)
+    monkeypatch.setattr("codesign.exploration.simulator.simulate", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1
