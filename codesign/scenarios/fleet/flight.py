@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND, LOAD
-from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
-from codesign.planners.velocity_obstacle.styles.updates import Updates
+from codesign.planners.styles import FleetUpdates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.scenarios.fleet.frames import FrameSender
 from codesign.scenarios.fleet.trace import FleetTrace
@@ -34,7 +31,7 @@ class Flight:
     update began, ps; ``ends``: when each update was over. ``events``: messages, and decisions of single robots.
     """
 
-    plan: Avoidance
+    plan: Any
     figures: FleetFigures
     fpgas: tuple[Fpga, ...]
     loaded: int
@@ -59,23 +56,21 @@ class _FleetRun:
         system = machine.system
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
-        work: Updates | None = system.architecture.updates(system.job)
+        work = system.architecture.updates(system.job)
         assert work is not None, "faults_on refuses a style that plans for one robot only"
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
-        self.work = work
-        problem: Any = system.problem
-        assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
-        self.trace = FleetTrace(machine, self.work, problem)
+        self.work: FleetUpdates = work
+        self.trace = FleetTrace(machine, work)
         own = machine.planning_component
         self.fpgas: tuple[Fpga, ...] = (
             own,
             *(
                 Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
-                for number in range(1, problem.count)
+                for number in range(1, len(work.cycles))
             ),
         )
-        self.step_ps: int = system.planning.step_ps
+        self.step_ps = work.step_ps
         self.begins: list[int] = []
         self.decided: list[int] = []
         self.ends: list[int] = []
@@ -121,15 +116,15 @@ class _FleetRun:
             self._failure = f"{lost.what} on {lost.where}"
             return
         self.loaded = self.machine.now
-        while not self.work.loop.over:
+        while not self.work.over:
             yield from self._update()
 
     def _update(self) -> Generator[Any, Any, None]:
         """Process generator: one update, up to where the next one begins."""
-        begin, loop = self.machine.now, self.work.loop
-        self.work.decide()
+        begin, work = self.machine.now, self.work
+        work.decide()
         self.trace.began()
-        if loop.departure is not None:
+        if work.departure is not None:
             return
         self.begins.append(begin)
         self._barrier, self._deciding = self.environment.event(), len(self.fpgas)
@@ -148,9 +143,9 @@ class _FleetRun:
             yield from self._step_out(begin, decided, missed)
         elif self.frames is not None:
             yield from self.frames.hand_over()
-        if loop.departure is None:
-            loop.act()
-        if loop.departure is None:
+        if work.departure is None:
+            work.act()
+        if work.departure is None:
             self.ends.append(self.machine.now)
             self.trace.moved(len(self.begins))
 
@@ -160,8 +155,8 @@ class _FleetRun:
         if begin + steps * self.step_ps > decided:
             yield self.environment.timeout(begin + steps * self.step_ps - decided)
         if missed:
-            self.work.loop.hold(steps)
-            if self.work.loop.departure is None:
+            self.work.hold(steps)
+            if self.work.departure is None:
                 self.trace.moved(len(self.begins))
                 yield self.environment.timeout(self.step_ps)
 
@@ -187,19 +182,18 @@ class _FleetRun:
         return FrameSender(self.machine, receiver, len(self.fpgas))
 
     def _flight(self, stopped: str | None, events: int) -> Flight:
-        plan = self.work.loop.plan()
-        arrivals = arrival_updates(plan)
+        plan = self.work.plan()
+        arrivals = self.work.arrivals(plan)
         arrived = sum(arrival is not None for arrival in arrivals)
         completed = arrived == len(self.fpgas)
-        departure = plan.departure
         ended = (
             self._failure
             or stopped
-            or (None if departure is None else str(departure))
-            or (ARRIVED if completed else _waiting(plan.updates, arrived, len(self.fpgas)))
+            or self.work.departure
+            or (ARRIVED if completed else _waiting(self.work.done, arrived, len(self.fpgas)))
         )
         self.trace.ended(ended, plan)
-        figures = self._figures(ended, completed, arrivals, int(plan.times[-1]))
+        figures = self._figures(ended, completed, arrivals, self.work.time_steps(plan))
         return Flight(plan, figures, self.fpgas, self.loaded, tuple(self.ends), events)
 
     def _figures(self, ended: str, completed: bool, arrivals: list[int | None], steps: int) -> FleetFigures:
