@@ -28,7 +28,7 @@ class PlanOnceScenario(Scenario):
         machine: Machine,
         boards: Mapping[str, Power],
         memo: Memo | None,
-        progress: ProgressOfMission | None,  # noqa: ARG002
+        _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
         """The figures of the plan."""
         answer = plan_once(machine, memo)

@@ -90,7 +90,7 @@ def workload_page() -> list[str]:
     keys = Keys(documented)
     lines = [*_file_head("Workload files"), *keys.section(2, "Workload", Workload)]
     lines += keys.section(2, "Problem", ProblemSpec)
-    for name, model in catalog.problem_models().items():
+    for name, model in sorted(catalog.problem_models().items()):
         if name in SHIPPED:
             lines += keys.section(3, f"Problem of planner `{name}`", model)
     lines += ["## Maps", "", *keys.section(3, "`file`", FileMap)]
@@ -104,7 +104,7 @@ def workload_page() -> list[str]:
     lines += keys.section(2, "Added tasks", ExtraTask)
     lines += keys.section(2, "Mapping", TaskMapping, without=("parameters",))
     lines += ["The other keys of a task are its parameters, which depend on the planner.", ""]
-    for planner, tasks_of in catalog.task_models().items():
+    for planner, tasks_of in sorted(catalog.task_models().items()):
         for task, parameters in tasks_of.items():
             if planner in SHIPPED and parameters.model_fields:
                 lines += keys.section(3, f"Task `{task}` of planner `{planner}`", parameters)

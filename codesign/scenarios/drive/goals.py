@@ -36,7 +36,7 @@ class Goals(ABC):
         """Whether the robot was last seen where it was to go; it goes on from there."""
 
     @abstractmethod
-    def obsolete(self, target: Cell) -> bool:
+    def obsolete(self, target: Cell, /) -> bool:
         """Whether a path to ``target`` has lost its purpose."""
 
     def end_if_over(self, log: Log) -> bool:
@@ -82,7 +82,7 @@ class Tour(Goals):
         self.done += 1
         return True
 
-    def obsolete(self, target: Cell) -> bool:  # noqa: ARG002
+    def obsolete(self, _target: Cell, /) -> bool:
         """A goal stays one."""
         return False
 
