@@ -33,7 +33,7 @@ class StudyDefinition:
 
 
 def definition_text(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
-    """The definition as JSON, and the specs for whoever opens the file later."""
+    """The definition as JSON, with the specs for a later reader of the file."""
     # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
     definition = {
         "platform": platform.model_dump(mode="json"),
@@ -69,10 +69,10 @@ def read_definition(text: str) -> StudyDefinition:
 
 
 def read_json(text: str) -> Any:
-    """JSON whose numbers all are finite, as those of results are.
+    """JSON with finite numbers only, as results have.
 
     Raises:
-        ValueError: the text is none. RecursionError: it is nested too deep.
+        ValueError: the text is no such JSON. RecursionError: it is nested too deep.
     """
     return json.loads(text, parse_float=_finite, parse_int=_bounded, parse_constant=_finite)
 

@@ -30,7 +30,7 @@ class ConstraintBounds(ResultModel):
 class Counts(ResultModel):
     """How many points there are; how many are feasible, failed, were not computed, are on the front.
 
-    ``unreached`` counts those among the feasible whose mission ended before its goals.
+    ``unreached`` counts the feasible points with a mission that ended before its goals.
     """
 
     points: int = Field(description="all points")

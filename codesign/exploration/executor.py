@@ -1,8 +1,8 @@
-"""Who computes the points: this process, or several.
+"""The executors: they compute the points in this process, or in several.
 
 An executor takes groups of points and an evaluator, and yields entries for the store as they come in. What
-comes in does not depend on the executor; only the order may. An exception in one point is that point's
-failure and nobody else's. Outcomes travel as JSON text: what a worker sends is then, byte for byte, what
+comes in does not depend on the executor; only the order may. An exception in one point is a
+failure of that point alone. Outcomes travel as JSON text: what a worker sends is then, byte for byte, what
 the store keeps.
 
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
@@ -11,7 +11,7 @@ it was sent to the whole group of processes, the parent says that it was termina
 
 Ctrl-C may strike between any two instructions here, and a pool forgives little: a worker that is killed may
 hold the lock of the queue that the others wait for, and the pool's thread, which Python joins when it ends,
-then waits for those. So all workers are ended, each that was ever started, and before the pool is told to
+then waits for those. So all workers are ended, each that was ever started, and before the pool is
 shut down; and while a pool hands work over, or is ended, Ctrl-C and SIGTERM are held back.
 """
 
@@ -186,14 +186,14 @@ def _work(group: Group) -> tuple[Entry, ...]:
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
-    # Until Python 3.14 (terminate_workers) the pool's own table is the only way to its processes.
+    # Until Python 3.14 (terminate_workers) the pool's own table is the only access to its processes.
     return list((getattr(pool, "_processes", None) or {}).values())
 
 
 def _cause(processes: list[BaseProcess]) -> str:
-    """How the first of them died that the pool did not end itself, where that can be told."""
+    """The cause of death of the first process that the pool did not end itself, where it is known."""
     until = time.monotonic() + _SECONDS_TO_END
-    # Not join: the pool waits for them too, and whoever comes second is told of no exit code for a moment.
+    # Not join: the pool waits for them too, and the second to ask gets no exit code for a moment.
     while any(process.exitcode is None for process in processes) and time.monotonic() < until:
         time.sleep(0.01)
     codes = [code for process in processes if (code := process.exitcode) not in (None, 0, -signal.SIGTERM)]

@@ -2,7 +2,7 @@
 
 A finished point is taken from a store only where computing it again would give the same result: the same
 platform and parts, the same workload and map, the same code. So the code is part of it, by its sources
-rather than by a version number that somebody may forget to raise.
+rather than by a version number, which may be raised too late.
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def explore(
             whatever it is.
         progress: called at the start and whenever points come in.
         evaluate: computes one point; by default it is simulated. Must pickle where there are several
-            workers. Results in a store are told apart by platform, workload and axes, not by this: use one
+            workers. A store tells results apart by platform, workload and axes, not by this: use one
             store for each.
         memory: bytes that all workers may take together; by default half of what the machine has free. A point that
             would take more than a worker's share, by an estimate, is not begun: it counts as failed.
@@ -94,10 +94,10 @@ def explore(
 def load_study(path: Path | str) -> Study:
     """The study that a store's file was last used for, without computing anything.
 
-    Points that are not there, because the exploration was interrupted, are in the state ``missing``.
+    Points that the interrupted exploration did not reach are in the state ``missing``.
 
     Raises:
-        StoreError: the file is none of ours, is damaged, or holds no study.
+        StoreError: the file is no store, is damaged, or holds no study.
     """
     with FileStore(path, read_only=True) as store:
         text = store.latest()

@@ -51,7 +51,7 @@ class Simulator:
 def check_some_point(
     platform: Platform, workload: Workload, space: Space, grid: OccupancyGrid | None, memory: int
 ) -> None:
-    """Where no point at all can be bound, or none in so much memory, say so now, instead of a failure for each.
+    """Refuse an exploration with no point that can be bound in so much memory, before each of its points fails.
 
     Raises:
         SpecError, InputError: those of the first point.

@@ -213,7 +213,7 @@ class FileStore:
         return contextlib.closing(sqlite3.connect(uri, uri=True, timeout=0.5, isolation_level=None))
 
     def _open(self) -> None:
-        # Before the first access: from then on the file is ours alone, and a second run is told at once.
+        # Before the first access: from then on the file is locked, and a second run fails at once.
         if not self.read_only:
             self._connection.execute("PRAGMA locking_mode = EXCLUSIVE")
         application = self._number("application_id")

@@ -1,4 +1,4 @@
-"""What an exploration comes to: every point with its figures or its reasons, and the front among them."""
+"""The result of an exploration: every point with its figures or its reasons, and the front among them."""
 
 from __future__ import annotations
 
@@ -97,17 +97,17 @@ class Study:
 
     @cached_property
     def unreached(self) -> tuple[int, ...]:
-        """Indices of the feasible points whose mission ended before its goals."""
+        """Indices of the feasible points with a mission that ended before its goals."""
         return tuple(point.index for point in self.points if point.unreached is not None)
 
     @cached_property
     def failed(self) -> tuple[int, ...]:
-        """Indices of the points whose computation failed."""
+        """Indices of the points that could not be computed."""
         return tuple(point.index for point in self.points if point.state == "failed")
 
     @property
     def broken(self) -> bool:
-        """Whether every point failed: the exploration tells nothing about what is feasible."""
+        """Whether every point failed: the exploration shows nothing about what is feasible."""
         return len(self.failed) == len(self.points) > 0
 
     @cached_property
@@ -169,7 +169,7 @@ class Study:
         return tuple(point.index for point in short[:count])
 
     def to_dict(self) -> dict[str, Any]:
-        """The study as JSON has it: the same at any worker count, and whether computed now or found in a store."""
+        """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""
         front = set(self.front)
         document = StudyDocument(
             platform=self.platform,

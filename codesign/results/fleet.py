@@ -26,7 +26,7 @@ class Spread(ResultModel):
 
 
 class Frames(ResultModel):
-    """The coordinates of all robots on their way to the display, one message an update.
+    """The coordinates of all robots in messages to the display, one message an update.
 
     ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. A free-running fleet skips none, it waits.
     """
@@ -89,7 +89,7 @@ class FleetFigures(ResultModel):
         description="that took longer to decide than the time step; in real time they act late",
     )
     frames: Frames | None = Field(
-        description="coordinates on their way to the display; None where there is none"
+        description="messages of coordinates to the display; None where there is none"
     )
     fpga_busy_s: float = Field(
         title="busy time of all FPGAs together", description="the sum over the FPGAs of all robots, s"

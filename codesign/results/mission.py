@@ -15,7 +15,7 @@ CONTACT_POINTS = 100
 
 
 LIVELOCK = 10
-"""Plans broken off in a row, with no answer between them, that are told as a livelock. Assumed."""
+"""Plans broken off in a row, with no answer between them, that are reported as a livelock. Assumed."""
 
 
 class LinkUse(ResultModel):

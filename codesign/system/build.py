@@ -32,10 +32,10 @@ the tasks that nothing waits for, also where all ask in the same picosecond (``c
 
 @contextmanager
 def planner_code(planner: Planner) -> Iterator[None]:
-    """Around what a planner does by itself, which may be anybody's.
+    """Around the code of a planner, which any package may bring.
 
     Raises:
-        RunError: it raised something that says nothing of what is at fault; named with the planner.
+        RunError: the code raised an error that is not of this package; named with the planner.
     """
     try:
         yield
@@ -47,7 +47,7 @@ def planner_code(planner: Planner) -> Iterator[None]:
 
 
 def _planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
-    """The steps of a planner's style, whose own failures name it."""
+    """The steps of a planner's style, with failures of its code named after it."""
     source = iter(steps)
     while True:
         with planner_code(planner):
@@ -109,7 +109,7 @@ class Machine:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens."""
+        """Whether there is a listener."""
         return bool(self._listeners)
 
     @property
@@ -308,7 +308,7 @@ class Machine:
                 self.tell(record)
 
     def _exchange(self, step: Exchange, ledger: Ledger, priority: int) -> Generator[Any, Any, None]:
-        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as who asks."""
+        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as its asker."""
         asker, task = self.system.planner.planning_task, step.to
         placement, system = self.system.placement, self.system
         request = Flow(asker, task, f"{task} request", step.bits)

@@ -29,7 +29,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
 
     A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
-    otherwise always end at the upper end of the interval, where nobody has shown a design to run.
+    otherwise always end at the upper end of the interval, where no design was shown to run.
     """
     uses: tuple[ResourceUse, ...] = ()
     if part is not None:

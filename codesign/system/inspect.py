@@ -73,7 +73,7 @@ def at_hand() -> dict[str, dict[str, str]]:
 
 
 def load_any(source: str | Path) -> Spec | Part:
-    """The spec of a source, whose kind is not known yet."""
+    """The spec of a source of any kind."""
     if not is_path(source):
         shipped = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
         if source in spec.list_platforms():

@@ -1,4 +1,4 @@
-"""What a bound system and its run come to, as the fields of a ``Result``."""
+"""The fields of a ``Result`` that a bound system and its run give."""
 
 from __future__ import annotations
 
@@ -136,7 +136,7 @@ def use_fields(
     return {
         "energy": energy(machine, boards, others),
         "utilisation": {
-            # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
+            # A run may take no time, as on a host with costs of 0: then no component is busy.
             component.name: component.busy / max(machine.now, 1)
             for component in machine.components
         },

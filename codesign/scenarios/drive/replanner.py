@@ -21,7 +21,7 @@ from codesign.scenarios.drive.goals import Goals
 from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.request import Fate, PlanRequest, Sight
 from codesign.scenarios.drive.scene import Look, Scene
-from codesign.scenarios.plan_once import tell_field
+from codesign.scenarios.records import tell_field
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError

@@ -15,13 +15,14 @@ from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RobotComponent
-from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
+from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
 from codesign.scenarios.drive.tasks import MOVE, drive_of, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
 from codesign.scenarios.drive.world.clearance import Clearance
 from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.scenarios.drive.world.true_map import World
+from codesign.scenarios.records import tell_map
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.messages import Wrong
 
@@ -59,7 +60,7 @@ class SentLook:
     wrong: frozenset[int] = frozenset()
 
     def misread(self, wrong: Wrong) -> SentLook | None:
-        """With a scan of which these bits are wrong as well."""
+        """The message with these bits wrong as well; None where that changes nothing."""
         bits = self.wrong ^ frozenset(wrong)
         scan = self.sensor.misread(self.free, self.look.position, sorted(bits))
         if scan.same_as(self.look.scan):
@@ -95,7 +96,7 @@ class Scene:
             radius_cells=radius,
         )
         row, column = problem.starts[0]
-        # What is there from the start is there before anybody looks.
+        # Obstacles of time 0 stand before the first look.
         self.world.advance(0, (float(row), float(column)))
         self.belief = Belief(
             problem.rows,
@@ -119,9 +120,7 @@ class Scene:
         self.clearance = Clearance()
         self.clearance.stand(self.world.free_now, self.robot.position)
         machine.by_name[name] = self.robot
-        if machine.listening:
-            goals = np.array(problem.goals, np.int32).reshape(-1, 2)
-            machine.tell(MapRecord(0, "map", self.world.free_now.copy(), goals, self.resolution))
+        tell_map(machine, self.world.free_now.copy(), self.resolution)
         self._tell_waiting(0)
 
     def advance(self) -> None:

@@ -1,4 +1,4 @@
-"""The coordinates of all robots on their way to the display, one message an update."""
+"""The messages with the coordinates of all robots to the display, one an update."""
 
 from __future__ import annotations
 

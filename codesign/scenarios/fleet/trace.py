@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from codesign.planners.styles import FleetUpdates
-from codesign.records import MapRecord, MissionRecord, PositionsRecord, TaskRecord, TrajectoryRecord
+from codesign.records import MissionRecord, PositionsRecord, TaskRecord, TrajectoryRecord
+from codesign.scenarios.records import tell_map
 
 if TYPE_CHECKING:
     from codesign.components import Fpga
@@ -41,8 +42,7 @@ class FleetTrace:
         if not self._machine.listening:
             return
         problem = self._machine.system.problem
-        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
-        self._machine.tell(MapRecord(self._machine.now, "map", problem.free, goals, problem.resolution))
+        tell_map(self._machine, problem.free, problem.resolution)
         self._positions()
 
     def began(self) -> None:
