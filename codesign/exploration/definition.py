@@ -23,7 +23,7 @@ _MOST_DIGITS = 40
 
 @dataclass(frozen=True)
 class StudyDefinition:
-    """What a study needs besides its entries. ``platform``, ``workload``: their names."""
+    """A study without its entries. ``platform``, ``workload``: their names."""
 
     platform: str
     workload: str
@@ -74,17 +74,17 @@ def read_json(text: str) -> Any:
     Raises:
         ValueError: the text is no such JSON. RecursionError: it is nested too deep.
     """
-    return json.loads(text, parse_float=_finite, parse_int=_bounded, parse_constant=_finite)
+    return json.loads(text, parse_float=_float, parse_int=_integer, parse_constant=_float)
 
 
-def _finite(text: str) -> float:
+def _float(text: str) -> float:
     value = float(text)
     if not math.isfinite(value):
         raise ValueError(f"{text} is not finite")
     return value
 
 
-def _bounded(text: str) -> int:
+def _integer(text: str) -> int:
     if len(text) > _MOST_DIGITS:
         raise ValueError(f"a number of {len(text)} digits")
     return int(text)

@@ -118,7 +118,7 @@ class ProcessExecutor:
             if any(process.exitcode == -signal.SIGTERM for process in processes):
                 # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
                 time.sleep(_SECONDS_TO_STRIKE)
-            points = _named(running.values())
+            points = _ranges(running.values())
             what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
             raise RunError(what, hint=hint) from fault
         finally:
@@ -142,10 +142,10 @@ def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
 
 def evaluate_group(evaluate: Evaluate, group: Group) -> tuple[Entry, ...]:
     """The entry of each point, in order; a point that raises becomes a failed one."""
-    return tuple(_evaluated(evaluate, point) for point in group)
+    return tuple(_entry_of(evaluate, point) for point in group)
 
 
-def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
+def _entry_of(evaluate: Evaluate, point: DesignPoint) -> Entry:
     try:
         return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
     except CodesignError as fault:
@@ -156,7 +156,7 @@ def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
 
 
 def _place(fault: Exception) -> str:
-    """The innermost line of this package behind ``_evaluated``, or of any other where it never came back here."""
+    """The innermost line of this package behind ``_entry_of``, or of any other where it never came back here."""
     frames = traceback.extract_tb(fault.__traceback__)
     ours = [frame for frame in frames[1:] if "codesign" in PurePath(frame.filename).parts]
     frame = (ours or frames)[-1]
@@ -213,10 +213,10 @@ def _end(processes: list[BaseProcess]) -> None:
             process.join()
 
 
-def _named(groups: Iterable[Group]) -> str:
+def _ranges(groups: Iterable[Group]) -> str:
     """The places of the points, as ranges.
 
-    >>> _named([[DesignPoint(index, {}, "") for index in (4, 6, 5)], [DesignPoint(9, {}, "")]])
+    >>> _ranges([[DesignPoint(index, {}, "") for index in (4, 6, 5)], [DesignPoint(9, {}, "")]])
     '4 to 6, 9'
     """
     ranges: list[list[int]] = []

@@ -71,7 +71,7 @@ def explore(
         evaluate = Simulator(platform, workload, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section.constraints, where, progress)
-    with _opened(store) as kept:
+    with _open_store(store) as kept:
         definition = definition_text(platform, workload, section, space)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
         groups = _groups(tally.take_kept(kept), platform, space, workers)
@@ -116,7 +116,7 @@ def load_study(path: Path | str) -> Study:
 
 
 def _section(workload: Workload) -> Exploration:
-    """What is to be explored, of a size that a study can hold."""
+    """The workload's section ``explore``, with objectives, of a size that a study can hold."""
     section = workload.explore
     if section is None:
         raise InputError(
@@ -133,7 +133,7 @@ def _section(workload: Workload) -> Exploration:
     return section if named else section.model_copy(update={"objectives": scenario_of(workload).objectives})
 
 
-def _opened(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
+def _open_store(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
     """A store that is closed afterwards if it is opened here."""
     if store is None:
         return contextlib.closing(MemoryStore())

@@ -19,7 +19,7 @@ _WHOLE = (ResourceItem, ResourceUse)
 
 
 class Shared:
-    """What was met so far. Results that went through one ``Shared`` hold equal parts as one object."""
+    """The parts met so far. Results that went through one ``Shared`` hold equal parts as one object."""
 
     def __init__(self) -> None:
         self._met: dict[Any, Any] = {}
@@ -55,6 +55,6 @@ class Shared:
         return self._first(value, value) if isinstance(value, Figure) else value
 
     def _first(self, value: Any, part: T) -> T:
-        """What was met with the same text: equal to the last digit and in every type."""
+        """The first part with the same text: it is equal to the last digit and in every type."""
         first: T = self._met.setdefault((type(value), repr(value)), part)
         return first

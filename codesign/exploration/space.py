@@ -116,11 +116,11 @@ def group(
         families.setdefault(family, {}).setdefault(same, []).append(point)
     groups: list[tuple[DesignPoint, ...]] = []
     for runs in families.values():
-        groups.extend(_packed(runs.values(), limit))
+        groups.extend(_pack(runs.values(), limit))
     return sorted(groups, key=lambda members: members[0].index)
 
 
-def _packed(runs: Collection[list[DesignPoint]], limit: int) -> Iterator[tuple[DesignPoint, ...]]:
+def _pack(runs: Collection[list[DesignPoint]], limit: int) -> Iterator[tuple[DesignPoint, ...]]:
     """Whole runs put together up to ``limit`` points; a run longer than that is cut."""
     filling: list[DesignPoint] = []
     for run in runs:

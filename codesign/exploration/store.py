@@ -268,7 +268,7 @@ class FileStore:
 
     @contextlib.contextmanager
     def _reported_faults(self) -> Iterator[None]:
-        """What SQLite says, in the user's words."""
+        """Faults of SQLite and of the file as errors for the user."""
         try:
             yield
         except sqlite3.Error as fault:

@@ -65,7 +65,7 @@ class ReasonCount:
     """How often one reason kept points out: ``points`` of them.
 
     ``nearest`` is the index of the point with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this point. What is not held against a limit has a gap of 0 and no levers: a ``failure``,
+    ``levers`` are those of this point. A reason without a limit has a gap of 0 and no levers: a ``failure``,
     with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``, with the objective
     that a feasible point does not have.
     """
@@ -132,7 +132,7 @@ class Study:
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
-        """What kept points out, the most frequent first."""
+        """The reasons that kept points out, the most frequent first."""
         gaps_by_reason: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
         for point in self.points:
             for reason in _reasons(point):
@@ -153,7 +153,7 @@ class Study:
         return tuple(name for name in self.objectives if point.figure(name) is None)
 
     def _held_against(self, point: StudyPoint) -> list[tuple[str, str]]:
-        """What keeps a point out besides the reasons of its result, by kind and name."""
+        """The reasons that keep a point out besides those of its result, by kind and name."""
         if point.failure is not None:
             return [("failure", point.failure.partition("\n")[0])]
         if point.unreached is not None:
@@ -202,7 +202,7 @@ class Study:
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
 
 
-def judged(result: Result, constraints: tuple[Constraint, ...]) -> Result:
+def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Result:
     """The result with a reason for every constraint that it does not satisfy.
 
     A figure that a feasible point does not have (no start arrives, so no path length) satisfies no
@@ -242,13 +242,13 @@ def _point(point: StudyPoint, on_front: bool) -> Point:
         feasible=point.feasible,
         on_front=on_front,
         unreached=point.unreached,
-        figures={figure: _counted(figure, point.figure(figure)) for figure in FIGURES.values()},
+        figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
         failure=point.failure,
         result=point.result,
     )
 
 
-def _counted(figure: ResultFigure, value: float | None) -> int | float | None:
+def _typed(figure: ResultFigure, value: float | None) -> int | float | None:
     return round(value) if figure.counted == "count" and value is not None else value
 
 

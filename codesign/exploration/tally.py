@@ -11,7 +11,7 @@ from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState, Store
-from codesign.exploration.study import Study, StudyPoint, judged
+from codesign.exploration.study import Study, StudyPoint, with_constraints
 from codesign.figures import ResultFigure
 from codesign.inputs.exploration import Constraint
 from codesign.results.result import Result
@@ -86,7 +86,7 @@ class Tally:
         self._report()
 
     def study(self, platform: str, workload: str, objectives: tuple[ResultFigure, ...]) -> Study:
-        """What was taken, as a study."""
+        """The outcomes so far as a study."""
         axes, outcomes = dict(self.space.axes), tuple(self.outcomes)
         return Study(platform, workload, axes, objectives, self.constraints, outcomes)
 
@@ -99,7 +99,7 @@ class Tally:
             return
         try:
             read = self._shared.result(Result.model_validate(read_json(entry.text)))
-            result = judged(read, self.constraints)
+            result = with_constraints(read, self.constraints)
         except (ValueError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, OTHER_VERSION

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 
 class Spent(StrEnum):
-    """What time was spent on.
+    """The kinds of use of time.
 
     - ``compute``, ``wait``, ``transfer``: of work and messages that came to their end.
     - ``behind``: a request for a plan waited while another plan was copied. ``broken_off``: in plans that were broken

@@ -1,4 +1,4 @@
-"""What a mission comes to: named figures with units, as part of a ``Result``."""
+"""The named figures of a mission, with their units, as part of a ``Result``."""
 
 from __future__ import annotations
 

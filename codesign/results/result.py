@@ -1,4 +1,4 @@
-"""What a run, or a point of an exploration, comes to: named figures with units.
+"""The named figures of a run, or of a point of an exploration, with their units.
 
 ``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are in seconds.
 A design that does not fit is a result too: ``feasible`` is false, ``reasons`` says by what and what would mend it, and
@@ -198,7 +198,7 @@ class Result(ResultModel):
 
 
 def _held(record: Any, path: str) -> Any:
-    """What stands at a dotted path in a record; None where the path ends early."""
+    """The value at a dotted path in a record; None where the path ends early."""
     for step in path.split("."):
         if record is None:
             return None

@@ -16,7 +16,7 @@ from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 
 @dataclass(frozen=True)
 class PartFit:
-    """What a design takes of a part, and why it does not fit where it does not (``reasons`` empty: it fits)."""
+    """A design's use of a part. ``reasons``: why it does not fit; empty where it fits."""
 
     resources: tuple[ResourceUse, ...]
     clock: Clock | None

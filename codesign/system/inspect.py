@@ -1,4 +1,4 @@
-"""What is at hand, the schemas of what goes in and comes out, and one problem for designs of several planners."""
+"""The specs at hand, the schemas of inputs and outputs, and one problem for designs of several planners."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Estimate:
 
 
 def estimate(system: System, *, listening: bool = False, keeping: bool = False) -> Estimate:
-    """What a run of the bound system takes.
+    """The memory that a run of the bound system takes.
 
     ``listening``: a listener takes its records, as for a trace. ``keeping``: they are kept in memory, as for a page.
     """

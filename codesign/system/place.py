@@ -22,7 +22,7 @@ from codesign.system.scenario import Draft
 DISPLAY, DETECT = "display", "detect"
 
 RENDER_KERNEL = "render_robot"
-"""What a processor's cost of drawing one robot is called; without it what arrives is shown at once."""
+"""The kernel of drawing one robot. A processor without a cost of it shows positions at once."""
 
 _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 """Tasks that are done only where they are mapped."""

@@ -10,7 +10,7 @@ import click.testing
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.study import Study, StudyPoint, figure_of, judged
+from codesign.exploration.study import Study, StudyPoint, figure_of, with_constraints
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs import Constraint, Exploration
 from codesign.report import front_table, reasons_table, render_text, study_table
@@ -115,9 +115,9 @@ def test_no_constraint_on_the_time_of_a_mission_holds_where_it_failed() -> None:
         Constraint(figure=F["mission_time_s"], at_most=100.0),
         Constraint(figure=F["missed_deadlines"], at_most=1),
     )
-    late = judged(driven(), limits)
+    late = with_constraints(driven(), limits)
     assert [(reason.name, reason.demand) for reason in late.reasons] == [("missed_deadlines at most", 2)]
-    failed = judged(driven(seconds=1.0, reached=False), limits)
+    failed = with_constraints(driven(seconds=1.0, reached=False), limits)
     assert [reason.name for reason in failed.reasons] == [
         "mission_time_s at most: goals not reached",
         "missed_deadlines at most",
@@ -171,7 +171,7 @@ def test_host_and_fpga_share_a_front() -> None:
         objectives=(F["first_plan_s"], F["slices"]),
     )
     assert made.front == (0, 1)
-    limited = judged(host, (Constraint(figure=F["slices"], at_most=5),))
+    limited = with_constraints(host, (Constraint(figure=F["slices"], at_most=5),))
     assert limited.feasible
 
 

@@ -64,7 +64,7 @@ def levers_of(system: System, result: Result) -> tuple[MissionLever, ...]:
         levers.append(MissionLever(path, WhenBusy.RESTART.value, after, after))
     if mission.broken_off_in_a_row >= LIVELOCK:
         path = f"{SCENARIO}.control_period"
-        levers.append(_doubled(path, scenario.control_period, Dimension.TIME, "ps"))
+        levers.append(_double(path, scenario.control_period, Dimension.TIME, "ps"))
     return tuple(levers)
 
 
@@ -131,7 +131,7 @@ def _run(lever: MissionLever, system: System, run: Callable[[Platform, Workload]
 
 
 def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
-    """What sets the pace, from the runs of its levers; the observation alone where none was run."""
+    """The bottleneck, from the runs of its levers; the observation alone where none was run."""
     seen, tried = mission.bottleneck, [run for run in runs if run.mission_time_s is not None]
     if seen is None or not tried:
         return seen
@@ -211,10 +211,10 @@ def _of_links(system: System, result: Result) -> Iterator[MissionLever]:
             baud = int(link.baud.value)
             yield MissionLever(f"{name}.baud", f"{baud:,}", f"{FACTOR * baud:,}", FACTOR * baud)
         elif isinstance(link, BusLink):
-            yield _doubled(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
+            yield _double(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
 
 
-def _doubled(path: str, value: int, dimension: Dimension, unit: str) -> MissionLever:
+def _double(path: str, value: int, dimension: Dimension, unit: str) -> MissionLever:
     """A quantity of so many whole units, times ``FACTOR``."""
     before, after = (format_quantity(each, dimension) for each in (value, FACTOR * value))
     return MissionLever(path, before, after, f"{FACTOR * value} {unit}")

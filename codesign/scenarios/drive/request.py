@@ -10,7 +10,7 @@ from codesign.results.mission import LIVELOCK
 
 
 class Fate(StrEnum):
-    """What became of a request.
+    """The end of a request.
 
     - ``answered``: by a plan that the robot follows. ``refused``: no plan could be made.
     - ``merged``: it broke off a plan under way; the request for that plan goes on for both.
@@ -57,7 +57,7 @@ def livelock_text(request: PlanRequest | None) -> str:
 
 
 def broken_off_text(in_a_row: int) -> str:
-    """What a livelock is, and what ends it."""
+    """A sentence on a livelock, and on what ends it."""
     return (
         f"{in_a_row} plans in a row were broken off before their answer, as something new is seen sooner than a plan is"
         " made (replan.when_busy: restart; with finish, each plan is brought to its end)"
