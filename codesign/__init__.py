@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from codesign.inputs import Platform, Workload
     from codesign.records import Listener
     from codesign.system import MissionProgress, Result
-    from codesign.trace import Trace
+    from codesign.trace import McapListener, Trace
 
 __version__ = "0.1.0"
 __all__ = ["explore", "load_platform", "load_workload", "open_trace", "simulate"]
@@ -75,26 +75,35 @@ def simulate(
 
     ``levers``: run a mission again with each of its levers moved by itself (clocks, costs of hosts, rates of links, the
     robot's kinematics), which takes as many runs more; ``Mission.levers`` and ``Mission.bottleneck`` say what they
-    give. ``lever_progress`` is told how many levers are done, of how many, and which comes next.
+    give. ``lever_progress`` takes how many levers are done, of how many, and which comes next.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or the run would take more than ``memory``.
             TraceError: the trace cannot be written.
     """
+    from contextlib import ExitStack
+
     from codesign import scenarios
 
-    if trace is None:
-        return scenarios.simulate(
+    with ExitStack() as stack:
+        writer = None if trace is None else stack.enter_context(_trace_writer(trace, platform, workload))
+        result = scenarios.simulate(
             platform,
             workload,
             granularity=granularity,
-            listeners=listeners,
+            listeners=listeners if writer is None else (*listeners, writer),
             progress=progress,
             memory=memory,
             keeping=keeping,
             levers=levers,
             lever_progress=lever_progress,
         )
+        if writer is not None and not result.feasible:
+            writer.abort()
+    return result
+
+
+def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> McapListener:
     from codesign.trace import McapListener
 
     identity = {
@@ -104,21 +113,7 @@ def simulate(
         "workload_digest": workload.digest(),
         "codesign": __version__,
     }
-    with McapListener(trace, identity) as writer:
-        result = scenarios.simulate(
-            platform,
-            workload,
-            granularity=granularity,
-            listeners=(*listeners, writer),
-            progress=progress,
-            memory=memory,
-            keeping=keeping,
-            levers=levers,
-            lever_progress=lever_progress,
-        )
-        if not result.feasible:
-            writer.abort()
-    return result
+    return McapListener(trace, identity)
 
 
 def explore(

@@ -175,6 +175,18 @@ def test_no_plan_and_no_style_of_a_planner_knows_of_files() -> None:
     assert found == []
 
 
+def test_system_and_scenarios_know_no_planner_but_by_the_contract() -> None:
+    """What they need of a planner stands in ``planners.interface`` and ``planners.styles``, for every plug-in."""
+    faults = [
+        f"{path.relative_to(ROOT)}:{line} imports codesign.{name}"
+        for module, path in modules().items()
+        if entry_of(module) in {"results", "system", "scenarios", "exploration"}
+        for line, name in imports(path)
+        if entry_of(name) in ROOM_NAMES
+    ]
+    assert faults == []
+
+
 # A problem and parameters for the planner of each room, as a user of it alone would write them.
 @pytest.mark.parametrize("room", ROOMS)
 def test_a_planner_plans_without_yaml(room: str) -> None:

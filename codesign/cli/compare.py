@@ -92,7 +92,7 @@ def compare(
                 "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
             )
     results: list[tuple[str, Result | CodesignError]] = [
-        (design, _simulated(platform, workload, problem, values, map_file is not None, memory))
+        (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
         for design, platform, workload in loaded
     ]
     if as_json:
@@ -105,7 +105,7 @@ def compare(
         raise click.exceptions.Exit(EXIT_FAILED)
 
 
-def _simulated(
+def _result_or_error(
     platform: Platform,
     workload: Workload,
     problem: ProblemSpec,

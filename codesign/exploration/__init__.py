@@ -13,26 +13,27 @@ from __future__ import annotations
 from codesign.exploration.document import study_schema
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.front import non_dominated
-from codesign.exploration.run import Progress, explore, load_study
+from codesign.exploration.run import explore, load_study
 from codesign.exploration.space import DesignPoint, Space
-from codesign.exploration.store import Entry, FileStore, MemoryStore, State, Store
-from codesign.exploration.study import Outcome, ReasonCount, Study
+from codesign.exploration.store import Entry, EntryState, FileStore, MemoryStore, Store
+from codesign.exploration.study import ReasonCount, Study, StudyPoint
+from codesign.exploration.tally import Progress
 
 __all__ = [
     "DesignPoint",
     "Entry",
+    "EntryState",
     "Executor",
     "FileStore",
     "MemoryStore",
-    "Outcome",
     "ProcessExecutor",
     "Progress",
     "ReasonCount",
     "SerialExecutor",
     "Space",
-    "State",
     "Store",
     "Study",
+    "StudyPoint",
     "explore",
     "load_study",
     "non_dominated",

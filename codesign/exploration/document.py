@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from codesign.inputs.exploration import FigureName
+from codesign.results.model import ResultModel
 from codesign.results.result import Result
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
-
-
-class Objective(_Model):
+class Objective(ResultModel):
     """A figure that spans the front, its unit, and whether less or more of it is better."""
 
     figure: FigureName = Field(description="the figure")
@@ -22,7 +19,7 @@ class Objective(_Model):
     direction: Literal["minimise", "maximise"] = Field(description="whether less or more of it is better")
 
 
-class Bounds(_Model):
+class ConstraintBounds(ResultModel):
     """A constraint; a bound that is null does not bind."""
 
     figure: FigureName = Field(description="the figure that is bounded")
@@ -30,10 +27,10 @@ class Bounds(_Model):
     at_most: float | None = Field(description="its upper bound, in its unit")
 
 
-class Counts(_Model):
+class Counts(ResultModel):
     """How many points there are; how many are feasible, failed, were not computed, are on the front.
 
-    ``unreached`` counts those among the feasible whose mission ended before its goals.
+    ``unreached`` counts the feasible points with a mission that ended before its goals.
     """
 
     points: int = Field(description="all points")
@@ -44,7 +41,7 @@ class Counts(_Model):
     front: int = Field(description="those on the front")
 
 
-class Point(_Model):
+class Point(ResultModel):
     """One design point.
 
     ``result`` is null where ``state`` is not ``done``, and ``failure`` says why where it is ``failed``.
@@ -65,7 +62,7 @@ class Point(_Model):
     result: Result | None = Field(description="all of its figures")
 
 
-class StudyDocument(_Model):
+class StudyDocument(ResultModel):
     """Every point of an exploration with all its figures, and the front among them."""
 
     schema_version: Literal[2] = Field(default=2, description="version of this form")
@@ -76,7 +73,7 @@ class StudyDocument(_Model):
         description="the unit of each figure; 1 for a number of things or a share"
     )
     objectives: list[Objective] = Field(description="figures that span the front")
-    constraints: list[Bounds] = Field(description="bounds that a feasible point satisfies")
+    constraints: list[ConstraintBounds] = Field(description="bounds that a feasible point satisfies")
     counts: Counts = Field(description="how many points there are of each kind")
     points: list[Point] = Field(description="in the order of enumeration: points[i].index is i")
     front: list[int] = Field(description="indices of the points on the front")

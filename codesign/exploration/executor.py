@@ -1,8 +1,8 @@
-"""Who computes the points: this process, or several.
+"""The executors: they compute the points in this process, or in several.
 
 An executor takes groups of points and an evaluator, and yields entries for the store as they come in. What
-comes in does not depend on the executor; only the order may. An exception in one point is that point's
-failure and nobody else's. Outcomes travel as JSON text: what a worker sends is then, byte for byte, what
+comes in does not depend on the executor; only the order may. An exception in one point is a
+failure of that point alone. Outcomes travel as JSON text: what a worker sends is then, byte for byte, what
 the store keeps.
 
 Workers are spawned, not forked: compiled kernels and their threads do not survive a fork. They ignore
@@ -11,7 +11,7 @@ it was sent to the whole group of processes, the parent says that it was termina
 
 Ctrl-C may strike between any two instructions here, and a pool forgives little: a worker that is killed may
 hold the lock of the queue that the others wait for, and the pool's thread, which Python joins when it ends,
-then waits for those. So all workers are ended, each that was ever started, and before the pool is told to
+then waits for those. So all workers are ended, each that was ever started, and before the pool is
 shut down; and while a pool hands work over, or is ended, Ctrl-C and SIGTERM are held back.
 """
 
@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from codesign.errors import CodesignError, RunError
 from codesign.exploration.space import DesignPoint
-from codesign.exploration.store import Entry, State
+from codesign.exploration.store import Entry, EntryState
 from codesign.interrupts import held
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class ProcessExecutor:
             if any(process.exitcode == -signal.SIGTERM for process in processes):
                 # Sent to the whole group of processes, it has reached this one too: it says so rather than fail.
                 time.sleep(_SECONDS_TO_STRIKE)
-            points = _named(running.values())
+            points = _ranges(running.values())
             what = f"a worker process died{_cause(processes)} while it computed one of the points {points}"
             raise RunError(what, hint=hint) from fault
         finally:
@@ -128,7 +128,7 @@ class ProcessExecutor:
 
 
 def _was_run(entries: tuple[Entry, ...]) -> bool:
-    return any(entry.state is State.DONE and json.loads(entry.text)["feasible"] for entry in entries)
+    return any(entry.state is EntryState.DONE and json.loads(entry.text)["feasible"] for entry in entries)
 
 
 def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
@@ -142,21 +142,21 @@ def _first_alone(groups: Iterable[Group]) -> Iterator[Group]:
 
 def evaluate_group(evaluate: Evaluate, group: Group) -> tuple[Entry, ...]:
     """The entry of each point, in order; a point that raises becomes a failed one."""
-    return tuple(_evaluated(evaluate, point) for point in group)
+    return tuple(_entry_of(evaluate, point) for point in group)
 
 
-def _evaluated(evaluate: Evaluate, point: DesignPoint) -> Entry:
+def _entry_of(evaluate: Evaluate, point: DesignPoint) -> Entry:
     try:
-        return Entry(point.key, State.DONE, evaluate(point).model_dump_json())
+        return Entry(point.key, EntryState.DONE, evaluate(point).model_dump_json())
     except CodesignError as fault:
-        return Entry(point.key, State.FAILED, str(fault))
+        return Entry(point.key, EntryState.FAILED, str(fault))
     except Exception as fault:
         # Not the user's mistake: the place is what a report of it needs.
-        return Entry(point.key, State.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
+        return Entry(point.key, EntryState.FAILED, f"{type(fault).__name__}: {fault} ({_place(fault)})")
 
 
 def _place(fault: Exception) -> str:
-    """The innermost line of this package behind ``_evaluated``, or of any other where it never came back here."""
+    """The innermost line of this package behind ``_entry_of``, or of any other where it never came back here."""
     frames = traceback.extract_tb(fault.__traceback__)
     ours = [frame for frame in frames[1:] if "codesign" in PurePath(frame.filename).parts]
     frame = (ours or frames)[-1]
@@ -186,14 +186,14 @@ def _work(group: Group) -> tuple[Entry, ...]:
 
 
 def _processes(pool: ProcessPoolExecutor) -> list[BaseProcess]:
-    # Until Python 3.14 (terminate_workers) the pool's own table is the only way to its processes.
+    # Until Python 3.14 (terminate_workers) the pool's own table is the only access to its processes.
     return list((getattr(pool, "_processes", None) or {}).values())
 
 
 def _cause(processes: list[BaseProcess]) -> str:
-    """How the first of them died that the pool did not end itself, where that can be told."""
+    """The cause of death of the first process that the pool did not end itself, where it is known."""
     until = time.monotonic() + _SECONDS_TO_END
-    # Not join: the pool waits for them too, and whoever comes second is told of no exit code for a moment.
+    # Not join: the pool waits for them too, and the second to ask gets no exit code for a moment.
     while any(process.exitcode is None for process in processes) and time.monotonic() < until:
         time.sleep(0.01)
     codes = [code for process in processes if (code := process.exitcode) not in (None, 0, -signal.SIGTERM)]
@@ -213,10 +213,10 @@ def _end(processes: list[BaseProcess]) -> None:
             process.join()
 
 
-def _named(groups: Iterable[Group]) -> str:
+def _ranges(groups: Iterable[Group]) -> str:
     """The places of the points, as ranges.
 
-    >>> _named([[DesignPoint(index, {}, "") for index in (4, 6, 5)], [DesignPoint(9, {}, "")]])
+    >>> _ranges([[DesignPoint(index, {}, "") for index in (4, 6, 5)], [DesignPoint(9, {}, "")]])
     '4 to 6, 9'
     """
     ranges: list[list[int]] = []

@@ -13,7 +13,7 @@ def non_dominated(values: ArrayLike, maximise: ArrayLike) -> NDArray[np.bool_]:
 
     A point is on the front if no other is at least as good in every objective and better in one; points
     with equal figures stand or fall together. A point with a missing figure (NaN) cannot be compared: it is
-    not on the front and pushes nobody off it.
+    not on the front and dominates no other.
 
     Args:
         values: float64, points × objectives.

@@ -2,7 +2,7 @@
 
 A finished point is taken from a store only where computing it again would give the same result: the same
 platform and parts, the same workload and map, the same code. So the code is part of it, by its sources
-rather than by a version number that somebody may forget to raise.
+rather than by a version number, which may be raised too late.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     grid = grid_of(workload) if grid is None else grid
     cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
-    known = [
+    identity = [
         platform.digest(),
         workload.digest(),
         parts,
@@ -54,7 +54,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         None if grid is None else grid.resolution,
         code_digest(),
     ]
-    return hashlib.sha256(canonical(known).encode()).hexdigest()
+    return hashlib.sha256(canonical(identity).encode()).hexdigest()
 
 
 def variant_digests(workload: Workload) -> dict[str, str]:
@@ -117,14 +117,14 @@ def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
     for count in range(1, len(parts) + 1):
         name = ".".join(parts[:count])
         try:
-            found = find_spec(name)
+            module_spec = find_spec(name)
         except (ImportError, ValueError):
             break
-        if found is None:
+        if module_spec is None:
             break
-        if found.origin is not None:
-            folders = found.submodule_search_locations
-            return name, tuple(map(Path, folders if folders else [found.origin]))
+        if module_spec.origin is not None:
+            folders = module_spec.submodule_search_locations
+            return name, tuple(map(Path, folders if folders else [module_spec.origin]))
         # A namespace package: others may have put their packages into it.
     return module, ()
 
@@ -132,22 +132,22 @@ def _package_of(module: str) -> tuple[str, tuple[Path, ...]]:
 def _plug_in_sources(path: Path) -> list[tuple[str, bytes]]:
     """The name and content of each file that Python could import from a package's folder, or of one module."""
     files = sorted(path.rglob("*")) if path.is_dir() else [path]
-    found = []
+    sources = []
     for file in files:
         if file.name.endswith(_IMPORTED):
             # A file removed meanwhile, or not to be read, cannot be imported either.
             with contextlib.suppress(OSError):
-                found.append((file.relative_to(path).as_posix(), file.read_bytes()))
-    return found
+                sources.append((file.relative_to(path).as_posix(), file.read_bytes()))
+    return sources
 
 
 def _sources(folder: Traversable, prefix: str) -> list[tuple[str, bytes]]:
-    found = []
+    sources = []
     for item in sorted(folder.iterdir(), key=lambda item: item.name):
         if item.name in _NO_PART_IN_RESULTS:
             continue
         if item.is_dir():
-            found.extend(_sources(item, f"{prefix}{item.name}/"))
+            sources.extend(_sources(item, f"{prefix}{item.name}/"))
         elif Path(item.name).suffix == ".py":
-            found.append((f"{prefix}{item.name}", item.read_bytes()))
-    return found
+            sources.append((f"{prefix}{item.name}", item.read_bytes()))
+    return sources

@@ -62,7 +62,7 @@ class Space:
     def points(self) -> Iterator[DesignPoint]:
         """Every point, by index."""
         for index, values in enumerate(itertools.product(*self.axes.values())):
-            yield self._made(index, values)
+            yield self._point(index, values)
 
     def point(self, index: int) -> DesignPoint:
         """The point at one place of the enumeration, 0 ≤ ``index`` < ``len``."""
@@ -72,15 +72,15 @@ class Space:
         for values in reversed(tuple(self.axes.values())):
             rest, place = divmod(rest, len(values))
             chosen.append(values[place])
-        return self._made(index, tuple(reversed(chosen)))
+        return self._point(index, tuple(reversed(chosen)))
 
-    def _made(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
+    def _point(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
         axes = dict(zip(self.axes, values, strict=True))
-        told = [self.fingerprint, axes]
+        identity = [self.fingerprint, axes]
         chosen = axes.get(VARIANT_AXIS)
         if isinstance(chosen, str) and chosen in self.variants:
-            told.append(self.variants[chosen])
-        return DesignPoint(index, axes, hashlib.sha256(canonical(told).encode()).hexdigest())
+            identity.append(self.variants[chosen])
+        return DesignPoint(index, axes, hashlib.sha256(canonical(identity).encode()).hexdigest())
 
 
 def canonical(value: Any) -> str:
@@ -116,11 +116,11 @@ def group(
         families.setdefault(family, {}).setdefault(same, []).append(point)
     groups: list[tuple[DesignPoint, ...]] = []
     for runs in families.values():
-        groups.extend(_packed(runs.values(), limit))
+        groups.extend(_pack(runs.values(), limit))
     return sorted(groups, key=lambda members: members[0].index)
 
 
-def _packed(runs: Collection[list[DesignPoint]], limit: int) -> Iterator[tuple[DesignPoint, ...]]:
+def _pack(runs: Collection[list[DesignPoint]], limit: int) -> Iterator[tuple[DesignPoint, ...]]:
     """Whole runs put together up to ``limit`` points; a run longer than that is cut."""
     filling: list[DesignPoint] = []
     for run in runs:

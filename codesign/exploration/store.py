@@ -44,7 +44,7 @@ _TABLES = (
 )
 
 
-class State(StrEnum):
+class EntryState(StrEnum):
     """How the computation of a point ended."""
 
     DONE = "done"
@@ -62,7 +62,7 @@ class Entry:
     """
 
     key: str
-    state: State
+    state: EntryState
     text: str
 
 
@@ -73,7 +73,7 @@ class Store(Protocol):
         """The entries there are under ``keys``."""
 
     def put(self, entries: Iterable[Entry]) -> None:
-        """Keep all of these or none; an entry under the same key gives way."""
+        """Keep all of these or none; an entry under the same key is replaced."""
 
     def begin(self, key: str, definition: str) -> None:
         """Note a study: what ``latest`` gives from now on. The same study again is noted anew, not twice."""
@@ -132,7 +132,7 @@ class FileStore:
         self._check_place()
         self._held = contextlib.ExitStack()
         try:
-            with self._told():
+            with self._reported_faults():
                 self._connection = self._held.enter_context(self._connected())
                 self._open()
                 if not read_only:
@@ -143,34 +143,34 @@ class FileStore:
 
     def find(self, keys: Sequence[str]) -> dict[str, Entry]:
         """The entries there are under ``keys``."""
-        found: dict[str, Entry] = {}
-        with self._told():
+        entries: dict[str, Entry] = {}
+        with self._reported_faults():
             for begin in range(0, len(keys), _KEYS_A_QUERY):
                 some = keys[begin : begin + _KEYS_A_QUERY]
                 marks = ",".join("?" * len(some))
                 query = f"SELECT key, state, text, checksum FROM point WHERE key IN ({marks})"
                 for key, state, text, checksum in self._connection.execute(query, some):
                     self._check_row(checksum, key, state, text)
-                    found[key] = Entry(key, self._state(state), text)
-        return found
+                    entries[key] = Entry(key, self._state(state), text)
+        return entries
 
     def put(self, entries: Iterable[Entry]) -> None:
-        """Keep all of these or none; an entry under the same key gives way."""
+        """Keep all of these or none; an entry under the same key is replaced."""
         rows = [(e.key, e.state.value, e.text, _checksum(e.key, e.state.value, e.text)) for e in entries]
-        with self._told(), self._transaction():
+        with self._reported_faults(), self._transaction():
             self._connection.executemany("INSERT OR REPLACE INTO point VALUES (?, ?, ?, ?)", rows)
 
     def begin(self, key: str, definition: str) -> None:
         """Note a study: what ``latest`` gives from now on."""
         row = (key, definition, _checksum(key, definition))
-        with self._told(), self._transaction():
+        with self._reported_faults(), self._transaction():
             self._connection.execute("DELETE FROM study WHERE key = ?", (key,))
             self._connection.execute("INSERT INTO study (key, definition, checksum) VALUES (?, ?, ?)", row)
 
     def latest(self) -> str | None:
         """The definition of the study noted last, or None."""
         query = "SELECT key, definition, checksum FROM study ORDER BY number DESC LIMIT 1"
-        with self._told():
+        with self._reported_faults():
             row = self._connection.execute(query).fetchone()
         if row is None:
             return None
@@ -213,7 +213,7 @@ class FileStore:
         return contextlib.closing(sqlite3.connect(uri, uri=True, timeout=0.5, isolation_level=None))
 
     def _open(self) -> None:
-        # Before the first access: from then on the file is ours alone, and a second run is told at once.
+        # Before the first access: from then on the file is locked, and a second run fails at once.
         if not self.read_only:
             self._connection.execute("PRAGMA locking_mode = EXCLUSIVE")
         application = self._number("application_id")
@@ -249,11 +249,11 @@ class FileStore:
         if not all(isinstance(text, str) for text in texts) or checksum != _checksum(*map(str, texts)):
             raise StoreError("is damaged: a row does not match its checksum", str(self.path), _OURS)
 
-    def _state(self, word: str) -> State:
+    def _state(self, word: str) -> EntryState:
         try:
-            return State(word)
+            return EntryState(word)
         except ValueError:
-            text = f"holds a point in state {word!r:.40}, which is none of {', '.join(State)}"
+            text = f"holds a point in state {word!r:.40}, which is none of {', '.join(EntryState)}"
             raise StoreError(text, str(self.path), _OURS) from None
 
     @contextlib.contextmanager
@@ -267,12 +267,12 @@ class FileStore:
         self._connection.commit()
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """What SQLite says, in the user's words."""
+    def _reported_faults(self) -> Iterator[None]:
+        """Faults of SQLite and of the file as errors for the user."""
         try:
             yield
         except sqlite3.Error as fault:
-            what, hint = _explained(fault)
+            what, hint = _message_of(fault)
             raise StoreError(what, str(self.path), hint) from fault
         except UnsteadyError as fault:
             raise StoreError(str(fault), str(self.path), "try again when less is written to it") from fault
@@ -285,9 +285,9 @@ class FileStore:
             raise StoreError("is damaged: a text in it is none", str(self.path), _OURS) from fault
 
 
-def _explained(fault: sqlite3.Error) -> tuple[str, str]:
+def _message_of(fault: sqlite3.Error) -> tuple[str, str]:
     code = getattr(fault, "sqlite_errorcode", 0) & 0xFF
-    said = {
+    messages = {
         sqlite3.SQLITE_BUSY: ("is in use by another run", "wait for it to end, or give another file name"),
         sqlite3.SQLITE_READONLY: ("cannot be written", "give a file name where you may write"),
         sqlite3.SQLITE_CANTOPEN: ("cannot be opened", "give a file name where you may write"),
@@ -299,7 +299,7 @@ def _explained(fault: sqlite3.Error) -> tuple[str, str]:
         sqlite3.SQLITE_NOTADB: ("is not a file of explored points", _OURS),
         sqlite3.SQLITE_CORRUPT: ("is damaged", _OURS),
     }
-    return said.get(code, (f"cannot be used: {fault}", _OURS))
+    return messages.get(code, (f"cannot be used: {fault}", _OURS))
 
 
 def _checksum(*texts: str) -> int:

@@ -1,4 +1,4 @@
-"""What an exploration comes to: every point with its figures or its reasons, and the front among them."""
+"""The result of an exploration: every point with its figures or its reasons, and the front among them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal
 
-from codesign.exploration.document import Bounds, Counts, Objective, Point, StudyDocument
+from codesign.exploration.document import ConstraintBounds, Counts, Objective, Point, StudyDocument
 from codesign.exploration.front import non_dominated
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.exploration import Constraint
@@ -17,7 +17,7 @@ from codesign.results.result import Reason, Result
 
 
 @dataclass(frozen=True)
-class Outcome:
+class StudyPoint:
     """One point: its place in the enumeration, its axis values, and what came of it.
 
     ``result`` is None where the computation failed (``failure`` says why) or was not yet done (``failure``
@@ -65,7 +65,7 @@ class ReasonCount:
     """How often one reason kept points out: ``points`` of them.
 
     ``nearest`` is the index of the point with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this point. What is not held against a limit has a gap of 0 and no levers: a ``failure``,
+    ``levers`` are those of this point. A reason without a limit has a gap of 0 and no levers: a ``failure``,
     with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``, with the objective
     that a feasible point does not have.
     """
@@ -88,7 +88,7 @@ class Study:
     axes: Mapping[str, tuple[Any, ...]]
     objectives: tuple[ResultFigure, ...]
     constraints: tuple[Constraint, ...]
-    points: tuple[Outcome, ...]
+    points: tuple[StudyPoint, ...]
 
     @cached_property
     def feasible(self) -> tuple[int, ...]:
@@ -97,17 +97,17 @@ class Study:
 
     @cached_property
     def unreached(self) -> tuple[int, ...]:
-        """Indices of the feasible points whose mission ended before its goals."""
+        """Indices of the feasible points with a mission that ended before its goals."""
         return tuple(point.index for point in self.points if point.unreached is not None)
 
     @cached_property
     def failed(self) -> tuple[int, ...]:
-        """Indices of the points whose computation failed."""
+        """Indices of the points that could not be computed."""
         return tuple(point.index for point in self.points if point.state == "failed")
 
     @property
     def broken(self) -> bool:
-        """Whether every point failed: the exploration tells nothing about what is feasible."""
+        """Whether every point failed: the exploration shows nothing about what is feasible."""
         return len(self.failed) == len(self.points) > 0
 
     @cached_property
@@ -132,28 +132,28 @@ class Study:
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
-        """What kept points out, the most frequent first."""
-        found: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
+        """The reasons that kept points out, the most frequent first."""
+        gaps_by_reason: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
         for point in self.points:
             for reason in _reasons(point):
                 gap = reason.gap, point.index, reason.levers
-                found.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
+                gaps_by_reason.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
             for kind, name in self._held_against(point):
-                found.setdefault((kind, name, ""), []).append((0, point.index, ()))
+                gaps_by_reason.setdefault((kind, name, ""), []).append((0, point.index, ()))
         counts = []
-        for key, gaps in found.items():
+        for key, gaps in gaps_by_reason.items():
             least, nearest, levers = min(gaps)
             counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
         return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
 
-    def lacking(self, point: Outcome) -> tuple[ResultFigure, ...]:
+    def lacking(self, point: StudyPoint) -> tuple[ResultFigure, ...]:
         """The objectives that keep a feasible point off the front because it does not have them."""
         if not point.feasible:
             return ()
         return tuple(name for name in self.objectives if point.figure(name) is None)
 
-    def _held_against(self, point: Outcome) -> list[tuple[str, str]]:
-        """What keeps a point out besides the reasons of its result, by kind and name."""
+    def _held_against(self, point: StudyPoint) -> list[tuple[str, str]]:
+        """The reasons that keep a point out besides those of its result, by kind and name."""
         if point.failure is not None:
             return [("failure", point.failure.partition("\n")[0])]
         if point.unreached is not None:
@@ -169,7 +169,7 @@ class Study:
         return tuple(point.index for point in short[:count])
 
     def to_dict(self) -> dict[str, Any]:
-        """The study as JSON has it: the same at any worker count, and whether computed now or found in a store."""
+        """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""
         front = set(self.front)
         document = StudyDocument(
             platform=self.platform,
@@ -181,7 +181,7 @@ class Study:
                 for figure in self.objectives
             ],
             constraints=[
-                Bounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
+                ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
                 for limit in self.constraints
             ],
             counts=Counts(
@@ -202,7 +202,7 @@ class Study:
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
 
 
-def judged(result: Result, constraints: tuple[Constraint, ...]) -> Result:
+def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Result:
     """The result with a reason for every constraint that it does not satisfy.
 
     A figure that a feasible point does not have (no start arrives, so no path length) satisfies no
@@ -234,7 +234,7 @@ def _unsatisfied(constraint: Constraint, result: Result) -> list[Reason]:
     return reasons
 
 
-def _point(point: Outcome, on_front: bool) -> Point:
+def _point(point: StudyPoint, on_front: bool) -> Point:
     return Point(
         index=point.index,
         axes=point.axes,
@@ -242,17 +242,17 @@ def _point(point: Outcome, on_front: bool) -> Point:
         feasible=point.feasible,
         on_front=on_front,
         unreached=point.unreached,
-        figures={figure: _counted(figure, point.figure(figure)) for figure in FIGURES.values()},
+        figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
         failure=point.failure,
         result=point.result,
     )
 
 
-def _counted(figure: ResultFigure, value: float | None) -> int | float | None:
+def _typed(figure: ResultFigure, value: float | None) -> int | float | None:
     return round(value) if figure.counted == "count" and value is not None else value
 
 
-def _reasons(point: Outcome) -> tuple[Reason, ...]:
+def _reasons(point: StudyPoint) -> tuple[Reason, ...]:
     return point.result.reasons if point.result is not None else ()
 
 

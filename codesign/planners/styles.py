@@ -243,6 +243,89 @@ class _Style(ABC):
         raise InputError("a processor's power has no law", self.style, "declare it in the platform")
 
 
+class FleetUpdates(ABC):
+    """The closed loop of n robots, update by update, and the cycles that each robot's circuit takes for an update.
+
+    The robots are at rest at their starts. Then scenario ``fleet`` calls, for each update in this order, ``decide``;
+    ``hold``, where the decision takes longer than a time step; and ``act``. A value that leaves its word ends the run.
+
+    - ``step_ps``: the time step, ps.
+    - ``cycles``: int64 n, the cycles of the latest decision, one entry a robot.
+    """
+
+    step_ps: int
+    cycles: NDArray[np.int64]
+
+    @property
+    @abstractmethod
+    def over(self) -> bool:
+        """Whether no update follows."""
+
+    @property
+    @abstractmethod
+    def departure(self) -> str | None:
+        """The value that left its word and ended the run, in a sentence; None where none did."""
+
+    @property
+    @abstractmethod
+    def done(self) -> int:
+        """How many updates are done."""
+
+    @property
+    @abstractmethod
+    def arrived(self) -> NDArray[np.bool_]:
+        """Bool n: whether each robot was at its target when the latest decision began."""
+
+    @property
+    @abstractmethod
+    def positions(self) -> NDArray[np.float64]:
+        """Where the robots are now: float64 n × 2, (row, column) in cells."""
+
+    @property
+    def slowest(self) -> int:
+        """The robot that the others wait for: of equals the first."""
+        return int(np.argmax(self.cycles))
+
+    @abstractmethod
+    def decide(self) -> None:
+        """Every robot chooses its next velocity, all from the state now. ``cycles`` follows."""
+
+    @abstractmethod
+    def hold(self, steps: int) -> None:
+        """The robots drive on with their velocities for ``steps`` time steps, 1 or more."""
+
+    @abstractmethod
+    def act(self) -> None:
+        """The robots take the velocities that they chose: one time step, which ends the update."""
+
+    @abstractmethod
+    def gaps(self) -> NDArray[np.float64]:
+        """Least distance between the bodies of each pair in the latest ``hold`` or ``act``: below 0, the two touch.
+
+        Float64, cells, one entry a pair in the order of ``numpy.triu_indices(n, 1)``.
+        """
+
+    @abstractmethod
+    def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
+        """One robot's circuit in the update. ``visits``: in its smallest units; the cycles are the same without."""
+
+    def whole(self, robot: int) -> Generator[Step, None, None]:
+        """One robot's update as a step of one unit: for a circuit that reports no phases."""
+        yield Step("update", self.cycles[robot : robot + 1])
+
+    @abstractmethod
+    def plan(self) -> Any:
+        """The run up to its last complete update, as ``Planner.plan`` gives it."""
+
+    @abstractmethod
+    def arrivals(self, plan: Any) -> list[int | None]:
+        """For each robot the updates that were done when it had arrived, or None."""
+
+    @abstractmethod
+    def time_steps(self, plan: Any) -> int:
+        """How many time steps the run took."""
+
+
 class Architecture(_Style):
     """A style of one planner's planning task on one type of component.
 
@@ -279,8 +362,8 @@ class Architecture(_Style):
         yields an ``Exchange``.
         """
 
-    def updates(self, _job: Job[Any, Any], /) -> Any:
-        """The updates of each robot of a fleet. By default None: the style plans for one robot only."""
+    def updates(self, _job: Job[Any, Any], /) -> FleetUpdates | None:
+        """The updates of a fleet, for scenario ``fleet``. By default None: the style plans for one robot only."""
         return None
 
 

@@ -27,7 +27,7 @@ from codesign.results.result import Reason
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
-    from codesign.exploration import Outcome, Study
+    from codesign.exploration import Study, StudyPoint
 
 _EQUAL = " = "
 
@@ -62,7 +62,7 @@ class _Points:
         self._texts = [(name, level_texts(study, name)) for name in axes]
         self.columns = (*right("point"), *left(*short_names(axes)), *_figure_columns(figures))
 
-    def cells(self, point: Outcome) -> tuple[Cell, ...]:
+    def cells(self, point: StudyPoint) -> tuple[Cell, ...]:
         axes = words(*(text(point.axes.get(name)) for name, text in self._texts))
         return (_number(point), *axes, *_figure_cells(point, self._figures))
 
@@ -85,7 +85,7 @@ def study_table(study: Study, *, every_figure: bool = False) -> Table:
             *left("feasible", "on_front", "why_not"),
         )
 
-        def cells(point: Outcome) -> tuple[Cell, ...]:
+        def cells(point: StudyPoint) -> tuple[Cell, ...]:
             axes = words(*(axis_text(name, point.axes.get(name)) for name in study.axes))
             return (_number(point), *axes, *_figure_cells(point, figures))
 
@@ -193,7 +193,7 @@ def reasons_table(study: Study) -> Table:
     return Table("Why points were left out", columns, tuple(rows))
 
 
-def why_not(point: Outcome, lacking: Sequence[ResultFigure] = ()) -> str:
+def why_not(point: StudyPoint, lacking: Sequence[ResultFigure] = ()) -> str:
     """Why a point is not on the front, in one line; "" where only better points are the reason.
 
     ``lacking``: the objectives that it does not have, though it is feasible.
@@ -244,11 +244,11 @@ def _fixed_notes(study: Study) -> tuple[str, ...]:
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
 
 
-def _figure_cells(point: Outcome, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
+def _figure_cells(point: StudyPoint, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
     return tuple(figure_cell(figure, point.figure(figure)) for figure in figures)
 
 
-def _number(point: Outcome) -> Cell:
+def _number(point: StudyPoint) -> Cell:
     return Cell(str(point.index), point.index)
 
 
@@ -270,7 +270,7 @@ def winners_table(
         return None
     objective = objective or study.objectives[0]
     others = tuple(name for name in varying_axes(study) if name != axis)
-    settings: dict[str, list[Outcome]] = {}
+    settings: dict[str, list[StudyPoint]] = {}
     for point in study.points:
         setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
         settings.setdefault(setting, []).append(point)
@@ -301,7 +301,9 @@ def winners_table(
     return Table(title, columns, tuple(rows), notes)
 
 
-def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> tuple[str, tuple[Cell, ...]]:
+def _contest(
+    points: Sequence[StudyPoint], objective: ResultFigure, axis: str
+) -> tuple[str, tuple[Cell, ...]]:
     """The winner at one setting, and the cells from ``best`` to ``left out``."""
     names_by_loss: dict[float, list[str]] = {}
     out = []
@@ -328,7 +330,7 @@ def _contest(points: Sequence[Outcome], objective: ResultFigure, axis: str) -> t
     return names[0] if names else "", (*cells, quantity_cell(ratio), word("; ".join(out)))
 
 
-def _fate(point: Outcome, objective: ResultFigure) -> str:
+def _fate(point: StudyPoint, objective: ResultFigure) -> str:
     """Why a point is not compared, in a word."""
     if point.unreached is not None:
         return "goals not reached"

@@ -1,6 +1,6 @@
-"""What a run comes to, as named figures with units: of a design, of a mission and of a fleet.
+"""The named figures of a run, with their units: of a design, of a mission and of a fleet.
 
-A result is a record without behaviour. What computes it stands above, and so does what reports it.
+A result is a record without behaviour. The modules that compute it and report it stand above.
 """
 
 from codesign.results.result import Result

@@ -8,19 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from codesign.results.model import ResultModel
 from codesign.units import PICOSECONDS_PER_SECOND
 
 Pacemaker = Literal["fpga", "line", "time_step"]
 PACEMAKERS: tuple[Pacemaker, ...] = ("fpga", "line", "time_step")
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
-
-
-class Spread(_Model):
+class Spread(ResultModel):
     """Some spans of time: their median, 95th percentile and worst, s; each is one of them."""
 
     median_s: float = Field(description="median, s")
@@ -28,8 +25,8 @@ class Spread(_Model):
     worst_s: float = Field(description="worst, s")
 
 
-class Frames(_Model):
-    """The coordinates of all robots on their way to the display, one message an update.
+class Frames(ResultModel):
+    """The coordinates of all robots in messages to the display, one message an update.
 
     ``made`` = ``skipped`` + ``dropped`` + ``shown`` + ``under_way``. A free-running fleet skips none, it waits.
     """
@@ -48,7 +45,7 @@ class Frames(_Model):
     age: Spread | None = Field(description="from the decision of an update to its picture")
 
 
-class FleetFigures(_Model):
+class FleetFigures(ResultModel):
     """The figures of one run of scenario ``fleet``."""
 
     robots: int = Field(description="robots of the fleet")
@@ -92,7 +89,7 @@ class FleetFigures(_Model):
         description="that took longer to decide than the time step; in real time they act late",
     )
     frames: Frames | None = Field(
-        description="coordinates on their way to the display; None where there is none"
+        description="messages of coordinates to the display; None where there is none"
     )
     fpga_busy_s: float = Field(
         title="busy time of all FPGAs together", description="the sum over the FPGAs of all robots, s"

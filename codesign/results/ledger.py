@@ -7,10 +7,10 @@ from enum import StrEnum
 
 
 class Spent(StrEnum):
-    """What time was spent on.
+    """The kinds of use of time.
 
     - ``compute``, ``wait``, ``transfer``: of work and messages that came to their end.
-    - ``behind``: a request for a plan waited while another plan was made. ``broken_off``: in plans that were broken
+    - ``behind``: a request for a plan waited while another plan was copied. ``broken_off``: in plans that were broken
       off. ``failed``: in plans that failed, and the pause after. ``unfinished``: in the plan cut by the mission's end.
     """
 
@@ -51,10 +51,10 @@ class Ledger:
         self.spent.update(other.spent)
 
     def copy(self) -> Ledger:
-        """A ledger that holds the same, and goes its own way."""
-        made = Ledger()
-        made.add(self)
-        return made
+        """A ledger with the same entries. A change of one leaves the other as it is."""
+        copied = Ledger()
+        copied.add(self)
+        return copied
 
     @property
     def total(self) -> int:

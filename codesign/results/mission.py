@@ -1,27 +1,24 @@
-"""What a mission comes to: named figures with units, as part of a ``Result``."""
+"""The named figures of a mission, with their units, as part of a ``Result``."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from codesign.figures import described
 from codesign.results.ledger import Spent
+from codesign.results.model import ResultModel
 
 CONTACT_POINTS = 100
 """Contacts that a result lists; it counts them all."""
 
 
 LIVELOCK = 10
-"""Plans broken off in a row, with no answer between them, that are told as a livelock. Assumed."""
+"""Plans broken off in a row, with no answer between them, that are reported as a livelock. Assumed."""
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
-
-
-class LinkUse(_Model):
+class LinkUse(ResultModel):
     """The messages of one link: ``sent`` = ``delivered`` + all ``dropped`` + ``in_flight``, always."""
 
     sent: int = Field(description="messages handed to it: delivered + dropped + in flight")
@@ -45,7 +42,7 @@ class LinkUse(_Model):
     queued_s: float = Field(description="time that messages waited, all together")
 
 
-class Account(_Model):
+class Account(ResultModel):
     """Where the time of one component or link went, s."""
 
     compute_s: float = Field(description="time in which the component worked, s")
@@ -54,7 +51,7 @@ class Account(_Model):
     idle_s: float = Field(description="the rest of the mission, s")
 
 
-class LatencyShare(_Model):
+class LatencyShare(ResultModel):
     """A share of some time."""
 
     kind: Spent = Field(
@@ -67,7 +64,7 @@ class LatencyShare(_Model):
     share: float = Field(description="share of the whole")
 
 
-class Bottleneck(_Model):
+class Bottleneck(ResultModel):
     """What sets the pace: the lever that was found to help most, or else where the time was seen to go."""
 
     name: str = Field(
@@ -83,7 +80,7 @@ class Bottleneck(_Model):
     text: str = Field(description="the same in words")
 
 
-class LeverRun(_Model):
+class LeverRun(ResultModel):
     """The mission run again with one value of the design moved, and nothing else."""
 
     path: str = Field(description="the axis that was moved")
@@ -99,7 +96,7 @@ class LeverRun(_Model):
     ended: str | None = Field(default=None, description="why the mission ended")
 
 
-class MissionEnergy(_Model):
+class MissionEnergy(ResultModel):
     """Energy of a mission, J."""
 
     fpga_j: float = Field(title="FPGAs", description="of all FPGAs of the platform, J")
@@ -117,7 +114,7 @@ class MissionEnergy(_Model):
     )
 
 
-class ContactPoint(_Model):
+class ContactPoint(ResultModel):
     """A contact: the robot ran against something and stood at once."""
 
     time_s: float = Field(description="when")
@@ -126,7 +123,7 @@ class ContactPoint(_Model):
     speed_m_s: float = Field(description="that the robot lost")
 
 
-class Mission(_Model):
+class Mission(ResultModel):
     """The figures of a drive."""
 
     ended: str = Field(description="why the mission ended")

@@ -1,4 +1,4 @@
-"""What a run, or a point of an exploration, comes to: named figures with units.
+"""The named figures of a run, or of a point of an exploration, with their units.
 
 ``hwsw run --json`` prints a ``Result``; ``hwsw schema result`` prints its JSON Schema. Times are in seconds.
 A design that does not fit is a result too: ``feasible`` is false, ``reasons`` says by what and what would mend it, and
@@ -10,26 +10,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from codesign.figures import Figure, ResultFigure, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
+from codesign.results.model import ResultModel
 
 
-class _Model(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", json_schema_serialization_defaults_required=True)
-
-
-class ResourceItem(_Model):
+class ResourceItem(ResultModel):
     """One line of a demand."""
 
     name: str = Field(description="what of the design it is for")
     figure: Figure = Field(description="how many, and by which law or table")
 
 
-class ResourceUse(_Model):
+class ResourceUse(ResultModel):
     """One kind of resource of the part, asked for and there."""
 
     resource: str = Field(description="the kind, such as slices")
@@ -39,7 +36,7 @@ class ResourceUse(_Model):
     items: tuple[ResourceItem, ...] = Field(description="what the demand is made of")
 
 
-class Reason(_Model):
+class Reason(ResultModel):
     """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
     All three are in ``unit``; what is whole, as counts are, is an integer.
@@ -66,7 +63,7 @@ class Reason(_Model):
         return f"{text} ({'; '.join(self.levers)})" if self.levers else text
 
 
-class StageUse(_Model):
+class StageUse(ResultModel):
     """One stage of the relaxation."""
 
     stage: int = Field(description="its number, from 0")
@@ -75,10 +72,10 @@ class StageUse(_Model):
     visits: int = Field(description="visits of single blocks")
     iterations: int = Field(description="iterations of the nodes, all visits together")
     cycles: int = Field(description="iterations × (precision + 2); block switches left out")
-    local_maxima: int = Field(description="reachable cells without a way up at its end")
+    local_maxima: int = Field(description="reachable cells without a path up at its end")
 
 
-class Times(_Model):
+class Times(ResultModel):
     """When things were done, from the start of the run."""
 
     map_loaded_s: float = Field(
@@ -88,21 +85,21 @@ class Times(_Model):
     first_plan_s: float = Field(title="first decision received", description=described("first_plan_s"))
 
 
-class Clock(_Model):
+class Clock(ResultModel):
     """The clock of a design."""
 
     hz: int = Field(description="the clock that the design runs at, Hz")
     limit: Figure = Field(description="the fastest that the law of its size and the part allow, Hz")
 
 
-class Power(_Model):
+class Power(ResultModel):
     """Power while planning, W."""
 
     static: Figure = Field(description="of the chip, whatever it does, W")
     dynamic: Figure = Field(description="of the design while it plans, W")
 
 
-class Energy(_Model):
+class Energy(ResultModel):
     """Energy up to the first plan, J: static power over the whole time, dynamic power over the busy time."""
 
     fpga_j: float = Field(
@@ -122,7 +119,7 @@ class Energy(_Model):
     )
 
 
-class DisplayUse(_Model):
+class DisplayUse(ResultModel):
     """What one display read from its memory."""
 
     frames: int = Field(description="frames drawn to their end")
@@ -136,7 +133,7 @@ class DisplayUse(_Model):
     )
 
 
-class Result(_Model):
+class Result(ResultModel):
     """All the figures of one design point on one workload."""
 
     schema_version: Literal[2] = Field(default=2, description="version of this form")
@@ -202,7 +199,7 @@ class Result(_Model):
 
 
 def _held(record: Any, path: str) -> Any:
-    """What stands at a dotted path in a record; None where the path ends early."""
+    """The value at a dotted path in a record; None where the path ends early."""
     for step in path.split("."):
         if record is None:
             return None

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Generator, Mapping
 from typing import Any
 
-import numpy as np
-
 from codesign.memo import Memo
-from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
+from codesign.records import TrajectoryRecord
 from codesign.results.result import Power
+from codesign.scenarios.records import tell_field, tell_map
 from codesign.system.build import Machine
 from codesign.system.chain import Answer, plan_chain
 from codesign.system.outcome import plan_fields, use_fields
@@ -28,7 +27,7 @@ class PlanOnceScenario(Scenario):
         machine: Machine,
         boards: Mapping[str, Power],
         memo: Memo | None,
-        progress: ProgressOfMission | None,  # noqa: ARG002
+        _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
         """The figures of the plan."""
         answer = plan_once(machine, memo)
@@ -42,9 +41,7 @@ def plan_once(machine: Machine, memo: Memo | None) -> Answer:
         LostMessageError: a message of it was lost.
     """
     system, problem = machine.system, machine.system.problem
-    if machine.listening:
-        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
-        machine.tell(MapRecord(0, "map", problem.free, goals, problem.resolution))
+    tell_map(machine, problem.free, problem.resolution)
     answers: list[Answer] = []
 
     def mission() -> Generator[Any, Any, None]:
@@ -59,11 +56,3 @@ def plan_once(machine: Machine, memo: Memo | None) -> Answer:
             points, arrived = system.planner.trajectory(problem, answer.plan, start)
             machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
     return answer
-
-
-def tell_field(machine: Machine, plan: Any) -> None:
-    """Record the field of a plan for listeners, where its planner leaves one and has no other record of it."""
-    field = machine.system.planner.field_of(plan)
-    if field is not None:
-        name, unit, values = field
-        machine.tell(FieldRecord(machine.now, machine.system.component, name, unit, values))

@@ -80,7 +80,10 @@ def simulate(
     if levers:
         memo = Memo() if memo is None else memo
         run = partial(simulate, memo=memo, grid=grid, memory=memory)
-        complete = partial(system.scenario.with_levers, system=system, run=run, progress=lever_progress)
+
+        def complete(result: Result) -> Result:
+            return system.scenario.with_levers(result, system, run, lever_progress)
+
     return simulate_system(
         system,
         listeners=listeners,

@@ -1,4 +1,4 @@
-"""What a design point is made of: bind joins the specs, fit holds them against the part, build makes the machine.
+"""From a design point to its machine: bind joins the specs, fit holds them against the part, build makes the machine.
 
 ``bind`` joins platform, workload and map into a frozen ``System``; ``fit`` holds its demand against the part; ``build``
 makes the SimPy components. A ``Scenario`` runs them: see ``codesign.scenarios``. Simulated time is integer picoseconds.

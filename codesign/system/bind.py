@@ -155,13 +155,13 @@ def _architecture(
     task_name = planner.planning_task
     task = workload.mapping[task_name]
     component = platform.components[task.component]
-    known = catalog.styles_of(planner.name)
-    styles = {name: style for name, style in known.items() if style.component_type == component.type}
+    styles_by_name = catalog.styles_of(planner.name)
+    styles = {name: style for name, style in styles_by_name.items() if style.component_type == component.type}
     if not styles:
         text = f"task {task_name} is on {task.component}, which is {a_type(component.type)}"
         if component.type in {"fpga", "processor"}:
             text += f": {planner.name} has no style for it"
-        types = " or ".join(sorted({style.component_type for style in known.values()}))
+        types = " or ".join(sorted({style.component_type for style in styles_by_name.values()}))
         hint = f"place it on a component of type {types}"
         return None, [fault(workload, ("mapping", task_name, "component"), text, hint)]
     wanted = task.style or next(iter(styles), "")

@@ -32,10 +32,10 @@ the tasks that nothing waits for, also where all ask in the same picosecond (``c
 
 @contextmanager
 def planner_code(planner: Planner) -> Iterator[None]:
-    """Around what a planner does by itself, which may be anybody's.
+    """Around the code of a planner, which any package may bring.
 
     Raises:
-        RunError: it raised something that says nothing of what is at fault; named with the planner.
+        RunError: the code raised an error that is not of this package; named with the planner.
     """
     try:
         yield
@@ -47,7 +47,7 @@ def planner_code(planner: Planner) -> Iterator[None]:
 
 
 def _planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
-    """The steps of a planner's style, whose own failures name it."""
+    """The steps of a planner's style, with failures of its code named after it."""
     source = iter(steps)
     while True:
         with planner_code(planner):
@@ -64,7 +64,6 @@ class Machine:
     - ``by_name``: components, ``links``: links, by name. The robot of a drive is put in by its scenario, which knows
       where it stands.
     - ``planning_component``: the component that the planner (``System.planner``) runs on.
-    - ``progress``: who is told how far a mission is; None: nobody.
     """
 
     def __init__(self, system: System, listeners: Sequence[Listener], granularity: Granularity) -> None:
@@ -84,12 +83,12 @@ class Machine:
         self.by_name: dict[str, Any] = {}
         for name in building_order(system.platform):
             try:
-                made = self._component(name)
+                component = self._component(name)
             except CodesignError as wrong:
                 spec = system.platform.components[name]
                 raise SpecError([refused(system.platform, ("components", name), spec, wrong)]) from wrong
-            if made is not None:
-                self.by_name[name] = made
+            if component is not None:
+                self.by_name[name] = component
         self.links = {
             name: link_of(self.environment, name, link, self._listeners)
             for name, link in system.platform.links.items()
@@ -110,7 +109,7 @@ class Machine:
 
     @property
     def listening(self) -> bool:
-        """Whether anybody listens."""
+        """Whether there is a listener."""
         return bool(self._listeners)
 
     @property
@@ -122,7 +121,7 @@ class Machine:
 
     @property
     def listeners(self) -> tuple[Listener, ...]:
-        """Who listens."""
+        """The listeners."""
         return self._listeners
 
     def tell(self, record: Record) -> None:
@@ -233,12 +232,12 @@ class Machine:
         steps = _planner_steps(self.system.planner, steps)
         before = ledger.total
         if component in self._turns:
-            made = yield from self._on_fpga(component, steps, priority, ledger)
+            output = yield from self._on_fpga(component, steps, priority, ledger)
         else:
-            made = yield from self._on_processor(component, steps, kernel, priority, ledger)
+            output = yield from self._on_processor(component, steps, kernel, priority, ledger)
         # What was neither computed, sent nor waited for in a message's queue was waited for here.
         ledger.book(Spent.WAIT, component, self.now - begin - (ledger.total - before))
-        return made
+        return output
 
     def _on_fpga(
         self, name: str, steps: Generator[Step, None, Any], priority: int, ledger: Ledger
@@ -249,12 +248,12 @@ class Machine:
             while True:
                 busy = fpga.busy
                 try:
-                    asked, made = yield from fpga.execute(_until_exchange(steps), self.granularity)
+                    exchange, output = yield from fpga.execute(_until_exchange(steps), self.granularity)
                 finally:
                     ledger.book(Spent.COMPUTE, name, fpga.busy - busy)
-                if asked is None:
-                    return made
-                yield from self._exchange(asked, ledger, priority)
+                if exchange is None:
+                    return output
+                yield from self._exchange(exchange, ledger, priority)
 
     def _on_processor(
         self, name: str, steps: Generator[Step, None, Any], kernel: str, priority: int, ledger: Ledger
@@ -262,16 +261,16 @@ class Machine:
         """A step is one task, and its cycles are units of its kernel, or else of the style's.
 
         They count in ``cycles`` once all the steps are over: how far a run's end cuts into them is a matter of how
-        finely they are told, which listeners decide.
+        finely they are reported, which listeners decide.
         """
         ended: dict[str, int] = {}
         try:
-            made = yield from self._steps_on_processor(name, steps, kernel, priority, ledger, ended)
+            output = yield from self._steps_on_processor(name, steps, kernel, priority, ledger, ended)
         except Exception:
             self._count(name, ended)
             raise
         self._count(name, ended)
-        return made
+        return output
 
     def _count(self, name: str, ended: dict[str, int]) -> None:
         if self.by_name[name] is self.planning_component:
@@ -304,12 +303,12 @@ class Machine:
                 ledger.book(Spent.COMPUTE, name, spent)
                 ended[step.phase] = ended.get(step.phase, 0) + spent
             record = step.record(begin, self.now, processor.name) if self.listening and step.record else None
-            # The processor has told its own record of the task.
+            # The processor has reported its own record of the task.
             if record is not None and not (units and isinstance(record, TaskRecord)):
                 self.tell(record)
 
     def _exchange(self, step: Exchange, ledger: Ledger, priority: int) -> Generator[Any, Any, None]:
-        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as who asks."""
+        """The round trip of an ``Exchange``: a question, the other task, its answer. As urgent as its asker."""
         asker, task = self.system.planner.planning_task, step.to
         placement, system = self.system.placement, self.system
         request = Flow(asker, task, f"{task} request", step.bits)
@@ -329,10 +328,10 @@ class Machine:
             return Fpga(self.environment, name, clock, self._listeners, self._block_ram(name, clock))
         if isinstance(spec, DisplayComponent):
             return self._display(name, spec)
-        made = component_of(self.environment, name, spec, self.by_name, self._listeners)
+        component = component_of(self.environment, name, spec, self.by_name, self._listeners)
         if isinstance(spec, MemoryComponent) and system.external is not None and system.external.name == name:
-            self.by_name[spec.beside].use(made)
-        return made
+            self.by_name[spec.beside].use(component)
+        return component
 
     def _display(self, name: str, spec: DisplayComponent) -> Any:
         """A display; one beside an FPGA reads a pixel a cell from its block RAM, where it has one."""

@@ -119,11 +119,11 @@ def planner(name: str) -> Planner:
     Raises:
         InputError: no such planner is installed, or it cannot be loaded.
     """
-    known = planners()
-    _refuse_broken(name, known)
-    if name not in known:
-        raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, known))
-    return known[name]
+    installed = planners()
+    _refuse_broken(name, installed)
+    if name not in installed:
+        raise InputError(f"no planner is named {name!r}", "planner", choose_hint(name, installed))
+    return installed[name]
 
 
 def styles_of(planner_name: str) -> dict[str, Architecture]:
@@ -154,9 +154,9 @@ def task_styles_of(planner_name: str, task: str) -> dict[tuple[str, str], TaskSt
     return styles
 
 
-def _refuse_broken(name: str, known: Container[str]) -> None:
+def _refuse_broken(name: str, installed: Container[str]) -> None:
     for plug_in in broken():
-        if plug_in.name == name and name not in known:
+        if plug_in.name == name and name not in installed:
             raise InputError(str(plug_in), GROUP, _REMEDY)
 
 

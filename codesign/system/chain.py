@@ -1,4 +1,4 @@
-"""The chain of one plan: the map goes to the planner, the planner works, its answer goes to who wants it."""
+"""The chain of one plan: the map goes to the planner, the planner works, its answer goes to ``command``."""
 
 from __future__ import annotations
 
@@ -51,8 +51,8 @@ def plan_chain(
         start: values to go on from.
         warm: have task ``lower_bound`` make the start, where it is mapped.
         sent: by task, what it was sent of the map before, so that only the changes are sent; kept up. None: the whole
-            map is sent, and damage to it that nobody notices is ignored: one plan is judged by the map it is of.
-        preemptible: somebody may break it off, so that it must be computed in detail.
+            map is sent, and unnoticed damage to it is ignored: one plan is judged on the map that was sent.
+        preemptible: the plan may be broken off, so it is computed in detail.
 
     Raises:
         LostMessageError: a message of it was lost.
@@ -124,7 +124,7 @@ class _Chain:
         """Plan on the map that the planner holds.
 
         Raises:
-            MisreadMapError: it is none that a plan can be made of.
+            MisreadMapError: no plan can be made on it.
         """
         if held is self.problem:
             return

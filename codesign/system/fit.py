@@ -15,21 +15,21 @@ from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 
 
 @dataclass(frozen=True)
-class Fit:
-    """What a design takes of a part, and why it does not fit where it does not (``reasons`` empty: it fits)."""
+class PartFit:
+    """A design's use of a part. ``reasons``: why it does not fit; empty where it fits."""
 
     resources: tuple[ResourceUse, ...]
     clock: Clock | None
     reasons: tuple[Reason, ...]
 
 
-def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> Fit:
+def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> PartFit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
 
     A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
-    otherwise always end at the upper end of the interval, where nobody has shown a design to run.
+    otherwise always end at the upper end of the interval, where no design was shown to run.
     """
     uses: tuple[ResourceUse, ...] = ()
     if part is not None:
@@ -61,7 +61,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
         if bound.limit is not None and bound.figure.value > bound.limit
     ]
     if clock_limit is None:
-        return Fit(uses, None, tuple(reasons))
+        return PartFit(uses, None, tuple(reasons))
     if clock > clock_limit.value:
         reasons.append(
             Reason(
@@ -77,7 +77,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
                 ),
             )
         )
-    return Fit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
+    return PartFit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
 
 
 def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:

@@ -1,4 +1,4 @@
-"""What is at hand, the schemas of what goes in and comes out, and one problem for designs of several planners."""
+"""The specs at hand, the schemas of inputs and outputs, and one problem for designs of several planners."""
 
 from __future__ import annotations
 
@@ -73,16 +73,16 @@ def at_hand() -> dict[str, dict[str, str]]:
 
 
 def load_any(source: str | Path) -> Spec | Part:
-    """The spec of a source, whose kind is not known yet."""
+    """The spec of a source of any kind."""
     if not is_path(source):
-        known = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
+        shipped = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
         if source in spec.list_platforms():
             return spec.load_platform(source)
         if source in spec.list_workloads():
             return catalog.load_workload(source)
         if source in spec.list_parts():
             return spec.load_part(str(source))
-        raise InputError(f"there is no shipped spec {source!r}", hint=choose_hint(str(source), known))
+        raise InputError(f"there is no shipped spec {source!r}", hint=choose_hint(str(source), shipped))
     tree = read_document(Path(source), str(source)).tree
     kind = tree.get("kind") if isinstance(tree, dict) else None
     if kind == "platform":

@@ -1,7 +1,7 @@
 """How much memory a run takes, estimated before it begins, and how much it may take.
 
 An estimate is the sum of the program, of what the planner says that it holds (``Planner.memory``), and of what the
-scenario and those who listen hold. It is that of the peak: between 0.7 and 2 times what was measured over planners and
+scenario and the listeners hold. It is that of the peak: between 0.7 and 2 times what was measured over planners and
 sizes (``tests/system/test_memory.py``). The bound is half of what the machine has free, unless one is given.
 """
 
@@ -43,9 +43,9 @@ class Estimate:
 
 
 def estimate(system: System, *, listening: bool = False, keeping: bool = False) -> Estimate:
-    """What a run of the bound system takes.
+    """The memory that a run of the bound system takes.
 
-    ``listening``: somebody takes its records, as for a trace. ``keeping``: they are kept in memory, as for a page.
+    ``listening``: a listener takes its records, as for a trace. ``keeping``: they are kept in memory, as for a page.
     """
     problem, planner = system.problem, system.planner
     cells = int(problem.free.size) if isinstance(problem, Problem) else 0

@@ -81,7 +81,7 @@ class Messages:
     """Carries the messages of a run.
 
     ``harmed``: by link and message, how many were delivered damaged and read as something else than was sent. All other
-    damage that nobody noticed did no harm: see ``ignored``.
+    unnoticed damage did no harm: see ``ignored``.
     """
 
     def __init__(self, places: Mapping[str, str], routes: Routes, links: Mapping[str, Link]) -> None:

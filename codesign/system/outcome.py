@@ -1,4 +1,4 @@
-"""What a bound system and its run come to, as the fields of a ``Result``."""
+"""The fields of a ``Result`` that a bound system and its run give."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 
 def head_fields(system: System) -> dict[str, Any]:
-    """What was run: names, places and parameters."""
-    parameters = {name: _told(system, model) for name, model in system.parameters.items()}
+    """The names, places and parameters of a run."""
+    parameters = {name: _used_parameters(system, model) for name, model in system.parameters.items()}
     return {
         "platform": system.platform.name,
         "workload": system.workload.name,
@@ -42,15 +42,15 @@ def head_fields(system: System) -> dict[str, Any]:
     }
 
 
-def _told(system: System, parameters: TaskParameters) -> dict[str, Any]:
+def _used_parameters(system: System, parameters: TaskParameters) -> dict[str, Any]:
     """The parameters of a task but those that this design does not use."""
     exclude = set(parameters.unused(system.external is not None))
     return parameters.model_dump(mode="json", exclude=exclude)
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """What a design takes of its parts.
+class SystemFit:
+    """A design's use of its parts.
 
     - ``fields``: of a result. ``reasons``: why it does not fit; empty where it does.
     - ``boards``: the power of every FPGA of the platform, by name.
@@ -61,7 +61,7 @@ class Fitted:
     boards: dict[str, Power]
 
 
-def fitted(system: System) -> Fitted:
+def fit_system(system: System) -> SystemFit:
     """Hold the design against its parts."""
     job, part = system.job, system.part
     demand = system.architecture.demand(job)
@@ -77,11 +77,11 @@ def fitted(system: System) -> Fitted:
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
     boards = board_powers(system, powers)
     fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
-    return Fitted(fields, held.reasons + reasons, boards)
+    return SystemFit(fields, held.reasons + reasons, boards)
 
 
 def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str, Power]]:
-    """What tasks take of FPGAs that do not plan: fields of a result, what does not fit, and the power of each FPGA."""
+    """The use by tasks of FPGAs that do not plan: fields of a result, what does not fit, and the power of each FPGA."""
     fields: dict[str, Any] = {}
     reasons: tuple[Reason, ...] = ()
     powers: dict[str, Power] = {}
@@ -102,7 +102,7 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
 
 
 def _processor_figures(system: System) -> dict[str, Figure]:
-    """What the time and the energy of a processor rest on."""
+    """The figures on which time and energy of a processor rest."""
     spec = system.platform.components[system.component]
     assert isinstance(spec, ProcessorComponent), "what has no part is a processor"
     figures = {
@@ -132,11 +132,11 @@ def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:
 def use_fields(
     machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()
 ) -> dict[str, Any]:
-    """What was used up to now. ``boards``, ``others``: see ``energy``."""
+    """Energy, utilisation, links and displays up to now. ``boards``, ``others``: see ``energy``."""
     return {
         "energy": energy(machine, boards, others),
         "utilisation": {
-            # A run that takes no time, as of a host whose costs are 0, keeps nobody busy.
+            # A run may take no time, as on a host with costs of 0: then no component is busy.
             component.name: component.busy / max(machine.now, 1)
             for component in machine.components
         },
@@ -153,7 +153,7 @@ def use_fields(
 
 
 def display_use(display: VgaDisplay) -> DisplayUse:
-    """What a display read up to now."""
+    """The account of a display up to now."""
     return DisplayUse(frames=display.frames, starved_words=display.starved, port_share=display.port_share)
 
 

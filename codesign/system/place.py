@@ -22,7 +22,7 @@ from codesign.system.scenario import Draft
 DISPLAY, DETECT = "display", "detect"
 
 RENDER_KERNEL = "render_robot"
-"""What a processor's cost of drawing one robot is called; without it what arrives is shown at once."""
+"""The kernel of drawing one robot. A processor without a cost of it shows positions at once."""
 
 _OPTIONAL = frozenset({LOWER_BOUND, DISPLAY})
 """Tasks that are done only where they are mapped."""
@@ -249,19 +249,19 @@ def sound_flows(planner: Planner, job: Job[Any, Any]) -> tuple[Flow, ...]:
 def _flow_fault(planner: Planner, flows: Any) -> str | None:
     if not isinstance(flows, tuple | list) or not all(isinstance(flow, Flow) for flow in flows):
         return f"flows gives {type(flows).__name__}, not a tuple of Flow"
-    known, seen = tuple(dict.fromkeys((LOAD, *planner.tasks, COMMAND))), set()
+    tasks, seen = tuple(dict.fromkeys((LOAD, *planner.tasks, COMMAND))), set()
     for flow in flows:
-        way = f"{flow.name!r} from {flow.sender!r} to {flow.receiver!r}"
-        strange = [task for task in (flow.sender, flow.receiver) if task not in known]
+        path = f"{flow.name!r} from {flow.sender!r} to {flow.receiver!r}"
+        strange = [task for task in (flow.sender, flow.receiver) if task not in tasks]
         if strange:
-            return f"flow {way} names {strange[0]!r}, which is no task: accepted are {', '.join(known)}"
+            return f"flow {path} names {strange[0]!r}, which is no task: accepted are {', '.join(tasks)}"
         if type(flow.bits) is not int or flow.bits <= 0:
-            return f"flow {way} has {flow.bits!r} bits: give an integer above 0"
+            return f"flow {path} has {flow.bits!r} bits: give an integer above 0"
         if (flow.sender, flow.receiver, flow.name) in seen:
-            return f"flow {way} is listed twice"
+            return f"flow {path} is listed twice"
         seen.add((flow.sender, flow.receiver, flow.name))
     try:
-        TaskGraph(known, tuple(flows))
+        TaskGraph(tasks, tuple(flows))
     except InputError as circle:
         return circle.what
     return None

@@ -13,7 +13,7 @@ from codesign.system.assemble import refused
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
 from codesign.system.memory import refusal
-from codesign.system.outcome import Fitted, fitted
+from codesign.system.outcome import SystemFit, fit_system
 
 if TYPE_CHECKING:
     from codesign.components import Granularity
@@ -27,7 +27,7 @@ class Ready:
     at time 0; None where it does not fit.
     """
 
-    held: Fitted
+    held: SystemFit
     machine: Machine | None
 
 
@@ -53,7 +53,7 @@ def ready(
     task = system.planner.planning_task
     mapped = system.workload.mapping[task]
     try:
-        held = fitted(system)
+        held = fit_system(system)
     except SpecError:
         raise
     except CodesignError as wrong:

@@ -98,19 +98,19 @@ class Scenario(ABC):
     component_types: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     objectives: ClassVar[tuple[ResultFigure, ...]] = DEFAULT_OBJECTIVES
 
-    def instead(self, planner: Planner) -> str | None:  # noqa: ARG002
+    def instead(self, _planner: Planner, /) -> str | None:
         """The scenario to take where this one is not for the planner; None: this one is for it."""
         return None
 
-    def faults(self, workload: Workload, planner: Planner, problem: Any) -> list[Fault]:  # noqa: ARG002
+    def faults(self, _workload: Workload, _planner: Planner, _problem: Any, /) -> list[Fault]:
         """Every fault of the scenario that is known without a platform."""
         return []
 
-    def faults_on(self, draft: Draft) -> list[Fault]:  # noqa: ARG002
+    def faults_on(self, _draft: Draft, /) -> list[Fault]:
         """Every fault of the scenario on a platform. Called where ``faults`` found none, before tasks are placed."""
         return []
 
-    def places(self, draft: Draft) -> Mapping[str, str]:  # noqa: ARG002
+    def places(self, _draft: Draft, /) -> Mapping[str, str]:
         """The default components of its tasks, by task.
 
         By default ``load`` and ``command`` are on the component that asks for the plan, and all others on the one that
@@ -118,10 +118,10 @@ class Scenario(ABC):
         """
         return {}
 
-    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
-        """The flows that the scenario adds to ``planned``, those of the planner.
+    def flows(self, _draft: Draft, _places: Mapping[str, str], _planned: Sequence[Flow], /) -> Sequence[Flow]:
+        """The flows that the scenario adds. By default none.
 
-        ``places``: the component of each task that is done.
+        It takes the draft, the component of each task that is done, and the flows of the planner.
         """
         return ()
 
@@ -132,6 +132,7 @@ class Scenario(ABC):
         boards: Mapping[str, Power],
         memo: Memo | None,
         progress: ProgressOfMission | None,
+        /,
     ) -> dict[str, Any]:
         """Run a machine that is at time 0 to the end of the scenario.
 
@@ -145,19 +146,20 @@ class Scenario(ABC):
             The fields of ``Result`` that the run gives a value.
         """
 
-    def outlook(self, workload: Workload) -> str | None:  # noqa: ARG002
+    def outlook(self, _workload: Workload, /) -> str | None:
         """A warning that the run may take long, for before it begins; None where it takes no longer than usual."""
         return None
 
     def with_levers(
         self,
         result: Result,
-        system: System,  # noqa: ARG002
-        run: Callable[[Platform, Workload], Result],  # noqa: ARG002
-        progress: LeverProgress | None,  # noqa: ARG002
+        _system: System,
+        _run: Callable[[Platform, Workload], Result],
+        _progress: LeverProgress | None,
+        /,
     ) -> Result:
         """The result with what moving each lever of the system gives.
 
-        ``run`` simulates another design point. By default there are no levers, and the result stays as it is.
+        ``_run`` simulates another design point. By default there are no levers, and the result stays as it is.
         """
         return result

@@ -19,7 +19,7 @@ from processes import gone
 from codesign.errors import RunError
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.space import DesignPoint, Space, group
-from codesign.exploration.store import Entry, State
+from codesign.exploration.store import Entry, EntryState
 from codesign.results.result import Result
 
 
@@ -59,7 +59,7 @@ class Contract:
         points = list(Space(axes, "").points())
         assert sorted(computed(tmp_path / "log")) == list(range(10))
         for point in points:
-            assert entries[point.key].state is State.DONE
+            assert entries[point.key].state is EntryState.DONE
             assert (
                 Result.model_validate_json(entries[point.key].text).resources[0].demand
                 == point.axes["slices"]
@@ -69,7 +69,12 @@ class Contract:
         axes = {"do": ["nothing", "fail", "refuse", "all the same"]}
         entries = run(executor, axes)
         found = [entries[point.key] for point in Space(axes, "").points()]
-        assert [entry.state for entry in found] == [State.DONE, State.FAILED, State.FAILED, State.DONE]
+        assert [entry.state for entry in found] == [
+            EntryState.DONE,
+            EntryState.FAILED,
+            EntryState.FAILED,
+            EntryState.DONE,
+        ]
         assert found[1].text.startswith("ZeroDivisionError: no way (explore_fakes.py:")
         assert found[2].text.startswith("relax.block: a block of 9 × 9")
         assert "hint: make it smaller" in found[2].text

@@ -16,7 +16,7 @@ from spec_texts import WORKLOAD
 
 import codesign
 from codesign.errors import SpecError
-from codesign.exploration import Outcome, Study
+from codesign.exploration import Study, StudyPoint
 from codesign.exploration.document import study_schema
 from codesign.figures import FIGURES, RENAMED, ResultFigure, label
 from codesign.inputs import load_workload
@@ -45,7 +45,7 @@ def declared(monkeypatch: pytest.MonkeyPatch) -> ResultFigure:
 
 
 def a_study(figure: ResultFigure) -> Study:
-    points = (Outcome(0, {}, result(seconds=2.0)), Outcome(1, {}, result(seconds=1.0)))
+    points = (StudyPoint(0, {}, result(seconds=2.0)), StudyPoint(1, {}, result(seconds=1.0)))
     return Study("bench", "maze", {}, (FIGURES["first_plan_s"], figure), (), points)
 
 

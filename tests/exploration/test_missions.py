@@ -10,7 +10,7 @@ import click.testing
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.study import Outcome, Study, figure_of, judged
+from codesign.exploration.study import Study, StudyPoint, figure_of, with_constraints
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs import Constraint, Exploration
 from codesign.report import front_table, reasons_table, render_text, study_table
@@ -27,7 +27,7 @@ def driven(*, seconds: float = 60.0, reached: bool = True, slices: int = 10) -> 
 
 
 def study(
-    *outcomes: Outcome, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
+    *outcomes: StudyPoint, objectives: tuple[ResultFigure, ...] = (F["mission_time_s"], F["slices"])
 ) -> Study:
     return Study("bench", "maze", {"relax.iterations": tuple(range(len(outcomes)))}, objectives, (), outcomes)
 
@@ -59,21 +59,23 @@ def test_a_mission_that_failed_early_gains_nothing_by_it() -> None:
     failed = driven(seconds=1.0, reached=False)
     assert [figure_of(failed, name) for name in TIME_FIGURES] == [None] * 3
     assert figure_of(failed, F["missed_deadlines"]) == 2.0
-    made = study(Outcome(0, {}, failed), Outcome(1, {}, driven(seconds=90.0)))
+    made = study(StudyPoint(0, {}, failed), StudyPoint(1, {}, driven(seconds=90.0)))
     assert (made.feasible, made.unreached, made.front) == ((0, 1), (0,), (1,))
     # Nor where the objectives are figures that it does have, and has better.
     by_slices = study(
-        Outcome(0, {}, driven(reached=False, slices=1)), Outcome(1, {}, driven()), objectives=(F["slices"],)
+        StudyPoint(0, {}, driven(reached=False, slices=1)),
+        StudyPoint(1, {}, driven()),
+        objectives=(F["slices"],),
     )
     assert by_slices.front == (1,)
 
 
 def test_tables_and_json_say_why_it_is_left_out() -> None:
     made = study(
-        Outcome(0, {}, driven(reached=False)),
-        Outcome(1, {}, driven()),
-        Outcome(2, {}, result()),
-        Outcome(3, {}, result(fits=False, slices=120)),
+        StudyPoint(0, {}, driven(reached=False)),
+        StudyPoint(1, {}, driven()),
+        StudyPoint(2, {}, result()),
+        StudyPoint(3, {}, result(fits=False, slices=120)),
     )
     assert ("without their goals", "1") in study_counts(made)
     whys = [row[-1].text for row in study_table(made).rows]
@@ -113,14 +115,14 @@ def test_no_constraint_on_the_time_of_a_mission_holds_where_it_failed() -> None:
         Constraint(figure=F["mission_time_s"], at_most=100.0),
         Constraint(figure=F["missed_deadlines"], at_most=1),
     )
-    late = judged(driven(), limits)
+    late = with_constraints(driven(), limits)
     assert [(reason.name, reason.demand) for reason in late.reasons] == [("missed_deadlines at most", 2)]
-    failed = judged(driven(seconds=1.0, reached=False), limits)
+    failed = with_constraints(driven(seconds=1.0, reached=False), limits)
     assert [reason.name for reason in failed.reasons] == [
         "mission_time_s at most: goals not reached",
         "missed_deadlines at most",
     ]
-    point = Outcome(0, {}, failed)
+    point = StudyPoint(0, {}, failed)
     assert (point.feasible, point.unreached) == (False, None)
 
 
@@ -164,10 +166,12 @@ def test_a_design_without_a_chip_takes_none_of_its_resources(
 def test_host_and_fpga_share_a_front() -> None:
     host = result(seconds=5.0).model_copy(update={"resources": ()})
     made = study(
-        Outcome(0, {}, host), Outcome(1, {}, result(seconds=1.0)), objectives=(F["first_plan_s"], F["slices"])
+        StudyPoint(0, {}, host),
+        StudyPoint(1, {}, result(seconds=1.0)),
+        objectives=(F["first_plan_s"], F["slices"]),
     )
     assert made.front == (0, 1)
-    limited = judged(host, (Constraint(figure=F["slices"], at_most=5),))
+    limited = with_constraints(host, (Constraint(figure=F["slices"], at_most=5),))
     assert limited.feasible
 
 

@@ -16,7 +16,7 @@ from small_maps import AXES_TEXT, Specs, put_map
 
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
-from codesign.exploration import FileStore, MemoryStore, Progress, Space, State, explore, load_study
+from codesign.exploration import EntryState, FileStore, MemoryStore, Progress, Space, explore, load_study
 from codesign.exploration.identity import _sources, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
@@ -247,7 +247,7 @@ def test_a_result_of_another_version(platform: Platform, workload: Workload, tmp
     with FileStore(file) as store:
         key = json.loads(str(store.latest()))["fingerprint"]
         point = Space(AXES, key).point(0)
-        store.put([Entry(point.key, State.DONE, '{"schema_version": 99}')])
+        store.put([Entry(point.key, EntryState.DONE, '{"schema_version": 99}')])
     with pytest.raises(StoreError, match="this version cannot read"):
         load_study(file)
     with pytest.raises(StoreError, match="this version cannot read"):
@@ -302,7 +302,7 @@ def test_points_that_share_their_functional_work_do_it_once(
     platform: Platform, small: Workload, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made: list[Memo] = []
-    monkeypatch.setattr("codesign.exploration.run.Memo", lambda: made.append(Memo()) or made[0])
+    monkeypatch.setattr("codesign.exploration.simulator.Memo", lambda: made.append(Memo()) or made[0])
     study = explore(platform, small, workers=1)
     names = ("relax.block", "relax.schedule", "relax.termination")
     functional = {canonical([point.axes[name] for name in names]) for point in study.points}
@@ -337,6 +337,6 @@ def test_where_every_point_failed_the_run_failed(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("broken")
 
-    monkeypatch.setattr("codesign.scenarios.simulate", fail)
+    monkeypatch.setattr("codesign.exploration.simulator.simulate", fail)
     ran = hwsw("explore", *specs, "--workers", 1)
     assert ran.exit_code == 1

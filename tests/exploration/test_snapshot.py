@@ -16,17 +16,17 @@ from explore_fakes import Fake
 import codesign
 from codesign.errors import StoreError
 from codesign.exploration import Progress, explore, load_study
-from codesign.exploration.store import Entry, FileStore, State
+from codesign.exploration.store import Entry, EntryState, FileStore
 from codesign.inputs import Exploration
 
 COUNTS = [0, 1, 2500]
 WRITER = """
 import sys
-from codesign.exploration.store import Entry, FileStore, State
+from codesign.exploration.store import Entry, FileStore, EntryState
 store = FileStore(sys.argv[1])
 store.begin("study", "definition")
 for index in range(int(sys.argv[2])):
-    store.put([Entry(f"{index:064x}", State.DONE, f"{index} " * 50)])
+    store.put([Entry(f"{index:064x}", EntryState.DONE, f"{index} " * 50)])
 print("written", flush=True)
 sys.stdin.read()
 store.close()
@@ -34,7 +34,7 @@ store.close()
 
 
 def entries(count: int) -> dict[str, Entry]:
-    every = (Entry(f"{index:064x}", State.DONE, f"{index} " * 50) for index in range(count))
+    every = (Entry(f"{index:064x}", EntryState.DONE, f"{index} " * 50) for index in range(count))
     return {entry.key: entry for entry in every}
 
 
@@ -168,7 +168,9 @@ def write_for_ever(file: Path, committed) -> None:
     with FileStore(file) as store:
         for index in range(1_000_000):
             text = f"{index} " * 500
-            store.put([Entry(f"{number:064x}", State.DONE, text) for number in (3 * index, 3 * index + 1)])
+            store.put(
+                [Entry(f"{number:064x}", EntryState.DONE, text) for number in (3 * index, 3 * index + 1)]
+            )
             committed.value = index + 1
 
 
@@ -202,7 +204,7 @@ def test_reading_holds_no_run_up_and_takes_none_of_its_locks(tmp_path: Path) -> 
     file = tmp_path / "points.sqlite"
     with finished(file, 3), FileStore(file, read_only=True) as reader:
         with FileStore(file) as store:
-            store.put([Entry("e" * 64, State.DONE, "later")])
+            store.put([Entry("e" * 64, EntryState.DONE, "later")])
             with FileStore(file, read_only=True) as second:
                 assert len(second.find(["e" * 64])) == 1
             # In the process that writes: closing a file there drops its locks, unless care is taken.

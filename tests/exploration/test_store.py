@@ -10,10 +10,10 @@ from pathlib import Path
 import pytest
 
 from codesign.errors import StoreError
-from codesign.exploration.store import SCHEMA, Entry, FileStore, MemoryStore, State, Store
+from codesign.exploration.store import SCHEMA, Entry, EntryState, FileStore, MemoryStore, Store
 
-DONE = Entry("a" * 64, State.DONE, '{"feasible": true}')
-FAILED = Entry("b" * 64, State.FAILED, "ZeroDivisionError: µ\n\0")
+DONE = Entry("a" * 64, EntryState.DONE, '{"feasible": true}')
+FAILED = Entry("b" * 64, EntryState.FAILED, "ZeroDivisionError: µ\n\0")
 
 
 class Contract:
@@ -30,12 +30,12 @@ class Contract:
         assert store.find([FAILED.key, DONE.key]) == {DONE.key: DONE, FAILED.key: FAILED}
 
     def test_finds_many(self, store: Store) -> None:
-        entries = [Entry(f"{index:064x}", State.DONE, str(index)) for index in range(2500)]
+        entries = [Entry(f"{index:064x}", EntryState.DONE, str(index)) for index in range(2500)]
         store.put(entries)
         assert store.find([entry.key for entry in entries]) == {entry.key: entry for entry in entries}
 
     def test_the_later_entry_counts(self, store: Store) -> None:
-        store.put([Entry(DONE.key, State.FAILED, "once")])
+        store.put([Entry(DONE.key, EntryState.FAILED, "once")])
         store.put([DONE])
         assert store.find([DONE.key]) == {DONE.key: DONE}
 

@@ -21,7 +21,7 @@ from small_maps import put_map
 
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
-from codesign.exploration import Entry, FileStore, Space, State, explore, load_study
+from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
 from codesign.exploration.store import _checksum as checksum
 
 Hwsw = Callable[..., Invoked]
@@ -250,7 +250,7 @@ def test_a_row_in_an_unknown_state_is_told(explored: tuple[Path, Specs], tmp_pat
     assert caught.value.where == str(file)
     assert isinstance(caught.value, CodesignError)
     keys = [key for key, *_ in rows(file, "point")]
-    with FileStore(file) as store, pytest.raises(StoreError, match=", ".join(State)):
+    with FileStore(file) as store, pytest.raises(StoreError, match=", ".join(EntryState)):
         store.find(keys)
 
 
@@ -301,6 +301,6 @@ def test_a_tampered_result_is_told(specs: Specs, tmp_path: Path, number: str) ->
         text = store.find([key])[key].text
         changed = re.sub(r'"energy_j":[^,}]*', f'"energy_j":{number}', text)
         assert changed != text
-        store.put([Entry(key, State.DONE, changed)])
+        store.put([Entry(key, EntryState.DONE, changed)])
     with pytest.raises(StoreError):
         load_study(file)

@@ -5,7 +5,7 @@ import json
 import pytest
 from explore_fakes import result
 
-from codesign.exploration.study import Outcome, Study, judged
+from codesign.exploration.study import Study, StudyPoint, with_constraints
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint
 from codesign.results.result import Reason
@@ -17,20 +17,20 @@ SHARE_AND_TIME = (
 )
 
 
-def study(*outcomes: Outcome, constraints: tuple[Constraint, ...] = ()) -> Study:
+def study(*outcomes: StudyPoint, constraints: tuple[Constraint, ...] = ()) -> Study:
     axes = {"relax.iterations": tuple(range(len(outcomes)))}
     return Study("bench", "maze", axes, OBJECTIVES, constraints, outcomes)
 
 
 def test_front_is_of_the_feasible_points_in_each_objectives_direction() -> None:
     made = study(
-        Outcome(0, {}, result(seconds=1, slices=50, share=0.5)),
-        Outcome(1, {}, result(seconds=1, slices=50, share=0.9)),
-        Outcome(2, {}, result(seconds=9, slices=10, share=0.1)),
-        Outcome(3, {}, result(slices=110, fits=False)),
-        Outcome(4, {}, None, "failed"),
-        Outcome(5, {}),
-        Outcome(6, {}, result(seconds=1, slices=50, share=0.9)),
+        StudyPoint(0, {}, result(seconds=1, slices=50, share=0.5)),
+        StudyPoint(1, {}, result(seconds=1, slices=50, share=0.9)),
+        StudyPoint(2, {}, result(seconds=9, slices=10, share=0.1)),
+        StudyPoint(3, {}, result(slices=110, fits=False)),
+        StudyPoint(4, {}, None, "failed"),
+        StudyPoint(5, {}),
+        StudyPoint(6, {}, result(seconds=1, slices=50, share=0.9)),
     )
     assert made.feasible == (0, 1, 2, 6)
     assert made.front == (1, 2, 6)
@@ -39,18 +39,18 @@ def test_front_is_of_the_feasible_points_in_each_objectives_direction() -> None:
 
 
 def test_a_feasible_point_without_an_objective_is_not_on_the_front() -> None:
-    points = (Outcome(0, {}, result(path=None)), Outcome(1, {}, result(path=1.3)))
+    points = (StudyPoint(0, {}, result(path=None)), StudyPoint(1, {}, result(path=1.3)))
     made = Study("bench", "maze", {}, (FIGURES["path_length_ratio_mean"],), (), points)
     assert (made.feasible, made.front) == ((0, 1), (1,))
 
 
 def test_a_constraint_that_holds_changes_nothing() -> None:
     kept = result(seconds=2.0, share=0.9)
-    assert judged(kept, SHARE_AND_TIME) is kept
+    assert with_constraints(kept, SHARE_AND_TIME) is kept
 
 
 def test_a_constraint_that_does_not_hold_is_a_reason() -> None:
-    out = judged(result(seconds=3.5, share=0.8), SHARE_AND_TIME)
+    out = with_constraints(result(seconds=3.5, share=0.8), SHARE_AND_TIME)
     assert not out.feasible
     assert out.time is not None
     share, time = out.reasons
@@ -67,24 +67,26 @@ def test_a_constraint_that_does_not_hold_is_a_reason() -> None:
 
 def test_a_point_that_was_not_run_is_held_to_what_it_has() -> None:
     limits = (*SHARE_AND_TIME, Constraint(figure=FIGURES["slices"], at_most=50))
-    out = judged(result(slices=110, fits=False), limits)
+    out = with_constraints(result(slices=110, fits=False), limits)
     assert [reason.kind for reason in out.reasons] == ["resource", "constraint"]
     assert out.reasons[1].name == "slices at most"
 
 
 def test_a_figure_that_does_not_exist_satisfies_no_constraint() -> None:
-    out = judged(result(path=None), (Constraint(figure=FIGURES["path_length_ratio_mean"], at_most=1.2),))
+    out = with_constraints(
+        result(path=None), (Constraint(figure=FIGURES["path_length_ratio_mean"], at_most=1.2),)
+    )
     assert [reason.name for reason in out.reasons] == ["path_length_ratio_mean at most: no such figure"]
 
 
 def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
     made = study(
-        Outcome(0, {}, judged(result(share=0.2), SHARE_AND_TIME)),
-        Outcome(1, {}, result(slices=130, fits=False)),
-        Outcome(2, {}, judged(result(share=0.85), SHARE_AND_TIME)),
-        Outcome(3, {}, result(slices=101, fits=False)),
-        Outcome(4, {}, judged(result(share=0.85, seconds=80), SHARE_AND_TIME)),
-        Outcome(5, {}, None, "relax.block: too large\n  hint: make it smaller"),
+        StudyPoint(0, {}, with_constraints(result(share=0.2), SHARE_AND_TIME)),
+        StudyPoint(1, {}, result(slices=130, fits=False)),
+        StudyPoint(2, {}, with_constraints(result(share=0.85), SHARE_AND_TIME)),
+        StudyPoint(3, {}, result(slices=101, fits=False)),
+        StudyPoint(4, {}, with_constraints(result(share=0.85, seconds=80), SHARE_AND_TIME)),
+        StudyPoint(5, {}, None, "relax.block: too large\n  hint: make it smaller"),
         constraints=SHARE_AND_TIME,
     )
     assert (made.feasible, made.front) == ((), ())
@@ -103,13 +105,16 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
 def test_a_limit_of_zero_is_far_away_rather_than_a_division_by_it() -> None:
     none_left = Reason(kind="resource", name="multipliers", demand=3, limit=0, gap=3, unit="")
     out = result(fits=False, slices=101).model_copy(update={"reasons": (none_left,)})
-    assert study(Outcome(0, {}, out), Outcome(1, {}, result(slices=900, fits=False))).nearest() == (1, 0)
+    assert study(StudyPoint(0, {}, out), StudyPoint(1, {}, result(slices=900, fits=False))).nearest() == (
+        1,
+        0,
+    )
 
 
 def test_counts_are_integers_in_json_wherever_they_stand() -> None:
     """A constraint is read as a double and a figure handed over as one; both count slices."""
     limits = (Constraint(figure=FIGURES["slices"], at_most=50.0), *SHARE_AND_TIME)
-    made = study(Outcome(0, {}, judged(result(slices=60, share=0.8), limits)))
+    made = study(StudyPoint(0, {}, with_constraints(result(slices=60, share=0.8), limits)))
     (point,) = made.to_dict()["points"]
     slices, share = point["result"]["reasons"]
     assert [slices[name] for name in ("demand", "limit", "gap")] == [60, 50, 10]
@@ -124,9 +129,9 @@ def test_counts_are_integers_in_json_wherever_they_stand() -> None:
 
 def test_json_has_every_point_with_all_figures() -> None:
     made = study(
-        Outcome(0, {"relax.block": [36, 66]}, result(seconds=0.5)),
-        Outcome(1, {}, result(slices=110, fits=False)),
-        Outcome(2, {}, None, "no way"),
+        StudyPoint(0, {"relax.block": [36, 66]}, result(seconds=0.5)),
+        StudyPoint(1, {}, result(slices=110, fits=False)),
+        StudyPoint(2, {}, None, "no way"),
         constraints=SHARE_AND_TIME,
     )
     text = json.loads(made.to_json())

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from report_samples import QUALITY, SampleReproduction, a_result, a_study
 
 from codesign.errors import CodesignError, Fault, SpecError
-from codesign.exploration.study import Outcome
+from codesign.exploration.study import StudyPoint
 from codesign.figures import FIGURES, Figure, Status
 from codesign.planners.interface import Quality
 from codesign.report import (
@@ -203,7 +203,11 @@ def test_axes_with_the_same_last_word_keep_their_full_names() -> None:
 def test_failed_and_missing_points_are_counted_and_told() -> None:
     study = a_study()
     axes = study.points[0].axes
-    points = (Outcome(0, axes, None, "RunError: <b>out of memory</b>"), Outcome(1, axes), *study.points[2:])
+    points = (
+        StudyPoint(0, axes, None, "RunError: <b>out of memory</b>"),
+        StudyPoint(1, axes),
+        *study.points[2:],
+    )
     broken = replace(study, points=points)
     assert dict(study_counts(broken))["failed"] == dict(study_counts(broken))["not computed"] == "1"
     assert "1 failed, 1 not computed" in summary(broken)
@@ -239,8 +243,8 @@ def test_a_row_of_reasons_is_of_one_point() -> None:
         )
 
     far, near = (a_result(slices=99_999, reasons=(each,)) for each in (short(90, "far"), short(2, "near")))
-    points = tuple(Outcome(index, {}, result) for index, result in enumerate((far, far, near, far, near)))
-    failed = Outcome(5, {}, None, "no such_file: x")
+    points = tuple(StudyPoint(index, {}, result) for index, result in enumerate((far, far, near, far, near)))
+    failed = StudyPoint(5, {}, None, "no such_file: x")
     study = replace(a_study(), axes={}, constraints=(), points=(*points, failed))
     table = reasons_table(study)
     assert [[cell.text for cell in row] for row in table.rows] == [

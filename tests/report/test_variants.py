@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.study import Outcome, Study
+from codesign.exploration.study import Study, StudyPoint
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_table, winners_table
 from codesign.report.axes import axis_levels
@@ -36,7 +36,7 @@ def study(
     for index, values in enumerate(itertools.product(*axes.values())):
         found = cells[values[0], values[1]]
         failure = "too large" if found is None else None
-        points.append(Outcome(index, dict(zip(axes, values, strict=True)), found, failure))
+        points.append(StudyPoint(index, dict(zip(axes, values, strict=True)), found, failure))
     return Study("bench", "maze", axes, objectives, (), tuple(points))
 
 
@@ -149,7 +149,7 @@ def test_of_whole_problems_only_what_differs_is_told() -> None:
         "workload.variant": ("base", "b"),
     }
     points = tuple(
-        Outcome(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
+        StudyPoint(index, dict(zip(axes, values, strict=True)), result(seconds=1 + index))
         for index, values in enumerate(itertools.product(*axes.values()))
     )
     made = Study("bench", "maze", axes, (F["first_plan_s"],), (), points)
@@ -174,6 +174,6 @@ def test_values_that_are_alike_for_long_are_still_told_apart() -> None:
         axes,
         (F["first_plan_s"],),
         (),
-        (Outcome(0, {"workload.scenario": {**same, "last": 1}}, result()),),
+        (StudyPoint(0, {"workload.scenario": {**same, "last": 1}}, result()),),
     )
     assert axis_levels(made, "workload.scenario") == ["last 1", "last 2"]

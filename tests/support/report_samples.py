@@ -6,7 +6,7 @@ import itertools
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.exploration.study import Outcome, Study
+from codesign.exploration.study import Study, StudyPoint
 from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs.exploration import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
@@ -241,7 +241,7 @@ def a_study(points: int = 24, **changes: Any) -> Study:
             share=1 - 1 / (last + count),
             energy=0.004 * last / 31 * (1 + cells / 3000),
         )
-        outcomes.append(Outcome(index, dict(zip(axes, values, strict=True)), result))
+        outcomes.append(StudyPoint(index, dict(zip(axes, values, strict=True)), result))
     fields: dict[str, Any] = {
         "platform": "virtex2-pci",
         "workload": "labyrinth",

@@ -11,8 +11,8 @@ from codesign.components.path import Polyline, join, starts_clear
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer
 
-OFF_WAY = 1.0
-"""Cells: a robot farther than this from its plan's path gets a new path of the same plan."""
+OFF_PATH = 1.0
+"""Cells: a robot farther than this from its path gets a new path of the same plan."""
 
 
 class ActivePlan:
@@ -33,26 +33,26 @@ class ActivePlan:
     ) -> None:
         self.answer, self.number = answer, number
         self._planner, self._again = planner, again
-        self.way, self.arrives = self._make(position)
+        self.path, self.arrives = self._make(position)
 
     def from_here(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> Polyline:
         """The path from ``position``. The plan makes a new one where the robot is off it and the plan can be asked."""
-        if self._again and self.way.closest(position)[1] > OFF_WAY:
-            self.way, self.arrives = self._make(position)
-        return join(self.way, position, passable)
+        if self._again and self.path.closest(position)[1] > OFF_PATH:
+            self.path, self.arrives = self._make(position)
+        return join(self.path, position, passable)
 
     @property
     def target(self) -> tuple[int, int]:
         """The cell in which the path ends."""
-        row, column = self.way.points[-1]
+        row, column = self.path.points[-1]
         return round(float(row)), round(float(column))
 
     def lost(self, position: tuple[float, float], passable: NDArray[np.bool_]) -> bool:
         """Whether the plan knows no path from ``position``, which is not where it was planned from."""
         if not self._again:
-            off = self.way.closest(position)[1] > OFF_WAY
-            return off and not starts_clear(join(self.way, position, passable), passable)
-        return not self.arrives and self.way.length == 0.0 and self.target != self.answer.problem.starts[0]
+            off = self.path.closest(position)[1] > OFF_PATH
+            return off and not starts_clear(join(self.path, position, passable), passable)
+        return not self.arrives and self.path.length == 0.0 and self.target != self.answer.problem.starts[0]
 
     def _make(self, position: tuple[float, float]) -> tuple[Polyline, bool]:
         """The path from ``position``; else from where the plan begins: the robot left that while the plan was made."""
@@ -61,7 +61,7 @@ class ActivePlan:
         if not arrives and len(points) == 1:
             row, column = problem.starts[0]
             begun = self._ask((float(row), float(column)))
-            if Polyline(begun[0]).closest(position)[1] <= OFF_WAY:
+            if Polyline(begun[0]).closest(position)[1] <= OFF_PATH:
                 points, arrives = begun
         return Polyline(around_corners(points, problem.free)), arrives
 

@@ -123,7 +123,7 @@ def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
 
 
 def _policy(workload: Workload, planner: Planner, scenario: Drive) -> list[Fault]:
-    """A replan policy that the planner does not know, or that needs a task that nobody does."""
+    """A replan policy that the planner does not know, or that needs a task that is not mapped."""
     policy = scenario.replan.policy
     if policy is None:
         return []

@@ -36,7 +36,7 @@ class Goals(ABC):
         """Whether the robot was last seen where it was to go; it goes on from there."""
 
     @abstractmethod
-    def obsolete(self, target: Cell) -> bool:
+    def obsolete(self, target: Cell, /) -> bool:
         """Whether a path to ``target`` has lost its purpose."""
 
     def end_if_over(self, log: Log) -> bool:
@@ -75,19 +75,19 @@ class Tour(Goals):
 
     def arrived(self) -> bool:
         """Whether the robot was last seen at a goal of the leg under way, standing at the last. Goes on if so."""
-        known = self._scene.known
+        look = self._scene.latest_look
         last = self.done == len(self._legs) - 1
-        if known.cell not in self._legs[self.done] or (last and known.speed > 0):
+        if look.cell not in self._legs[self.done] or (last and look.speed > 0):
             return False
         self.done += 1
         return True
 
-    def obsolete(self, target: Cell) -> bool:  # noqa: ARG002
+    def obsolete(self, _target: Cell, /) -> bool:
         """A goal stays one."""
         return False
 
 
-class Exploration(Goals):
+class FrontierGoals(Goals):
     """The frontiers of what is known, until none can be reached."""
 
     finished = "all that can be reached is explored"
@@ -104,7 +104,7 @@ class Exploration(Goals):
 
     def goals(self) -> list[Cell]:
         """The frontier cells that can be reached, the robot's own cell left out."""
-        here = self._scene.known.cell
+        here = self._scene.latest_look.cell
         return [goal for goal in self._frontiers.goals(here) if goal != here]
 
     def none_left(self) -> str:
@@ -113,13 +113,13 @@ class Exploration(Goals):
 
     def arrived(self) -> bool:
         """Whether the robot looked from a frontier cell that it stands in."""
-        known = self._scene.known
-        if known.speed > 0 or not self._frontiers.mask(known.cell)[known.cell]:
+        look = self._scene.latest_look
+        if look.speed > 0 or not self._frontiers.mask(look.cell)[look.cell]:
             return False
-        self._frontiers.looked(known.cell)
+        self._frontiers.looked(look.cell)
         self.done += 1
         return True
 
     def obsolete(self, target: Cell) -> bool:
         """Whether what lies beyond ``target`` was seen meanwhile."""
-        return not self._frontiers.mask(self._scene.known.cell)[target]
+        return not self._frontiers.mask(self._scene.latest_look.cell)[target]

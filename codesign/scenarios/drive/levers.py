@@ -36,7 +36,7 @@ _LISTED = 3
 
 
 @dataclass(frozen=True)
-class Lever:
+class MissionLever:
     """One value of a design point to be moved.
 
     - ``path``: the axis. ``before``, ``after``: in words, with units. ``value``: as YAML would have it.
@@ -50,7 +50,7 @@ class Lever:
     refused: str = ""
 
 
-def levers_of(system: System, result: Result) -> tuple[Lever, ...]:
+def levers_of(system: System, result: Result) -> tuple[MissionLever, ...]:
     """The levers of a design point: clocks, costs of hosts and rates of links that it uses, its robot, its replanning.
 
     ``result``: of its mission.
@@ -61,10 +61,10 @@ def levers_of(system: System, result: Result) -> tuple[Lever, ...]:
     scenario = drive_of(system.workload)
     if scenario.replan.when_busy is WhenBusy.RESTART:
         path, after = f"{SCENARIO}.replan.when_busy", WhenBusy.FINISH.value
-        levers.append(Lever(path, WhenBusy.RESTART.value, after, after))
+        levers.append(MissionLever(path, WhenBusy.RESTART.value, after, after))
     if mission.broken_off_in_a_row >= LIVELOCK:
         path = f"{SCENARIO}.control_period"
-        levers.append(_doubled(path, scenario.control_period, Dimension.TIME, "ps"))
+        levers.append(_double(path, scenario.control_period, Dimension.TIME, "ps"))
     return tuple(levers)
 
 
@@ -106,7 +106,7 @@ def with_levers(
     return result.model_copy(update={"mission": mission.model_copy(update=moved)})
 
 
-def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Result]) -> LeverRun:
+def _run(lever: MissionLever, system: System, run: Callable[[Platform, Workload], Result]) -> LeverRun:
     refused = lever.refused
     mission: Mission | None = None
     if not refused:
@@ -131,7 +131,7 @@ def _run(lever: Lever, system: System, run: Callable[[Platform, Workload], Resul
 
 
 def _pace(mission: Mission, runs: tuple[LeverRun, ...]) -> Bottleneck | None:
-    """What sets the pace, from the runs of its levers; the observation alone where none was run."""
+    """The bottleneck, from the runs of its levers; the observation alone where none was run."""
     seen, tried = mission.bottleneck, [run for run in runs if run.mission_time_s is not None]
     if seen is None or not tried:
         return seen
@@ -164,7 +164,7 @@ def _saving(mission: Mission, run: LeverRun) -> str:
     return f"{run.path} {run.before} → {run.after}: {run.mission_time_s:.4g} s in place of {without}"
 
 
-def _of_components(system: System, result: Result) -> Iterator[Lever]:
+def _of_components(system: System, result: Result) -> Iterator[MissionLever]:
     used = set(system.placement.places.values())
     for name, spec in system.platform.components.items():
         if name not in used:
@@ -175,17 +175,17 @@ def _of_components(system: System, result: Result) -> Iterator[Lever]:
             halved = {kernel: int(cost.value) // FACTOR for kernel, cost in spec.costs.items()}
             if any(halved.values()):
                 value = {kernel: f"{cost} ps" for kernel, cost in halved.items()}
-                yield Lever(f"{name}.costs", "as declared", "halved", value)
+                yield MissionLever(f"{name}.costs", "as declared", "halved", value)
         elif isinstance(spec, RobotComponent):
             for key, figure in spec.kinematics:
                 if isinstance(figure, Figure):
                     path = f"{name}.kinematics.{key}"
                     faster = FACTOR * float(figure.value)
                     before, after = (f"{each:.4g} {figure.unit}" for each in (figure.value, faster))
-                    yield Lever(path, before, after, f"{faster!r} {figure.unit}")
+                    yield MissionLever(path, before, after, f"{faster!r} {figure.unit}")
 
 
-def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) -> Lever:
+def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) -> MissionLever:
     """Twice the clock, or as near to that as part, design and memory allow."""
     clock = int(spec.clock.value)
     limits = [spec.chip.block_ram_clock.interval[1]]
@@ -199,22 +199,22 @@ def _fpga_clock(system: System, result: Result, name: str, spec: FpgaComponent) 
     faster = min(FACTOR * clock, math.floor(min(limits)))
     path, before = f"{name}.clock", format_quantity(clock, Dimension.FREQUENCY)
     if faster <= clock:
-        return Lever(path, before, refused=f"{before} is the most that part, design and memory allow")
-    return Lever(path, before, format_quantity(faster, Dimension.FREQUENCY), f"{faster} Hz")
+        return MissionLever(path, before, refused=f"{before} is the most that part, design and memory allow")
+    return MissionLever(path, before, format_quantity(faster, Dimension.FREQUENCY), f"{faster} Hz")
 
 
-def _of_links(system: System, result: Result) -> Iterator[Lever]:
+def _of_links(system: System, result: Result) -> Iterator[MissionLever]:
     for name, link in system.platform.links.items():
         if result.links is None or not result.links[name].sent:
             continue
         if isinstance(link, SerialLink):
             baud = int(link.baud.value)
-            yield Lever(f"{name}.baud", f"{baud:,}", f"{FACTOR * baud:,}", FACTOR * baud)
+            yield MissionLever(f"{name}.baud", f"{baud:,}", f"{FACTOR * baud:,}", FACTOR * baud)
         elif isinstance(link, BusLink):
-            yield _doubled(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
+            yield _double(f"{name}.clock", int(link.clock.value), Dimension.FREQUENCY, "Hz")
 
 
-def _doubled(path: str, value: int, dimension: Dimension, unit: str) -> Lever:
+def _double(path: str, value: int, dimension: Dimension, unit: str) -> MissionLever:
     """A quantity of so many whole units, times ``FACTOR``."""
     before, after = (format_quantity(each, dimension) for each in (value, FACTOR * value))
-    return Lever(path, before, after, f"{FACTOR * value} {unit}")
+    return MissionLever(path, before, after, f"{FACTOR * value} {unit}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from codesign.records import MissionRecord
 from codesign.results.ledger import Ledger
 from codesign.results.mission import LIVELOCK
-from codesign.scenarios.drive.request import Closed, Fate, Request, livelock_text
+from codesign.scenarios.drive.request import ClosedRequest, Fate, PlanRequest, livelock_text
 from codesign.system.chain import Answer
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Log:
     last: Answer | None = None
     plans: int = 0
     latencies: list[int] = field(default_factory=list)
-    requests: list[Closed] = field(default_factory=list)
+    requests: list[ClosedRequest] = field(default_factory=list)
     planning: Ledger = field(default_factory=Ledger)
     asked: int = 0
     broken_off: int = 0
@@ -59,13 +59,13 @@ class Log:
         if machine.listening:
             machine.tell(MissionRecord(machine.now, self.scene.robot.name, event, text))
 
-    def close(self, request: Request, fate: Fate) -> None:
+    def close(self, request: PlanRequest, fate: Fate) -> None:
         """A request is over now; all of its time is booked."""
-        self.requests.append(Closed(request.sight.at, self.scene.machine.now, fate, request.seen))
+        self.requests.append(ClosedRequest(request.sight.at, self.scene.machine.now, fate, request.seen))
         self.asking.add(request.sight.spent)
         self.planning.add(request.spent)
 
-    def break_off(self, request: Request) -> None:
+    def break_off(self, request: PlanRequest) -> None:
         """A plan for ``request`` was broken off; the request stays open."""
         request.broken_off += 1
         self.broken_off += 1

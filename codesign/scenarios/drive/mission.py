@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import RunError
 from codesign.memo import Memo
-from codesign.scenarios.drive.goals import Exploration, Tour
+from codesign.scenarios.drive.goals import FrontierGoals, Tour
 from codesign.scenarios.drive.log import Log
 from codesign.scenarios.drive.pilot import Pilot
 from codesign.scenarios.drive.progress import EVENTS_OF_A_TURN
@@ -28,14 +28,14 @@ _STEPS_BETWEEN_CALLS = 256
 
 @dataclass(frozen=True, eq=False)
 class FinishedDrive:
-    """A drive that has ended: its scene at the end, its log, and how many events it had (see ``_happened``)."""
+    """A drive that has ended: its scene at the end, its log, and how many events it had (see ``_events_of``)."""
 
     scene: Scene
     log: Log
     events: int
 
 
-def _happened(replanner: Replanner) -> int:
+def _events_of(replanner: Replanner) -> int:
     """Events of the mission up to now: messages, plans asked for, changes of the world, and turns, which count more.
 
     Events of the simulation are not counted: a plan makes the more of them the finer it is simulated.
@@ -53,7 +53,7 @@ def drive(
     """
     scene = Scene(machine)
     scenario, log = scene.scenario, Log(scene)
-    goals = Exploration(scene) if scenario.purpose == "explore" else Tour(scene)
+    goals = FrontierGoals(scene) if scenario.purpose == "explore" else Tour(scene)
     replanner = Replanner(machine, scene, goals, log, memo)
     pilot = Pilot(machine, scene, goals, replanner, log)
     environment = machine.environment
@@ -71,7 +71,7 @@ def drive(
             log.end(
                 f"the limit of {scenario.limit / PICOSECONDS_PER_SECOND:g} s of simulated time was reached{why}"
             )
-        elif now_is_over and _happened(replanner) >= scenario.events:
+        elif now_is_over and _events_of(replanner) >= scenario.events:
             why = _because(replanner, pilot)
             log.end(f"the limit of {scenario.events:,} events was reached{why}")
         else:
@@ -81,13 +81,13 @@ def drive(
                 log.end(failed.what)
             steps += 1
             if progress is not None and steps % _STEPS_BETWEEN_CALLS == 0:
-                happened = _happened(replanner)
-                progress(MissionProgress(machine.now, scenario.limit, happened, scenario.events, log.turns))
+                events = _events_of(replanner)
+                progress(MissionProgress(machine.now, scenario.limit, events, scenario.events, log.turns))
     scene.advance()
     if pilot.turn is None or pilot.turn.begin < replanner.machine.now:
         scene.tell_pose()
     replanner.end()
-    return FinishedDrive(scene, log, _happened(replanner))
+    return FinishedDrive(scene, log, _events_of(replanner))
 
 
 def _patience(replanner: Replanner, pilot: Pilot) -> Generator[Any, Any, None]:

@@ -169,7 +169,7 @@ class Pilot:
                 replanner.request(sight, "the first plan", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
-            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.known.cell}")
+            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.latest_look.cell}")
             if not self.goals.end_if_over(self.log):
                 replanner.request(sight, "the next goal", seen=False)
         elif active is not None and self._is_lost(active) and not replanner.busy:
@@ -179,20 +179,20 @@ class Pilot:
 
     def _is_lost(self, active: ActivePlan) -> bool:
         """Whether the robot was seen where the plan knows no path."""
-        known = self.scene.known
-        return active.lost(known.position, self.scene.belief.planning_free(known.cell))
+        look = self.scene.latest_look
+        return active.lost(look.position, self.scene.belief.planning_free(look.cell))
 
     def _command(self, plan: ActivePlan, look: Look) -> Command:
         """The command to the robot, from what is known now: the path from where it was seen, and how far to go."""
         belief = self.scene.belief
         free = belief.known_free(look.cell)
-        way = plan.from_here(look.position, free).head(self._lookahead)
-        end = authority(way, free)
-        if end < STANDS and way.length > STANDS:
-            closed = way.first_closed(belief.planning_free(look.cell), 1) >= 0
+        path = plan.from_here(look.position, free).head(self._lookahead)
+        end = authority(path, free)
+        if end < STANDS and path.length > STANDS:
+            closed = path.first_closed(belief.planning_free(look.cell), 1) >= 0
             why = "leads through or between obstacles" if closed else "was never seen to be free"
             self.log.stall = f"the next cell on the way from {look.cell} {why}"
-        return Command(way, end, self.scene.resolution)
+        return Command(path, end, self.scene.resolution)
 
     def _tell_command(self, command: Command, plan: ActivePlan, look: Look, composed: int) -> None:
         machine = self.machine

@@ -19,9 +19,9 @@ from codesign.results.ledger import Spent
 from codesign.scenarios.drive.active import ActivePlan
 from codesign.scenarios.drive.goals import Goals
 from codesign.scenarios.drive.log import Log
-from codesign.scenarios.drive.request import Fate, Request, Sight
+from codesign.scenarios.drive.request import Fate, PlanRequest, Sight
 from codesign.scenarios.drive.scene import Look, Scene
-from codesign.scenarios.plan_once import tell_field
+from codesign.scenarios.records import tell_field
 from codesign.system.build import planner_code
 from codesign.system.chain import Answer, MisreadMapError, plan_chain
 from codesign.system.messages import LostMessageError
@@ -36,7 +36,7 @@ class Replanner:
     """Makes plans. ``active``: the one that the robot follows.
 
     ``request_under_way``: the one that is being answered, or asked again after a pause.
-    ``no_way``: the last request where it could not be answered, and ``refusal`` why; None where it was. It is asked
+    ``unanswered``: the last request where it could not be answered, and ``refusal`` why; None where it was. It is asked
     again when more is known.
     """
 
@@ -44,12 +44,12 @@ class Replanner:
         self.machine, self.scene, self.goals, self.log, self._memo = machine, scene, goals, log, memo
         self.active: ActivePlan | None = None
         self._since: tuple[int, int] | None = None
-        self.no_way: Request | None = None
+        self.unanswered: PlanRequest | None = None
         self.refusal: str | None = None
         self._sent: dict[str, SentMap] = {}
         self._unseen: Sight | None = None
-        self._pending: Request | None = None
-        self.request_under_way: Request | None = None
+        self._pending: PlanRequest | None = None
+        self.request_under_way: PlanRequest | None = None
         self._wake = machine.environment.event()
         self._again = any(flow.name == POSE for flow in machine.system.placement.graph.flows)
         self._policy = scene.scenario.replan.policy or ReplanPolicy(machine.system.planner.policies[0])
@@ -64,9 +64,9 @@ class Replanner:
         """Ask for a plan. A request that waits already is answered from what is known when its turn comes."""
         if self._pending is not None:
             return
-        self._ask(Request(sight, why, seen))
+        self._ask(PlanRequest(sight, why, seen))
 
-    def _ask(self, request: Request) -> None:
+    def _ask(self, request: PlanRequest) -> None:
         self._pending = request
         self.log.asked += 1
         self.log.tell("plan_requested", request.why)
@@ -77,8 +77,8 @@ class Replanner:
 
     def ask_again(self, sight: Sight | None = None) -> None:
         """Try again what could not be planned; ``sight``: a newer scan, which shows another map."""
-        if self.no_way is not None:
-            self.request(sight or self.no_way.sight, self.no_way.why, seen=self.no_way.seen)
+        if self.unanswered is not None:
+            self.request(sight or self.unanswered.sight, self.unanswered.why, seen=self.unanswered.seen)
 
     def learnt(self, sight: Sight) -> None:
         """Something new was seen: ask for a plan where that calls for one.
@@ -104,9 +104,9 @@ class Replanner:
 
     def _blocked(self, active: ActivePlan) -> bool:
         """Whether anything that is believed blocked lies on the rest of the path."""
-        known = self.scene.known
-        free = self.scene.belief.planning_free(known.cell)
-        return active.from_here(known.position, free).first_closed(free, 1) >= 0
+        look = self.scene.latest_look
+        free = self.scene.belief.planning_free(look.cell)
+        return active.from_here(look.position, free).first_closed(free, 1) >= 0
 
     def _run(self) -> Generator[Any, Any, None]:
         while True:
@@ -120,7 +120,7 @@ class Replanner:
                 yield from self._answer(request)
                 self.request_under_way = None
 
-    def _answer(self, request: Request) -> Generator[Any, Any, None]:
+    def _answer(self, request: PlanRequest) -> Generator[Any, Any, None]:
         try:
             problem = self._problem()
         except RunError as failed:
@@ -131,7 +131,7 @@ class Replanner:
         scene, machine = self.scene, self.machine
         scene.advance()
         self._since = machine.now, scene.robot.moving
-        asked = machine.now, scene.known
+        asked = machine.now, scene.latest_look
         try:
             answer = yield from self._chain(problem)
         except (simpy.Interrupt, PreemptedError):
@@ -173,7 +173,7 @@ class Replanner:
 
     def _active(self, answer: Answer, asked: Look) -> ActivePlan:
         """The plan as task ``command`` knows it; ``asked``: the last look when it was asked for."""
-        look = self.scene.known if self._again else asked
+        look = self.scene.latest_look if self._again else asked
         planner, number = self.machine.system.planner, self.log.plans + 1
         return ActivePlan(answer, planner, look.position, again=self._again, number=number)
 
@@ -183,7 +183,7 @@ class Replanner:
             times = {"asked": asked, "seen": look.at, "loaded": answer.loaded, "planned": answer.planned}
             machine.tell(PlanRecord(machine.now, machine.system.component, active.number, **times))
 
-    def _go_on(self, request: Request) -> None:
+    def _go_on(self, request: PlanRequest) -> None:
         """Ask again for the plan that was broken off; the request that broke it off is part of it from now on."""
         newer, self._pending = self._pending, request
         if newer is not None:
@@ -235,7 +235,7 @@ class Replanner:
     def _problem(self) -> Problem | str:
         """The problem to plan now, or why there is none."""
         system, scene = self.machine.system, self.scene
-        here = scene.known.cell
+        here = scene.latest_look.cell
         goals = self.goals.goals()
         if not goals:
             return self.goals.none_left()
@@ -248,12 +248,12 @@ class Replanner:
             wrong = system.planner.check(job)
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 
-    def _refuse(self, request: Request, why: str) -> None:
+    def _refuse(self, request: PlanRequest, why: str) -> None:
         self._cannot(request, why)
         self.log.close(request, Fate.REFUSED)
 
-    def _cannot(self, request: Request, why: str) -> None:
-        self.no_way, self.refusal = request, why
+    def _cannot(self, request: PlanRequest, why: str) -> None:
+        self.unanswered, self.refusal = request, why
         self.log.tell("no_way", why)
 
     def _rest(self, until: simpy.Event) -> Generator[Any, Any, None]:
@@ -261,9 +261,9 @@ class Replanner:
         with suppress(simpy.Interrupt):
             yield until
 
-    def _install(self, request: Request, active: ActivePlan) -> None:
+    def _install(self, request: PlanRequest, active: ActivePlan) -> None:
         machine, log, answer = self.machine, self.log, active.answer
-        self.no_way = self.refusal = None
+        self.unanswered = self.refusal = None
         self.active = active
         latency = answer.answered - request.sight.at
         log.plans += 1
@@ -272,12 +272,12 @@ class Replanner:
         if request.seen:
             log.latencies.append(latency)
         if machine.listening:
-            # Told before the plan is said to be ready, which is when traces show it.
+            # Recorded before the event `plan_ready`, at which traces show it.
             tell_field(machine, answer.plan)
         log.tell("plan_ready", f"{request.why}: answered after {format_time(latency)}")
         if machine.listening:
             name = self.scene.robot.name
-            machine.tell(TrajectoryRecord(machine.now, name, active.way.points, active.arrives))
+            machine.tell(TrajectoryRecord(machine.now, name, active.path.points, active.arrives))
         sight, self._unseen = self._unseen, None
         if sight is not None:
             self._look(sight)

@@ -10,7 +10,7 @@ from codesign.results.mission import LIVELOCK
 
 
 class Fate(StrEnum):
-    """What became of a request.
+    """The end of a request.
 
     - ``answered``: by a plan that the robot follows. ``refused``: no plan could be made.
     - ``merged``: it broke off a plan under way; the request for that plan goes on for both.
@@ -32,7 +32,7 @@ class Sight:
 
 
 @dataclass(eq=False)
-class Request:
+class PlanRequest:
     """A plan that is asked for: by which scan, ``why``, and whether something ``seen`` is why.
 
     ``spent``: where the time went after the scan had reached the map. ``broken_off``: its plans that were broken off.
@@ -49,7 +49,7 @@ class Request:
         self.spent.book(what, where, now - self.sight.at - self.sight.spent.total - self.spent.total)
 
 
-def livelock_text(request: Request | None) -> str:
+def livelock_text(request: PlanRequest | None) -> str:
     """That plans for a request are broken off again and again, and what ends that; "" where they are not."""
     if request is None or request.broken_off < LIVELOCK:
         return ""
@@ -57,7 +57,7 @@ def livelock_text(request: Request | None) -> str:
 
 
 def broken_off_text(in_a_row: int) -> str:
-    """What a livelock is, and what ends it."""
+    """A sentence on a livelock, and on what ends it."""
     return (
         f"{in_a_row} plans in a row were broken off before their answer, as something new is seen sooner than a plan is"
         " made (replan.when_busy: restart; with finish, each plan is brought to its end)"
@@ -65,7 +65,7 @@ def broken_off_text(in_a_row: int) -> str:
 
 
 @dataclass(frozen=True)
-class Closed:
+class ClosedRequest:
     """A request that is over: from its ``scan`` until it ``ended`` (ps)."""
 
     scan: int

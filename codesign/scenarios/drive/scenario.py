@@ -48,7 +48,7 @@ class DriveScenario(Scenario):
         name, _ = robot_of(draft.platform, draft.workload)
         return {SENSE: name, MOVE: name}
 
-    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
+    def flows(self, draft: Draft, places: Mapping[str, str], _planned: Sequence[Flow]) -> Sequence[Flow]:
         """Scans, commands, what was seen, and frames for a display."""
         return drive_flows(draft, places)
 

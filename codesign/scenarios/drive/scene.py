@@ -15,13 +15,14 @@ from codesign.components.path import Point, cell_of
 from codesign.components.robot import PRESSING, MobileRobot
 from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RobotComponent
-from codesign.records import BeliefRecord, MapRecord, MissionRecord, ObstacleRecord, PoseRecord
+from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
 from codesign.scenarios.drive.tasks import MOVE, drive_of, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
 from codesign.scenarios.drive.world.clearance import Clearance
 from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
 from codesign.scenarios.drive.world.true_map import World
+from codesign.scenarios.records import tell_map
 from codesign.system.assemble import kinematics_of, sensor_of
 from codesign.system.messages import Wrong
 
@@ -59,7 +60,7 @@ class SentLook:
     wrong: frozenset[int] = frozenset()
 
     def misread(self, wrong: Wrong) -> SentLook | None:
-        """With a scan of which these bits are wrong as well."""
+        """The message with these bits wrong as well; None where that changes nothing."""
         bits = self.wrong ^ frozenset(wrong)
         scan = self.sensor.misread(self.free, self.look.position, sorted(bits))
         if scan.same_as(self.look.scan):
@@ -70,7 +71,7 @@ class SentLook:
 class Scene:
     """The true map over time, the robot, and its belief.
 
-    ``known``: the latest look that reached the map on board. The tasks that keep the map, plan
+    ``latest_look``: the latest look that reached the map on board. The tasks that keep the map, plan
     and command know the robot's place by it alone. Only the robot itself and the figures know where it is now.
 
     ``clearance``: how near the robot came to obstacles of the true map.
@@ -95,7 +96,7 @@ class Scene:
             radius_cells=radius,
         )
         row, column = problem.starts[0]
-        # What is there from the start is there before anybody looks.
+        # Obstacles of time 0 stand before the first look.
         self.world.advance(0, (float(row), float(column)))
         self.belief = Belief(
             problem.rows,
@@ -114,23 +115,21 @@ class Scene:
             listeners=machine.listeners,
         )
         self.sensor: Sensor = sensor_of(spec.sensor, self.resolution)
-        self.known = Look(0, NOTHING, self.robot.position, 0.0)
+        self.latest_look = Look(0, NOTHING, self.robot.position, 0.0)
         self.changed = 0
         self.clearance = Clearance()
         self.clearance.stand(self.world.free_now, self.robot.position)
         machine.by_name[name] = self.robot
-        if machine.listening:
-            goals = np.array(problem.goals, np.int32).reshape(-1, 2)
-            machine.tell(MapRecord(0, "map", self.world.free_now.copy(), goals, self.resolution))
+        tell_map(machine, self.world.free_now.copy(), self.resolution)
         self._tell_waiting(0)
 
     def advance(self) -> None:
         """Bring the robot up to now, and report what it ran against."""
         robot, machine = self.robot, self.machine
-        before, way, arc = len(robot.contacts), robot.path, robot.arc
+        before, path, arc = len(robot.contacts), robot.path, robot.arc
         robot.advance(machine.now, self.world.blocked_for_robot)
         if robot.arc > arc:
-            self.clearance.drive(self.world.free_now, way.between(arc, robot.arc))
+            self.clearance.drive(self.world.free_now, path.between(arc, robot.arc))
         if machine.listening:
             for contact in robot.contacts[before:]:
                 row, column = contact.position
@@ -174,7 +173,7 @@ class Scene:
 
     def learn(self, look: Look) -> Update:
         """Believe what was seen; what that changed."""
-        self.known = look
+        self.latest_look = look
         update = self.belief.update(look.scan)
         if update and self.machine.listening:
             blocked = np.arange(len(update.changed)) < len(update.newly_blocked)
@@ -186,8 +185,8 @@ class Scene:
         """The robot takes up a command that has arrived, from where it is now."""
         self.advance()
         robot = self.robot
-        way = command.taken_up(robot.position, self.true_free.shape)
-        robot.command(self.machine.now, way, way.length)
+        path = command.taken_up(robot.position, self.true_free.shape)
+        robot.command(self.machine.now, path, path.length)
 
     def changes(self) -> Generator[Any, Any, None]:
         """Process generator: the world changes at its own times."""

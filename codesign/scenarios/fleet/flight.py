@@ -8,10 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.inputs.scenario import Fleet
 from codesign.planners.interface import COMMAND, LOAD
-from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
-from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
-from codesign.planners.velocity_obstacle.styles.updates import Updates
+from codesign.planners.styles import FleetUpdates
 from codesign.results.fleet import PACEMAKERS, FleetFigures, Pacemaker, spread
 from codesign.scenarios.fleet.frames import FrameSender
 from codesign.scenarios.fleet.trace import FleetTrace
@@ -34,7 +31,7 @@ class Flight:
     update began, ps; ``ends``: when each update was over. ``events``: messages, and decisions of single robots.
     """
 
-    plan: Avoidance
+    plan: Any
     figures: FleetFigures
     fpgas: tuple[Fpga, ...]
     loaded: int
@@ -47,10 +44,10 @@ def fly(machine: Machine) -> Flight:
 
     A message that no link brings, the scenario's limit and its most events end the run with that as its reason.
     """
-    return _Run(machine).run()
+    return _FleetRun(machine).run()
 
 
-class _Run:
+class _FleetRun:
     """A run under way. ``begins``, ``decided``, ``ends``: of each update, ps."""
 
     def __init__(self, machine: Machine) -> None:
@@ -59,23 +56,21 @@ class _Run:
         system = machine.system
         scenario = system.workload.scenario
         assert isinstance(scenario, Fleet), "the caller looks at the scenario"
-        work: Updates | None = system.architecture.updates(system.job)
+        work = system.architecture.updates(system.job)
         assert work is not None, "faults_on refuses a style that plans for one robot only"
         self.machine, self.scenario = machine, scenario
         self.environment = machine.environment
-        self.work = work
-        problem: Any = system.problem
-        assert isinstance(problem, RobotsProblem), "a style with updates is of robots"
-        self.trace = FleetTrace(machine, self.work, problem)
+        self.work: FleetUpdates = work
+        self.trace = FleetTrace(machine, work)
         own = machine.planning_component
         self.fpgas: tuple[Fpga, ...] = (
             own,
             *(
                 Fpga(self.environment, f"{own.name}.robot_{number}", own.clock)
-                for number in range(1, problem.count)
+                for number in range(1, len(work.cycles))
             ),
         )
-        self.step_ps: int = system.planning.step_ps
+        self.step_ps = work.step_ps
         self.begins: list[int] = []
         self.decided: list[int] = []
         self.ends: list[int] = []
@@ -96,16 +91,16 @@ class _Run:
         limit, most = self.scenario.limit, self.scenario.events
         horizon = environment.peek()
         # The limits are checked between two moments only: the steps of a moment depend on the granularity.
-        while horizon <= limit and (horizon == environment.now or self._happened() < most):
+        while horizon <= limit and (horizon == environment.now or self._event_count() < most):
             environment.step()
             horizon = environment.peek()
         stopped = None
         if horizon != float("inf"):
             seconds = f"{limit / PICOSECONDS_PER_SECOND:g} s of simulated time"
             stopped = f"the limit of {seconds if horizon > limit else f'{most:,} events'} was reached"
-        return self._flight(stopped, self._happened())
+        return self._flight(stopped, self._event_count())
 
-    def _happened(self) -> int:
+    def _event_count(self) -> int:
         """Events up to now: messages, and decisions of single robots; not those of the simulation."""
         return self.machine.messages_sent + len(self.begins) * len(self.fpgas)
 
@@ -121,15 +116,15 @@ class _Run:
             self._failure = f"{lost.what} on {lost.where}"
             return
         self.loaded = self.machine.now
-        while not self.work.loop.over:
+        while not self.work.over:
             yield from self._update()
 
     def _update(self) -> Generator[Any, Any, None]:
         """Process generator: one update, up to where the next one begins."""
-        begin, loop = self.machine.now, self.work.loop
-        self.work.decide()
+        begin, work = self.machine.now, self.work
+        work.decide()
         self.trace.began()
-        if loop.departure is not None:
+        if work.departure is not None:
             return
         self.begins.append(begin)
         self._barrier, self._deciding = self.environment.event(), len(self.fpgas)
@@ -148,9 +143,9 @@ class _Run:
             yield from self._step_out(begin, decided, missed)
         elif self.frames is not None:
             yield from self.frames.hand_over()
-        if loop.departure is None:
-            loop.act()
-        if loop.departure is None:
+        if work.departure is None:
+            work.act()
+        if work.departure is None:
             self.ends.append(self.machine.now)
             self.trace.moved(len(self.begins))
 
@@ -160,8 +155,8 @@ class _Run:
         if begin + steps * self.step_ps > decided:
             yield self.environment.timeout(begin + steps * self.step_ps - decided)
         if missed:
-            self.work.loop.hold(steps)
-            if self.work.loop.departure is None:
+            self.work.hold(steps)
+            if self.work.departure is None:
                 self.trace.moved(len(self.begins))
                 yield self.environment.timeout(self.step_ps)
 
@@ -187,19 +182,18 @@ class _Run:
         return FrameSender(self.machine, receiver, len(self.fpgas))
 
     def _flight(self, stopped: str | None, events: int) -> Flight:
-        plan = self.work.loop.plan()
-        arrivals = arrival_updates(plan)
-        there = sum(arrival is not None for arrival in arrivals)
-        completed = there == len(self.fpgas)
-        departure = plan.departure
+        plan = self.work.plan()
+        arrivals = self.work.arrivals(plan)
+        arrived = sum(arrival is not None for arrival in arrivals)
+        completed = arrived == len(self.fpgas)
         ended = (
             self._failure
             or stopped
-            or (None if departure is None else str(departure))
-            or (ARRIVED if completed else _waiting(plan.updates, there, len(self.fpgas)))
+            or self.work.departure
+            or (ARRIVED if completed else _waiting(self.work.done, arrived, len(self.fpgas)))
         )
         self.trace.ended(ended, plan)
-        figures = self._figures(ended, completed, arrivals, int(plan.times[-1]))
+        figures = self._figures(ended, completed, arrivals, self.work.time_steps(plan))
         return Flight(plan, figures, self.fpgas, self.loaded, tuple(self.ends), events)
 
     def _figures(self, ended: str, completed: bool, arrivals: list[int | None], steps: int) -> FleetFigures:
@@ -239,7 +233,7 @@ class _Run:
         )
 
 
-def _waiting(updates: int, there: int, robots: int) -> str:
+def _waiting(updates: int, arrived: int, robots: int) -> str:
     return (
-        f"after {updates:,} updates {there} of {robots} robots have arrived: the others still wait or drive"
+        f"after {updates:,} updates {arrived} of {robots} robots have arrived: the others still wait or drive"
     )

@@ -1,4 +1,4 @@
-"""The coordinates of all robots on their way to the display, one message an update."""
+"""The messages with the coordinates of all robots to the display, one an update."""
 
 from __future__ import annotations
 
@@ -36,21 +36,21 @@ class FrameSender:
         ]
         self.line_ps = max((link.duration(self.bits) for link, _, _ in self._hops), default=0)
         self._writer: Any = None
-        self._made = self._skipped = 0
+        self._frames = self._skipped = 0
         self._dropped: Counter[str] = Counter()
         self._ages: list[int] = []
 
     def offer(self) -> None:
         """Send a frame in the background, or skip it where the one before is not in the line's FIFO yet."""
         if self._writer is not None and self._writer.is_alive:
-            self._made += 1
+            self._frames += 1
             self._skipped += 1
         else:
             self._writer = self._machine.environment.process(self.hand_over())
 
     def hand_over(self) -> Generator[Any, Any, None]:
         """Process generator: send a frame, and wait until the line has taken it over."""
-        self._made += 1
+        self._frames += 1
         begin = self._machine.now
         if not self._hops:
             self._machine.environment.process(self._arrive(None, begin))
@@ -80,11 +80,11 @@ class FrameSender:
         return Frames(
             receiver=self._machine.system.placement.places[self._receiver],
             bits=self.bits,
-            made=self._made,
+            made=self._frames,
             skipped=self._skipped,
             dropped=dropped,
             shown=shown,
             late=sum(age > step_ps for age in self._ages),
-            under_way=self._made - self._skipped - sum(dropped.values()) - shown,
+            under_way=self._frames - self._skipped - sum(dropped.values()) - shown,
             age=spread(self._ages),
         )

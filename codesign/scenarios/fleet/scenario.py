@@ -37,7 +37,7 @@ class FleetScenario(Scenario):
         hint = "take a style with a method updates, as those of velocity_obstacle have, or scenario plan_once"
         return [fault(draft.workload, ("mapping", draft.planner.planning_task, "style"), text, hint)]
 
-    def flows(self, draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:  # noqa: ARG002
+    def flows(self, _draft: Draft, places: Mapping[str, str], planned: Sequence[Flow]) -> Sequence[Flow]:
         """The answers of the planner, which the first robot's board itself sends to the display too."""
         if DISPLAY not in places:
             return ()
@@ -48,7 +48,7 @@ class FleetScenario(Scenario):
         machine: Machine,
         boards: Mapping[str, Power],
         memo: Memo | None,
-        progress: ProgressOfMission | None,  # noqa: ARG002
+        _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
         """The figures of the plan that the fleet carried out, and of the fleet."""
         from codesign.scenarios.fleet.flight import fly

@@ -23,7 +23,7 @@ from codesign.report import render_text, result_tables
 from codesign.results.mission import Mission
 from codesign.scenarios import bind, simulate
 from codesign.scenarios.drive import levers
-from codesign.scenarios.drive.levers import HELPS, Lever, levers_of
+from codesign.scenarios.drive.levers import HELPS, MissionLever, levers_of
 from codesign.system import Result, System
 
 Hwsw = Callable[..., Done]
@@ -220,7 +220,7 @@ def test_the_office_on_a_slow_clock(monkeypatch: pytest.MonkeyPatch) -> None:
     }
     point = design_point(codesign.load_platform("zynq"), codesign.load_workload("office-harmonic"), values)
 
-    def the_clock(system: System, result: Result) -> tuple[Lever, ...]:
+    def the_clock(system: System, result: Result) -> tuple[MissionLever, ...]:
         return tuple(lever for lever in levers_of(system, result) if lever.path == "fpga.clock")
 
     monkeypatch.setattr(levers, "levers_of", the_clock)

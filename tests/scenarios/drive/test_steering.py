@@ -138,7 +138,7 @@ def test_a_robot_beyond_the_wave_has_lost_its_way() -> None:
     places = (2.0, 10.9), (2.0, 11.7)
     close, far = (ActivePlan(answer, PLANNER, place, again=True) for place in places)
     assert (close.lost(places[0], free), close.target, close.arrives) == (False, (2, 2), True)
-    assert (far.lost(places[1], free), far.way.length, far.arrives) == (True, 0.0, False)
+    assert (far.lost(places[1], free), far.path.length, far.arrives) == (True, 0.0, False)
 
 
 @pytest.mark.parametrize("placement", ["breadth-first", "wavefront"])

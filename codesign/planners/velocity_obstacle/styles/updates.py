@@ -7,36 +7,74 @@ from collections.abc import Generator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.styles import Step
+from codesign.planners.styles import FleetUpdates, Step
+from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
+from codesign.planners.velocity_obstacle.plan.gaps import pair_gaps
 from codesign.planners.velocity_obstacle.plan.loop import Loop
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem
+from codesign.planners.velocity_obstacle.plan.quality import arrival_updates
 from codesign.planners.velocity_obstacle.styles import timing
 
 
-class Updates:
-    """The closed loop of n robots, and the cycles that each robot's circuit takes for the present update.
-
-    The caller drives the updates of ``loop`` by its ``hold`` and ``act``, and decides each by ``decide`` here.
-    ``cycles``: int64 n, of the last decision.
-    """
+class Updates(FleetUpdates):
+    """The closed ``loop`` of the robots, and the cycles that follow from the candidates and trials of each."""
 
     def __init__(
         self, problem: RobotsProblem, parameters: AvoidParameters, costs: timing.UpdateCosts
     ) -> None:
         self.loop = Loop(problem, parameters)
         self.costs = costs
+        self.step_ps = parameters.step_ps
         self.cycles: NDArray[np.int64] = np.zeros(problem.count, np.int64)
+        self._radius = problem.radius
+        self._before = self._state()
+
+    @property
+    def over(self) -> bool:
+        """Whether no update follows."""
+        return self.loop.over
+
+    @property
+    def departure(self) -> str | None:
+        """The value that left its word, in a sentence; None where none did."""
+        return None if self.loop.departure is None else str(self.loop.departure)
+
+    @property
+    def done(self) -> int:
+        """How many updates are done."""
+        return self.loop.updates
+
+    @property
+    def arrived(self) -> NDArray[np.bool_]:
+        """Bool n: whether each robot was at its target when the latest decision began."""
+        return self.loop.arrived
+
+    @property
+    def positions(self) -> NDArray[np.float64]:
+        """Float64 n × 2 (row, column): (x, y) of a robot is (column + 0.5, row + 0.5)."""
+        return self.loop.cells[:, ::-1] - 0.5
 
     def decide(self) -> None:
         """Let all robots decide the next update."""
         self.loop.decide()
         self.cycles = self.costs.of_robot(self.loop.checks, self.loop.trials)
 
-    @property
-    def slowest(self) -> int:
-        """The robot that the others wait for: the first among equals."""
-        return int(np.argmax(self.cycles))
+    def hold(self, steps: int) -> None:
+        """The robots drive on with their velocities for ``steps`` time steps."""
+        self._before = self._state()
+        self.loop.hold(steps)
+
+    def act(self) -> None:
+        """The robots take the velocities that they chose, in one time step."""
+        self._before = self._state()
+        self.loop.act()
+
+    def gaps(self) -> NDArray[np.float64]:
+        """Least distance between the bodies of each pair in the latest ``hold`` or ``act``, cells."""
+        (cells, speeds, steps), now = self._before, self._state()
+        seconds = np.array([(now[2] - steps) * self.loop.parameters.step])
+        return pair_gaps(np.stack([cells, now[0]]), np.stack([speeds, now[1]]), seconds) - 2.0 * self._radius
 
     def steps(self, robot: int, *, visits: bool) -> Generator[Step, None, None]:
         """The phases of one robot's update.
@@ -50,6 +88,17 @@ class Updates:
                 units = np.full(trials, self.costs.trial, np.int64) if split else np.array([amount], np.int64)
                 yield Step(phase, units, ram_addresses=timing.addresses(phase))
 
-    def whole(self, robot: int) -> Generator[Step, None, None]:
-        """One robot's update as a step of one unit, where nobody listens to its phases."""
-        yield Step("update", self.cycles[robot : robot + 1])
+    def plan(self) -> Avoidance:
+        """The run up to its last complete update."""
+        return self.loop.plan()
+
+    def arrivals(self, plan: Avoidance) -> list[int | None]:
+        """For each robot the updates that were done when it had arrived, or None."""
+        return arrival_updates(plan)
+
+    def time_steps(self, plan: Avoidance) -> int:
+        """How many time steps the run took."""
+        return int(plan.times[-1])
+
+    def _state(self) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+        return self.loop.cells, self.loop.speeds, self.loop.steps

@@ -32,15 +32,15 @@ class Frontiers:
 
     def mask(self, robot: Cell) -> NDArray[np.bool_]:
         """Bool, rows × columns: the frontier cells that the robot can reach from its cell, barren ones left out."""
-        known = self._belief.known_free(robot)
-        open_cells = self._belief.planning_free(robot) & ~known
-        beside = np.zeros_like(known)
+        known_free = self._belief.known_free(robot)
+        open_cells = self._belief.planning_free(robot) & ~known_free
+        beside = np.zeros_like(known_free)
         beside[1:] |= open_cells[:-1]
         beside[:-1] |= open_cells[1:]
         beside[:, 1:] |= open_cells[:, :-1]
         beside[:, :-1] |= open_cells[:, 1:]
-        candidates = known & beside & ~self._barren
-        return candidates & reachable(known, [robot]) if candidates.any() else candidates
+        candidates = known_free & beside & ~self._barren
+        return candidates & reachable(known_free, [robot]) if candidates.any() else candidates
 
     def goals(self, robot: Cell) -> list[Cell]:
         """The cells of ``mask``, in raster order; none: all that can be reached is known."""

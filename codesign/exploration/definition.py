@@ -1,0 +1,90 @@
+"""The definition of a study: the text that a store keeps of it, from which the study is read again."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from codesign.exploration.space import Space
+from codesign.figures import ResultFigure
+from codesign.inputs import Platform, Workload
+from codesign.inputs.exploration import Constraint, Exploration, declared
+
+MAX_STUDY_POINTS = 200_000
+"""Most points of one exploration: a study holds them all in memory."""
+
+OTHER_VERSION = "read it with the version that wrote it, or explore again into another file"
+"""The remedy for a text that this version cannot read."""
+
+_MOST_DIGITS = 40
+
+
+@dataclass(frozen=True)
+class StudyDefinition:
+    """A study without its entries. ``platform``, ``workload``: their names."""
+
+    platform: str
+    workload: str
+    space: Space
+    objectives: tuple[ResultFigure, ...]
+    constraints: tuple[Constraint, ...]
+
+
+def definition_text(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
+    """The definition as JSON, with the specs for a later reader of the file."""
+    # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
+    definition = {
+        "platform": platform.model_dump(mode="json"),
+        "workload": workload.model_dump(mode="json"),
+        "fingerprint": space.fingerprint,
+        "variants": dict(space.variants),
+        "axes": {name: list(values) for name, values in space.axes.items()},
+        "objectives": [figure.name for figure in section.objectives],
+        "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
+    }
+    return json.dumps(definition, ensure_ascii=False, allow_nan=False)
+
+
+def read_definition(text: str) -> StudyDefinition:
+    """The definition that ``definition_text`` wrote.
+
+    Raises:
+        ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.
+    """
+    definition = read_json(text)
+    axes = Exploration.model_validate({"axes": definition["axes"]}).axes
+    variants = {str(name): str(digest) for name, digest in definition.get("variants", {}).items()}
+    space = Space(axes, str(definition["fingerprint"]), variants)
+    if len(space) > MAX_STUDY_POINTS:
+        raise ValueError(f"{len(space)} points")
+    return StudyDefinition(
+        platform=str(definition["platform"]["name"]),
+        workload=str(definition["workload"]["name"]),
+        space=space,
+        objectives=tuple(declared(name) for name in definition["objectives"]),
+        constraints=tuple(Constraint.model_validate(limit) for limit in definition["constraints"]),
+    )
+
+
+def read_json(text: str) -> Any:
+    """JSON with finite numbers only, as results have.
+
+    Raises:
+        ValueError: the text is no such JSON. RecursionError: it is nested too deep.
+    """
+    return json.loads(text, parse_float=_float, parse_int=_integer, parse_constant=_float)
+
+
+def _float(text: str) -> float:
+    value = float(text)
+    if not math.isfinite(value):
+        raise ValueError(f"{text} is not finite")
+    return value
+
+
+def _integer(text: str) -> int:
+    if len(text) > _MOST_DIGITS:
+        raise ValueError(f"a number of {len(text)} digits")
+    return int(text)

@@ -1,0 +1,26 @@
+"""Records that several scenarios make of a run as a whole."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.records import FieldRecord, MapRecord
+from codesign.system.build import Machine
+
+
+def tell_map(machine: Machine, free: NDArray[np.bool_], resolution: float | None) -> None:
+    """Record the map ``free`` with the goals of the problem for listeners."""
+    if machine.listening:
+        goals = np.array(machine.system.problem.goals, np.int32).reshape(-1, 2)
+        machine.tell(MapRecord(machine.now, "map", free, goals, resolution))
+
+
+def tell_field(machine: Machine, plan: Any) -> None:
+    """Record the field of a plan for listeners, where its planner leaves one and has no other record of it."""
+    field = machine.system.planner.field_of(plan)
+    if field is not None:
+        name, unit, values = field
+        machine.tell(FieldRecord(machine.now, machine.system.component, name, unit, values))
