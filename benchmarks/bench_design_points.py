@@ -9,6 +9,7 @@ from typing import Any
 
 from codesign.exploration.space import Space
 from codesign.inputs import design_point, load_platform
+from codesign.inputs.faults import context_of
 from codesign.inputs.workload import Workload
 from codesign.system import catalog
 
@@ -33,8 +34,7 @@ def rows(platform_name: str, workload_name: str, most: int) -> list[Any]:
     assert workload.explore is not None, "a study"
     document = workload.document
     tree = {key: raw for key, raw in document.tree.items() if key not in ("explore", "variants")}
-    context = {"document": document, **workload.context}
-    whole = seconds_each(lambda _: Workload.model_validate(tree, context=context), range(300))
+    whole = seconds_each(lambda _: Workload.model_validate(tree, context=context_of(document)), range(300))
     axes = workload.explore.axes
     space = Space(axes, "")
     # Spread over the study, so that every axis moves.

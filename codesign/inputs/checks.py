@@ -42,13 +42,11 @@ class _Form:
 
     - ``name``: of the variant; empty for what is no variant.
     - ``spec``: of ``document``; None, with all ``faults`` of it, where it is not sound.
-    - ``context``: what its validators are given.
     """
 
     name: str
     document: Document
     spec: Workload | Platform | None
-    context: Mapping[str, Any]
     faults: tuple[Fault, ...] = ()
 
     def validated(
@@ -56,9 +54,9 @@ class _Form:
     ) -> tuple[Workload | Platform | None, list[Fault]]:
         """The document, edited, as a model, or every fault of it."""
         if isinstance(self.spec, Platform):
-            return validated(Platform, self.spec, document, self.context, {}, tell, keep)
+            return validated(Platform, self.spec, document, {}, tell, keep)
         fixed: dict[str, Any] = {"explore": None, "variants": {}}
-        return validated(Workload, self.spec, document, self.context, fixed, tell, keep)
+        return validated(Workload, self.spec, document, fixed, tell, keep)
 
 
 @dataclass(frozen=True)
@@ -137,7 +135,7 @@ def _marked(what: str, form: _Form) -> str:
     return f"{what} in variant {form.name}" if form.name else what
 
 
-def workload_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+def workload_faults(document: Document) -> list[Fault]:
     """What is wrong with the variants of a workload, and with its axes, as far as that needs no platform."""
     tree = document.tree if isinstance(document.tree, dict) else {}
     variants, explore = tree.get("variants"), tree.get("explore")
@@ -147,7 +145,7 @@ def workload_faults(document: Document, context: Mapping[str, Any]) -> list[Faul
     axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
     if not variants and not axes:
         return []
-    base = _base(document, context)
+    base = _base(document)
     faults: list[Fault] = []
     forms = {BASE: base}
     for name, raw in variants.items():
@@ -167,10 +165,10 @@ def _readable(axis: Any, values: Any) -> bool:
     return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
 
 
-def _base(document: Document, context: Mapping[str, Any]) -> _Form:
+def _base(document: Document) -> _Form:
     """The workload itself, without its variants and its exploration."""
-    made, faults = _Form("", document, None, context).validated(document, document.fault)
-    return _Form("", document, made, context, tuple(faults))
+    made, faults = _Form("", document, None).validated(document, document.fault)
+    return _Form("", document, made, tuple(faults))
 
 
 def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
@@ -180,7 +178,7 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
     """
     document = base.document
     raw, place = document.tree["variants"][name], ("variants", name)
-    refusal = _planner_refusal(document.tree, raw, base.context)
+    refusal = _planner_refusal(document.tree, raw, document.context)
     edited = with_variant(document, name, VARIED if refusal is None else ("scenario",))
     known: list[Fault] = []
 
@@ -195,11 +193,11 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
         return document.fault((*place, *(path if path and path[0] in raw else given[:1])), what, hint)
 
     if base.spec is None and len(document.values) * len(document.tree["variants"]) > MAX_WORK:
-        return _Form(name, edited, None, base.context), []
+        return _Form(name, edited, None), []
     made, faults = base.validated(edited, tell)
     if refusal is not None:
         made, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
-    return _Form(name, edited, made, base.context, tuple(known)), faults
+    return _Form(name, edited, made, tuple(known)), faults
 
 
 def _planner_refusal(
@@ -240,7 +238,7 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
     for axis, values in axes.items():
         if axis == VARIANT_AXIS or moves(axis, PROBLEM):
             continue
-        movables = [Movable.of(None, form.document, form.context.get("tasks")) for form in forms]
+        movables = [Movable.of(None, form.document) for form in forms]
         if not moves(axis, SCENARIO) and not any(_places(movable, axis) for movable in movables):
             continue
         shared = next(filter(None, (_shared(axis, axes, movable) for movable in movables)), None)
@@ -317,13 +315,13 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
     specs = [] if explored and listed else [workload]
     specs += [choose_variant(workload, name) for name in listed]
     faults = [fault for spec in specs for fault in _unmapped(platform, spec)]
-    movables = [Movable.of(platform, spec.document, spec.context.get("tasks")) for spec in specs]
+    movables = [Movable.of(platform, spec.document) for spec in specs]
     for axis, values in axes.items():
         if axis == VARIANT_AXIS or moves(axis, SCENARIO):
             continue
         trial = _Trial(workload.document, axes, axis, list(values))
         if moves(axis, PROBLEM):
-            faults += trial.faults(_Form("", workload.document, workload, workload.context), movables[0])
+            faults += trial.faults(_Form("", workload.document, workload), movables[0])
             faults += _map_file_faults(trial, workload, movables[0])
         else:
             faults += _against_platform(trial, platform, movables)
@@ -370,7 +368,7 @@ def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]
     if refusal is not None:
         return [trial.at_axis(*refusal)]
     if movable.section(name) != "mapping":
-        return trial.faults(_Form("", platform.document, platform, {}), movable)
+        return trial.faults(_Form("", platform.document, platform), movable)
     return [
         trial.document.fault((*trial.place, index), *_no_component(value, platform))
         for index, value in enumerate(trial.values)

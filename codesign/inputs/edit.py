@@ -17,14 +17,14 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
-from codesign.inputs.base import Spec
+from codesign.inputs.base import Spec, with_sources
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
-from codesign.inputs.faults import Keep, Teller, translate
+from codesign.inputs.faults import Keep, Teller, context_of, translate
 from codesign.inputs.links import LINKS
 from codesign.inputs.part_file import part_state
 from codesign.inputs.platform import Platform
-from codesign.inputs.workload import BASE, PLACE_KEYS, TaskModels, Workload, tasks_of
+from codesign.inputs.workload import BASE, PLACE_KEYS, RawParameters, Workload, map_task, tasks_of
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
@@ -68,9 +68,9 @@ class Movable:
     tasks: Mapping[str, type[TaskParameters]]
 
     @classmethod
-    def of(cls, platform: Platform | None, document: Document, models: TaskModels | None) -> Movable:
+    def of(cls, platform: Platform | None, document: Document) -> Movable:
         """What axes may move of a platform and the document of a workload."""
-        mapping = document.tree.get("mapping")
+        mapping, models = document.tree.get("mapping"), document.context.get("tasks")
         return cls(platform, mapping if isinstance(mapping, dict) else {}, tasks_of(document.tree, models))
 
     def section(self, name: str) -> str | None:
@@ -93,32 +93,34 @@ class Movable:
         section = self.section(name)
         if section == "mapping":
             model = self.tasks.get(name)
-            return None if model is None else (*PLACE_KEYS, *model.model_fields)
+            return None if model is None else _movable_keys(model)
         entries: Mapping[str, Any] = getattr(self.platform, str(section))
-        return tuple(key for key in type(entries[name]).model_fields if key not in FIXED_FIELDS)
+        return _movable_keys(type(entries[name]))
 
     def refusal(self, axis: str) -> tuple[str, str] | None:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")
         section = self.section(name)
         if section is None:
-            names = {*self.mapping, *self.tasks}
-            names |= {*self.platform.components, *self.platform.links} if self.platform else set()
-            names |= {VARIANT_AXIS, PROBLEM, SCENARIO}
-            if name == "workload":
-                hint = choose_hint(clip(axis), (VARIANT_AXIS, PROBLEM, SCENARIO))
-                return f"an axis moves no {clip(axis)!r}", hint
-            return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
+            return self._nothing_named(name, axis)
         accepted = self.keys(name)
+        if keys and (accepted is None or keys[0] in accepted):
+            return None
         if not keys:
             own = [key for key in accepted or () if key not in PLACE_KEYS] or accepted or PLACE_KEYS
             return _NO_AXIS, f"name what to set of {name}: {', '.join(f'{name}.{key}' for key in own)}"
+        what = "unknown key"
         if section != "mapping" and keys[0] in FIXED_FIELDS:
             what = f"{keys[0]} of {name} is no axis: it stands in the platform"
-            return what, choose_hint(clip(keys[0], 60), accepted or ())
-        if accepted is not None and keys[0] not in accepted:
-            return "unknown key", choose_hint(clip(keys[0], 60), accepted)
-        return None
+        return what, choose_hint(clip(keys[0], 60), accepted or ())
+
+    def _nothing_named(self, name: str, axis: str) -> tuple[str, str]:
+        sections = (VARIANT_AXIS, PROBLEM, SCENARIO)
+        if name == "workload":
+            return f"an axis moves no {clip(axis)!r}", choose_hint(clip(axis), sections)
+        names = {*self.mapping, *self.tasks, *sections}
+        names |= {*self.platform.components, *self.platform.links} if self.platform else set()
+        return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
 
     def unplaced(self, name: str, axes: Mapping[str, Any]) -> tuple[str, str] | None:
         """What is wrong where axes move a task and nothing places it; and the remedy."""
@@ -134,11 +136,18 @@ class Movable:
         return {**{(*path[:2], other): REMOVED for other in others}, path: value}
 
 
+@functools.cache
+def _movable_keys(model: type[SpecModel]) -> tuple[str, ...]:
+    """What an axis may move of a task with parameters of this model, or of a component or link of this model."""
+    if issubclass(model, TaskParameters):
+        return (*PLACE_KEYS, *model.model_fields)
+    return tuple(key for key in model.model_fields if key not in FIXED_FIELDS)
+
+
 def validated(
     model: type[S],
     spec: S | None,
     document: Document,
-    context: Mapping[str, Any],
     fixed: Mapping[str, Any],
     tell: Teller,
     keep: Keep | None = None,
@@ -149,27 +158,23 @@ def validated(
         model: of the document.
         spec: the document before the edits, validated; what they left as it was is not validated again. None: all is.
         document: the edited document.
-        context: handed to validators, beside ``document``.
         fixed: fields that do not come from the document.
         tell: makes the faults. ``keep``: says which are made.
     """
     tree = document.tree
     fields = {key: raw for key, raw in tree.items() if key not in fixed}
     if spec is not None:
+        edited = _by_entries(spec, document, fixed)
+        if edited is not None:
+            return edited, []
         before = spec.document.tree
         for key in model.model_fields:
             fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
-    if isinstance(spec, Platform):
-        for section in ("components", "links"):
-            if fields[section] is not getattr(spec, section):
-                entries = fields[section].items()
-                fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
     try:
-        made = model.model_validate({**fields, **fixed}, context={"document": document, **context})
+        made = model.model_validate({**fields, **fixed}, context=context_of(document))
     except ValidationError as error:
         return None, translate(error, document, tell, keep)
-    made._document, made._context = document, context
-    return made, []
+    return made.with_document(document, spec), []
 
 
 def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
@@ -184,15 +189,42 @@ def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
     return raw
 
 
-def _kept(section: str, entry: Any, folder: Path) -> Any:
-    """A component or link as it was validated before, where one of that content was; else as it is."""
-    if not isinstance(entry, dict):
-        return entry
-    part = entry.get("part")
-    state = part_state(part, (folder / "parts",)) if isinstance(part, str) else ()
+def _by_entries(spec: S, document: Document, fixed: Mapping[str, Any]) -> S | None:
+    """The spec with those of its entries validated that were edited; None where more was edited, or one has a fault.
+
+    Tasks, components and links are validated each by itself: what is sound in one does not depend on the others.
+    """
+    changes, tree, tree_before = dict(fixed), document.tree, spec.document.tree
+    if not tree.keys() <= tree_before.keys():
+        return None
+    for key, before in tree_before.items():
+        raw = tree.get(key)
+        if raw is before or key in fixed:
+            continue
+        if key not in ENTRIES or not isinstance(raw, dict) or raw.keys() != before.keys():
+            return None
+        changes[key] = entries = dict(getattr(spec, key))
+        for name, entry in raw.items():
+            if entry is not before[name]:
+                validated_entry = _entry(spec, key, name, entry, document)
+                if validated_entry is None:
+                    return None
+                entries[name] = with_sources(validated_entry, document, (key, name), entries.get(name))
+    edited = spec.model_copy(update=changes)
+    edited._document = document
+    return edited
+
+
+def _entry(spec: Spec, section: str, name: str, entry: Any, document: Document) -> SpecModel | None:
+    """A task, component or link, validated; None where it has a fault. Components of one content are validated once."""
     with contextlib.suppress(TypeError, ValueError, ValidationError, SpecError):
-        return _of_content(section, json.dumps(entry, sort_keys=True), folder, state)
-    return entry
+        if isinstance(spec, Workload):
+            models = spec.task_models
+            return map_task(entry, RawParameters if models is None else models[name], document)
+        part = entry.get("part")
+        state = part_state(part, (document.folder / "parts",)) if isinstance(part, str) else ()
+        return _of_content(section, json.dumps(entry), document.folder, state)
+    return None
 
 
 @functools.lru_cache(maxsize=1024)
@@ -296,7 +328,7 @@ def design_point(
     moved |= {tuple(axis.split(".")[1:]): axis for axis in sections}
     document = put(document, {path: axes[axis] for path, axis in moved.items()}, origin)
     # The scenario decides which tasks there are.
-    movable = Movable.of(platform, document, workload.context.get("tasks"))
+    movable = Movable.of(platform, document)
     faults: list[Fault] = []
     of_workload: dict[KeyPath, Any] = {}
     of_platform: dict[KeyPath, Any] = {}
@@ -323,8 +355,7 @@ def _edited(
     """The spec with an edited document, or every fault of it; figures in short form get their source."""
     if document is spec.document:
         return (spec.model_copy(update=dict(fixed)) if fixed else spec), []
-    made, faults = validated(type(spec), spec, document, spec.context, fixed, tell)
-    return made and made.with_document(document, spec.context, spec), faults
+    return validated(type(spec), spec, document, fixed, tell)
 
 
 def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller:
@@ -359,7 +390,7 @@ def pin(
         variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
         for name in variants:
             design_point(platform, workload, {VARIANT_AXIS: name, **values}, f"variant {name}: {by}")
-        movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+        movable = Movable.of(platform, workload.document)
         held = {
             axis: (value,)
             for axis, value in values.items()
@@ -379,5 +410,5 @@ def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
         spec = workload.problem if moves(axis, PROBLEM) else workload.scenario
         keys = axis.split(".")[2:]
         return not keys or keys[0] in type(spec).model_fields
-    movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+    movable = Movable.of(platform, workload.document)
     return movable.refusal(axis) is None

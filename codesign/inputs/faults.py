@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -16,34 +16,32 @@ from codesign.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 M = TypeVar("M", bound=BaseModel)
 
 
-def validate(
-    model: type[M],
-    document: Document,
-    context: Mapping[str, Any] | None = None,
-    also: Callable[[Document, Mapping[str, Any]], list[Fault]] | None = None,
-) -> M:
+def validate(model: type[M], document: Document, also: Callable[[Document], list[Fault]] | None = None) -> M:
     """The document as a model.
 
     Args:
         model: what the document should be.
         document: the file.
-        context: handed to validators, beside ``document``.
         also: finds faults that need the raw document, whatever the model thinks of it.
 
     Raises:
         SpecError: all faults of the document, those of reading it included, in file order.
     """
-    made: M | None = None
-    found: list[Fault] = []
-    context = {"document": document, **(context or {})}
+    spec: M | None = None
+    refused: list[Fault] = []
     try:
-        made = model.model_validate(document.tree, context=context)
+        spec = model.model_validate(document.tree, context=context_of(document))
     except ValidationError as error:
-        found = translate(error, document)
-    faults = merge(document, [*found, *(also(document, context) if also else ())])
-    if faults or made is None:
+        refused = translate(error, document)
+    faults = merge(document, [*refused, *(also(document) if also else ())])
+    if faults or spec is None:
         raise SpecError(faults)
-    return made
+    return spec
+
+
+def context_of(document: Document) -> dict[str, Any]:
+    """What the validators of a document's models are given."""
+    return {"document": document, **document.context}
 
 
 def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -134,12 +134,7 @@ class PartFile(Spec):
 
 def parts_folder() -> Path:
     """The folder of shipped parts."""
-    return _parts_in(data_folder("platforms"))
-
-
-@functools.cache
-def _parts_in(folder: Path) -> Path:
-    return folder / "parts"
+    return data_folder("platforms/parts")
 
 
 def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
@@ -202,7 +197,7 @@ def _load_part_file(path: Path, _modified: int, _size: int) -> PartFile:
     return validate(PartFile, document, also=_name_fault).with_document(document)
 
 
-def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+def _name_fault(document: Document) -> list[Fault]:
     """Parts are found by the names of their files, so the two have to agree."""
     name = document.tree.get("name") if isinstance(document.tree, dict) else None
     expected = Path(document.file).stem

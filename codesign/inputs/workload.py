@@ -157,7 +157,7 @@ class Workload(Spec):
     @property
     def task_models(self) -> Mapping[str, type[TaskParameters]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
-        models = (self.context.get("tasks") or {}).get(self.planner)
+        models = (self.document.context.get("tasks") or {}).get(self.planner)
         if models is None:
             return None
         return {**_other_tasks(self.scenario, (task.name for task in self.tasks)), **models}
