@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from pathlib import Path
@@ -33,7 +34,11 @@ class Spec(SpecModel):
     @property
     def document(self) -> Document:
         """The file behind the spec: its raw tree and the places of its keys."""
-        return self._document
+        # Pydantic's own access to a private attribute takes ten times as long.
+        private = self.__pydantic_private__
+        assert private is not None, "set by pydantic"
+        document: Document = private["_document"]
+        return document
 
     def with_document(self, document: Document, before: Self | None = None) -> Self:
         """The spec with its file; figures in short form get the file's name and their line as source.
@@ -81,7 +86,12 @@ def _declared_in(document: Document, path: KeyPath) -> str:
     origin = document.origin(path)
     if origin is not None and origin.document is None:
         return CHOSEN
-    return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
+    return f"{DECLARED} in {_file_name(document.file)}:{document.value_mark(path)[0]}"
+
+
+@functools.lru_cache(maxsize=64)
+def _file_name(file: str) -> str:
+    return Path(file).name
 
 
 def with_sources(value: Any, document: Document, path: KeyPath, before: Any = None) -> Any:

@@ -24,7 +24,15 @@ from codesign.inputs.faults import Keep, Teller, context_of, translate
 from codesign.inputs.links import LINKS
 from codesign.inputs.part_file import part_state
 from codesign.inputs.platform import Platform
-from codesign.inputs.workload import BASE, PLACE_KEYS, RawParameters, Workload, map_task, tasks_of
+from codesign.inputs.workload import (
+    BASE,
+    PLACE_KEYS,
+    RawParameters,
+    Workload,
+    map_task,
+    problem_model,
+    tasks_of,
+)
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
@@ -94,7 +102,7 @@ class Movable:
         if section == "mapping":
             model = self.tasks.get(name)
             return None if model is None else _movable_keys(model)
-        entries: Mapping[str, Any] = getattr(self.platform, str(section))
+        entries: Mapping[str, SpecModel] = getattr(self.platform, str(section))
         return _movable_keys(type(entries[name]))
 
     def refusal(self, axis: str) -> tuple[str, str] | None:
@@ -168,8 +176,8 @@ def validated(
         if edited is not None:
             return edited, []
         before = spec.document.tree
-        for key in model.model_fields:
-            fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
+        for key, validated_before in dict(spec).items():
+            fields[key] = _unless_edited(tree.get(key), before.get(key), validated_before)
     try:
         made = model.model_validate({**fields, **fixed}, context=context_of(document))
     except ValidationError as error:
@@ -190,9 +198,10 @@ def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
 
 
 def _by_entries(spec: S, document: Document, fixed: Mapping[str, Any]) -> S | None:
-    """The spec with those of its entries validated that were edited; None where more was edited, or one has a fault.
+    """The spec with only the problem and the entries validated that were edited; None where that is not enough.
 
-    Tasks, components and links are validated each by itself: what is sound in one does not depend on the others.
+    The problem and each task, component and link are sound by themselves, as long as planner and scenario stay. Where
+    something else was edited, or one of these has a fault, the whole document is validated.
     """
     changes, tree, tree_before = dict(fixed), document.tree, spec.document.tree
     if not tree.keys() <= tree_before.keys():
@@ -201,29 +210,43 @@ def _by_entries(spec: S, document: Document, fixed: Mapping[str, Any]) -> S | No
         raw = tree.get(key)
         if raw is before or key in fixed:
             continue
-        if key not in ENTRIES or not isinstance(raw, dict) or raw.keys() != before.keys():
+        validated_before = getattr(spec, key)
+        if key == "problem":
+            changes[key] = _alone(spec, key, "", raw, document)
+        elif key in ENTRIES and isinstance(raw, dict) and raw:
+            changes[key] = {
+                name: validated_before[name]
+                if name in validated_before and entry is before.get(name)
+                else _alone(spec, key, name, entry, document)
+                for name, entry in raw.items()
+            }
+            if None in changes[key].values() or (key != "mapping" and raw.keys() != before.keys()):
+                return None
+        else:
             return None
-        changes[key] = entries = dict(getattr(spec, key))
-        for name, entry in raw.items():
-            if entry is not before[name]:
-                validated_entry = _entry(spec, key, name, entry, document)
-                if validated_entry is None:
-                    return None
-                entries[name] = with_sources(validated_entry, document, (key, name), entries.get(name))
+        if changes[key] is None:
+            return None
+        changes[key] = with_sources(changes[key], document, (key,), validated_before)
     edited = spec.model_copy(update=changes)
     edited._document = document
     return edited
 
 
-def _entry(spec: Spec, section: str, name: str, entry: Any, document: Document) -> SpecModel | None:
-    """A task, component or link, validated; None where it has a fault. Components of one content are validated once."""
-    with contextlib.suppress(TypeError, ValueError, ValidationError, SpecError):
+def _alone(spec: Spec, section: str, name: str, raw: Any, document: Document) -> SpecModel | None:
+    """A problem, task, component or link, validated by itself; None where it has a fault.
+
+    A component or link of the same content is validated once.
+    """
+    with contextlib.suppress(TypeError, ValueError, KeyError, ValidationError, SpecError):
         if isinstance(spec, Workload):
+            if section == "problem":
+                model = problem_model(spec.planner, document.context)
+                return model.model_validate(raw, context=context_of(document))
             models = spec.task_models
-            return map_task(entry, RawParameters if models is None else models[name], document)
-        part = entry.get("part")
+            return map_task(raw, RawParameters if models is None else models[name], document)
+        part = raw.get("part")
         state = part_state(part, (document.folder / "parts",)) if isinstance(part, str) else ()
-        return _of_content(section, json.dumps(entry), document.folder, state)
+        return _of_content(section, json.dumps(raw), document.folder, state)
     return None
 
 
@@ -278,23 +301,46 @@ def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
     Raises:
         SpecError: no such variant; or it clashes with what was put into the workload before.
     """
-    document = _chosen(workload, name, by)
-    made, faults = _edited(workload, document, {"variants": {}}, document.fault)
-    if made is None:
+    spec, document = _chosen(workload, name, by)
+    chosen, faults = _edited(spec, document, {"variants": {}, "explore": workload.explore}, document.fault)
+    if chosen is None:
         raise SpecError(faults)
-    return made
+    return chosen
 
 
-def _chosen(workload: Workload, name: Any, by: str) -> Document:
+class _Same:
+    """A workload as the key of what is kept of it: this very object, whatever is equal to it."""
+
+    def __init__(self, workload: Workload) -> None:
+        self.workload = workload
+
+    def __hash__(self) -> int:
+        return id(self.workload)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.workload is other.workload
+
+
+@functools.lru_cache(maxsize=128)
+def _kept_variant(key: _Same, name: str) -> tuple[Document, Workload | None]:
+    """A workload with a variant put in, as a document and, where it is sound, as a model; made once."""
+    document = with_variant(key.workload.document, name)
+    fixed: dict[str, Any] = {"variants": {}, "explore": None}
+    return document, validated(Workload, key.workload, document, fixed, document.fault)[0]
+
+
+def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]:
+    """The document of a workload with a variant put in, and the spec that edits of it start from."""
     place = f"{by}{VARIANT_AXIS}"
     if not workload.variants:
         hint = "give it a section variants: {NAME: {planner: ..., mapping: {...}}}"
         raise SpecError([Fault(place, 0, 0, "", f"workload {workload.name} has no variants", hint)])
     if name == BASE:
-        return workload.document
+        return workload, workload.document
     if not isinstance(name, str) or name not in workload.variants:
         raise SpecError([Fault(place, 0, 0, "", *no_variant(name, workload.variants))])
-    return with_variant(workload.document, name)
+    document, variant = _kept_variant(_Same(workload), name)
+    return variant or workload, document
 
 
 def design_point(
@@ -316,9 +362,9 @@ def design_point(
     """
     fixed: dict[str, Any] = {"explore": None}
     moved: dict[KeyPath, str] = {}
-    document, parts = workload.document, platform.document
+    spec, document, parts = workload, workload.document, platform.document
     if VARIANT_AXIS in values:
-        document, fixed["variants"] = _chosen(workload, values[VARIANT_AXIS], by), {}
+        (spec, document), fixed["variants"] = _chosen(workload, values[VARIANT_AXIS], by), {}
     axes = {axis: value for axis, value in values.items() if axis != VARIANT_AXIS}
 
     def origin(path: KeyPath) -> Origin:
@@ -339,10 +385,10 @@ def design_point(
             continue
         edits = movable.edits(axis, axes[axis])
         moved |= dict.fromkeys(edits, axis)
-        (of_workload if movable.path(axis)[0] == "mapping" else of_platform).update(edits)
+        (of_workload if next(iter(edits))[0] == "mapping" else of_platform).update(edits)
     document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
     faults += [*document.faults, *parts.faults]
-    point, wrong = _edited(workload, document, fixed, _teller(document, moved, by))
+    point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
     made, more = _edited(platform, parts, {}, _teller(parts, moved, by))
     if faults or wrong or more or point is None or made is None:
         raise SpecError([*faults, *wrong, *more])

@@ -179,8 +179,7 @@ class Workload(Spec):
     def _of_the_planner(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:  # noqa: ARG003
         if isinstance(value, SpecModel):
             return value
-        problems = (info.context or {}).get("problems") or {}
-        model = problems.get(info.data.get("planner"), ProblemSpec)
+        model = problem_model(info.data.get("planner"), info.context or {})
         return model.model_validate(value, context=info.context)
 
     @field_validator("tasks", mode="after")
@@ -243,6 +242,12 @@ def _extra_names(fields: Mapping[str, Any], context: Mapping[str, Any], mapping:
     legible = [name for name in named if isinstance(name, str)]
     all_legible = isinstance(raw, list) and len(legible) == len(raw)
     return legible if all_legible or not isinstance(mapping, dict) else [*legible, *mapping]
+
+
+def problem_model(planner: Any, context: Mapping[str, Any]) -> type[SpecModel]:
+    """The model of a planner's problem: a map with goals and starts, unless the planner has its own."""
+    model: type[SpecModel] = (context.get("problems") or {}).get(planner, ProblemSpec)
+    return model
 
 
 def tasks_of(tree: Mapping[str, Any], models: TaskModels | None) -> dict[str, type[TaskParameters]]:
