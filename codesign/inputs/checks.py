@@ -30,6 +30,7 @@ from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
+from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import TaskParameters
 
 MAX_WORK = 4_000_000
@@ -149,6 +150,8 @@ def workload_faults(document: Document) -> list[Fault]:
     faults: list[Fault] = []
     forms = {BASE: base}
     for name, raw in variants.items():
+        if len(faults) > MAX_FAULTS:
+            break  # None of what follows would be shown.
         if name != BASE and isinstance(raw, dict):
             forms[name], wrong = _variant_form(base, name)
             faults += wrong

@@ -52,7 +52,7 @@ def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
     ]
     faults.sort(key=lambda fault: (fault.line, fault.column))
     if len(faults) > MAX_FAULTS:
-        more = f"and {len(faults) - MAX_FAULTS} more faults"
+        more = f"and at least {len(faults) - MAX_FAULTS} more faults"
         last = faults[MAX_FAULTS - 1]
         faults = [*faults[:MAX_FAULTS], Fault(last.file, last.line, last.column, "", more)]
     return faults

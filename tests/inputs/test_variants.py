@@ -220,3 +220,12 @@ def _at(tree: Any, path: tuple[str, ...]) -> Any:
     for step in path:
         tree = tree[step]
     return tree
+
+
+def test_no_variant_is_checked_once_there_are_more_faults_than_are_shown(tmp_path: Path) -> None:
+    """Sixty variants with hundreds of faults each would take half a minute, and none of it would be shown."""
+    unknown = ", ".join(f"task{index}: {{component: host}}" for index in range(120))
+    many = "\n".join(f"  wrong{index}: {{mapping: {{{unknown}}}}}" for index in range(30))
+    text = faults(tmp_path, (VARIANTS, f"variants:\n{many}\n"))
+    assert "variants.wrong0.mapping.task99: harmonic has no task 'task99'" in text
+    assert text.endswith("and at least 20 more faults")
