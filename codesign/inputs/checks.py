@@ -13,7 +13,6 @@ from typing import Any
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
-    ENTRIES,
     PROBLEM,
     SCENARIO,
     VARIANT_AXIS,
@@ -22,13 +21,13 @@ from codesign.inputs.edit import (
     choose_variant,
     moves,
     no_variant,
-    validated,
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform
 from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import TaskParameters
@@ -94,7 +93,7 @@ class _Trial:
 
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
         """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
-        moved, made, faults = movable.path(self.axis), list[str](), list[Fault]()
+        moved, seen, faults = movable.path(self.axis), list[str](), list[Fault]()
         alone = self.alone and (moved[0] != "mapping" or moved[1] in movable.mapping)
 
         def keep(path: KeyPath, unknown: bool) -> bool:
@@ -106,18 +105,21 @@ class _Trial:
             point = self.point(form.document, movable, index, value)
             blocked = point.faults[len(form.document.faults) :]
             if blocked:
-                known = form.spec is None
-                return [] if known else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
+                return (
+                    []
+                    if form.spec is None
+                    else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
+                )
             spec, wrong = form.validated(point, self._teller(form, point, moved, place), keep)
             faults += wrong
             if spec is None:
                 continue
             entry = getattr(spec, str(moved[0]))
             text = repr(entry[moved[1]] if moved[0] in ENTRIES else entry)
-            if text in made and value not in self.values[:index]:
+            if text in seen and value not in self.values[:index]:
                 what = f"{show(value)} says the same as a value before it"
                 faults.append(self.document.fault(place, what, "list each value once"))
-            made.append(text)
+            seen.append(text)
         return faults
 
     def _teller(self, form: _Form, point: Document, moved: KeyPath, place: KeyPath) -> Teller:
@@ -170,8 +172,8 @@ def _readable(axis: Any, values: Any) -> bool:
 
 def _base(document: Document) -> _Form:
     """The workload itself, without its variants and its exploration."""
-    made, faults = _Form("", document, None).validated(document, document.fault)
-    return _Form("", document, made, tuple(faults))
+    workload, faults = _Form("", document, None).validated(document, document.fault)
+    return _Form("", document, workload, tuple(faults))
 
 
 def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
@@ -183,11 +185,11 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
     raw, place = document.tree["variants"][name], ("variants", name)
     refusal = _planner_refusal(document.tree, raw, document.context)
     edited = with_variant(document, name, VARIED if refusal is None else ("scenario",))
-    known: list[Fault] = []
+    form_faults: list[Fault] = []
 
     def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault | None:
         fault = edited.fault(path, what, hint, at_key=at_key)
-        known.append(fault)
+        form_faults.append(fault)
         if edited.origin(path) is not None:
             return fault
         if fault in base.faults:
@@ -197,10 +199,10 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
 
     if base.spec is None and len(document.values) * len(document.tree["variants"]) > MAX_WORK:
         return _Form(name, edited, None), []
-    made, faults = base.validated(edited, tell)
+    workload, faults = base.validated(edited, tell)
     if refusal is not None:
-        made, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
-    return _Form(name, edited, made, tuple(known)), faults
+        workload, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
+    return _Form(name, edited, workload, tuple(form_faults)), faults
 
 
 def _planner_refusal(
@@ -250,12 +252,12 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
             faults.append(document.fault(place, what, "keep one of them", at_key=True))
             continue
         trial = _Trial(document, axes, axis, values[:most])
-        found = [
+        axis_faults = [
             fault
             for form, movable in zip(forms, movables, strict=True)
             for fault in _form_faults(trial, form, movable)
         ]
-        faults += dict.fromkeys(found)
+        faults += dict.fromkeys(axis_faults)
     return faults
 
 

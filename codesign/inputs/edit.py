@@ -6,31 +6,21 @@ validated before. A fault of a value is reported where the value comes from (``D
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import ValidationError
-
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
-from codesign.inputs.base import Spec, with_sources
-from codesign.inputs.components import COMPONENTS
+from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
-from codesign.inputs.faults import Keep, Teller, context_of, translate
-from codesign.inputs.links import LINKS
-from codesign.inputs.part_file import part_state
+from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform
+from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.workload import (
     BASE,
     PLACE_KEYS,
-    RawParameters,
     Workload,
-    map_task,
-    problem_model,
     tasks_of,
 )
 from codesign.models import SpecModel, TaskParameters
@@ -40,9 +30,6 @@ S = TypeVar("S", bound=Spec)
 VARIANT_AXIS = "workload.variant"
 PROBLEM, SCENARIO = "workload.problem", "workload.scenario"
 """Axes that move the problem or the scenario of the workload: the whole of it, or a key inside."""
-
-ENTRIES = ("mapping", "components", "links")
-"""Sections of named entries. An axis names the entry and a key in it."""
 
 FIXED_FIELDS = ("type", "between", "beside")
 """Fields of components and links that no axis moves: what they are and what they join is the platform itself."""
@@ -150,111 +137,6 @@ def _movable_keys(model: type[SpecModel]) -> tuple[str, ...]:
     if issubclass(model, TaskParameters):
         return (*PLACE_KEYS, *model.model_fields)
     return tuple(key for key in model.model_fields if key not in FIXED_FIELDS)
-
-
-def validated(
-    model: type[S],
-    spec: S | None,
-    document: Document,
-    fixed: Mapping[str, Any],
-    tell: Teller,
-    keep: Keep | None = None,
-) -> tuple[S | None, list[Fault]]:
-    """An edited document as a model, or every fault of it.
-
-    Args:
-        model: of the document.
-        spec: the document before the edits, validated; what they left as it was is not validated again. None: all is.
-        document: the edited document.
-        fixed: fields that do not come from the document.
-        tell: makes the faults. ``keep``: says which are made.
-    """
-    tree = document.tree
-    fields = {key: raw for key, raw in tree.items() if key not in fixed}
-    if spec is not None:
-        edited = _by_entries(spec, document, fixed)
-        if edited is not None:
-            return edited, []
-        before = spec.document.tree
-        for key, validated_before in dict(spec).items():
-            fields[key] = _unless_edited(tree.get(key), before.get(key), validated_before)
-    try:
-        made = model.model_validate({**fields, **fixed}, context=context_of(document))
-    except ValidationError as error:
-        return None, translate(error, document, tell, keep)
-    return made.with_document(document, spec), []
-
-
-def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
-    """What was ``made`` of a raw section, entry by entry; or what is raw, where an edit put it there."""
-    if raw is before:
-        return made
-    if isinstance(raw, dict) and isinstance(before, dict) and isinstance(made, dict):
-        entries = {
-            name: _unless_edited(entry, before.get(name), made.get(name)) for name, entry in raw.items()
-        }
-        return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
-    return raw
-
-
-def _by_entries(spec: S, document: Document, fixed: Mapping[str, Any]) -> S | None:
-    """The spec with only the problem and the entries validated that were edited; None where that is not enough.
-
-    The problem and each task, component and link are sound by themselves, as long as planner and scenario stay. Where
-    something else was edited, or one of these has a fault, the whole document is validated.
-    """
-    changes, tree, tree_before = dict(fixed), document.tree, spec.document.tree
-    if not tree.keys() <= tree_before.keys():
-        return None
-    for key, before in tree_before.items():
-        raw = tree.get(key)
-        if raw is before or key in fixed:
-            continue
-        validated_before = getattr(spec, key)
-        if key == "problem":
-            changes[key] = _alone(spec, key, "", raw, document)
-        elif key in ENTRIES and isinstance(raw, dict) and raw:
-            changes[key] = {
-                name: validated_before[name]
-                if name in validated_before and entry is before.get(name)
-                else _alone(spec, key, name, entry, document)
-                for name, entry in raw.items()
-            }
-            if None in changes[key].values() or (key != "mapping" and raw.keys() != before.keys()):
-                return None
-        else:
-            return None
-        if changes[key] is None:
-            return None
-        changes[key] = with_sources(changes[key], document, (key,), validated_before)
-    edited = spec.model_copy(update=changes)
-    edited._document = document
-    return edited
-
-
-def _alone(spec: Spec, section: str, name: str, raw: Any, document: Document) -> SpecModel | None:
-    """A problem, task, component or link, validated by itself; None where it has a fault.
-
-    A component or link of the same content is validated once.
-    """
-    with contextlib.suppress(TypeError, ValueError, KeyError, ValidationError, SpecError):
-        if isinstance(spec, Workload):
-            if section == "problem":
-                model = problem_model(spec.planner, document.context)
-                return model.model_validate(raw, context=context_of(document))
-            models = spec.task_models
-            return map_task(raw, RawParameters if models is None else models[name], document)
-        part = raw.get("part")
-        state = part_state(part, (document.folder / "parts",)) if isinstance(part, str) else ()
-        return _of_content(section, json.dumps(raw), document.folder, state)
-    return None
-
-
-@functools.lru_cache(maxsize=1024)
-def _of_content(section: str, text: str, folder: Path, _parts: object) -> SpecModel:
-    entry = json.loads(text)
-    model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
-    return model.model_validate(entry, context={"document": Document("", folder, entry)})
 
 
 def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:
@@ -389,10 +271,10 @@ def design_point(
     document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
     faults += [*document.faults, *parts.faults]
     point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
-    made, more = _edited(platform, parts, {}, _teller(parts, moved, by))
-    if faults or wrong or more or point is None or made is None:
+    moved_platform, more = _edited(platform, parts, {}, _teller(parts, moved, by))
+    if faults or wrong or more or point is None or moved_platform is None:
         raise SpecError([*faults, *wrong, *more])
-    return made, point
+    return moved_platform, point
 
 
 def _edited(
@@ -430,7 +312,7 @@ def pin(
     Raises:
         SpecError: as ``design_point``, of any variant explored too.
     """
-    made, point = design_point(platform, workload, values, by)
+    moved_platform, point = design_point(platform, workload, values, by)
     section = workload.explore
     if section is not None:
         variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
@@ -445,7 +327,7 @@ def pin(
         axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
         # Those settled come first: an axis may move a key inside of one of them.
         section = section.model_copy(update={"axes": held | axes})
-    return made, point.model_copy(update={"explore": section})
+    return moved_platform, point.model_copy(update={"explore": section})
 
 
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:

@@ -135,12 +135,14 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
     kept = [line for line in lines if not line.branch and not _miscounted(line)]
     for union, branches in unions.items():
-        begun = [found for found in branches.values() if not any(_wrong_kind(line, union) for line in found)]
+        begun = [
+            branch for branch in branches.values() if not any(_wrong_kind(line, union) for line in branch)
+        ]
         if begun:
             kept += sorted(begun, key=len)[0]
         else:
             first = next(iter(branches.values()))[0]
-            kinds = dict.fromkeys(_kind(line) for found in branches.values() for line in found)
+            kinds = dict.fromkeys(_kind(line) for branch in branches.values() for line in branch)
             first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
             kept.append(first)
     return kept

@@ -154,7 +154,7 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
         raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
     part_file = load_part_file(files[name] / f"{name}.yaml")
     if dash + grade not in part_file.speed_grades:
-        grades = [f"{name}{known}" for known in part_file.speed_grades]
+        grades = [f"{name}{accepted}" for accepted in part_file.speed_grades]
         lacks = (
             f"no speed grade {clip(dash + grade)!r}" if grade else "several speed grades; one has to be named"
         )
@@ -212,10 +212,10 @@ def _name_fault(document: Document) -> list[Fault]:
 
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
     """The folder of each part file, by the name of the part."""
-    found: dict[str, Path] = {}
+    folder_of: dict[str, Path] = {}
     for folder in (*folders, parts_folder()):
         # No folder, no parts.
         with contextlib.suppress(OSError):
             names = [name.removesuffix(".yaml") for name in os.listdir(folder) if name.endswith(".yaml")]
-            found |= {name: folder for name in names if name not in found}
-    return found
+            folder_of |= {name: folder for name in names if name not in folder_of}
+    return folder_of

@@ -98,11 +98,11 @@ def map_task(raw: Any, model: type[TaskParameters], document: Document | None = 
     except ValidationError as error:
         lines += details_of(error, accepted=(*PLACE_KEYS, *model.model_fields))
     try:
-        made = TaskMapping.model_validate({**own, "parameters": parameters})
+        mapping = TaskMapping.model_validate({**own, "parameters": parameters})
     except ValidationError as error:
         lines += details_of(error)
     raise_all("TaskMapping", lines)
-    return made
+    return mapping
 
 
 class Variant(SpecModel):
@@ -278,7 +278,7 @@ def _mapped(
     if models is not None:
         models = {**others, **models}
     lines: list[InitErrorDetails] = []
-    made: dict[str, TaskMapping] = {}
+    mapping: dict[str, TaskMapping] = {}
     for task, raw in value.items():
         if models is not None and task not in models:
             what = f"{planner} has no task {clip(task)!r}"
@@ -288,8 +288,8 @@ def _mapped(
             lines.append(refusal_details(refusal, (task,)))
             continue
         try:
-            made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
+            mapping[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
         except ValidationError as error:
             lines += details_of(error, (task,))
     raise_all("Workload", lines)
-    return made
+    return mapping
