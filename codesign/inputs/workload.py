@@ -189,16 +189,16 @@ class Workload(Spec):
         models = context.get("tasks") or {}
         planner, scenario = fields.get("planner"), fields.get("scenario")
         taken = {*models.get(planner, ()), *(SCENARIO_TASKS[scenario.type] if scenario else ())}
-        known = None
+        placed = None
         if "document" in context and planner in models and scenario:
             variants = context["document"].tree.get("variants")
             named = variants.values() if isinstance(variants, dict) else ()
             planners = [raw.get("planner") for raw in named if isinstance(raw, dict)]
-            known = taken.union(*SCENARIO_TASKS.values()) if variants else taken
-            known = known.union(
+            placed = taken.union(*SCENARIO_TASKS.values()) if variants else taken
+            placed = placed.union(
                 *(models[name] for name in planners if isinstance(name, str) and name in models)
             )
-        raise_all("Workload", task_refusals(value, taken, known))
+        raise_all("Workload", task_refusals(value, taken, placed))
         return value
 
     @field_validator("mapping", mode="wrap")
