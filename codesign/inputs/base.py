@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import hashlib
 import json
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Self, cast
 
@@ -29,33 +28,28 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 class Spec(SpecModel):
     """A platform or a workload, loaded."""
 
-    # Factories, as pydantic copies a default for each model.
+    # A factory, as pydantic copies a default for each model.
     _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
-    _context: Mapping[str, Any] = PrivateAttr(default_factory=dict)
 
     @property
     def document(self) -> Document:
         """The file behind the spec: its raw tree and the places of its keys."""
-        return self._document
+        # Pydantic's own access to a private attribute takes ten times as long.
+        private = self.__pydantic_private__
+        assert private is not None, "set by pydantic"
+        document: Document = private["_document"]
+        return document
 
-    @property
-    def context(self) -> Mapping[str, Any]:
-        """What its validators are given beside the document."""
-        return self._context
-
-    def with_document(
-        self, document: Document, context: Mapping[str, Any] | None = None, before: Self | None = None
-    ) -> Self:
+    def with_document(self, document: Document, before: Self | None = None) -> Self:
         """The spec with its file; figures in short form get the file's name and their line as source.
 
         Args:
             document: the file.
-            context: what the validators were given beside the document.
             before: the spec before its document was edited; what it shares with this one has its sources.
         """
-        made = cast("Self", _placed(self, lambda path: declared_in(document, path), (), before))
-        made._document, made._context = document, context or {}
-        return made
+        spec = cast("Self", with_sources(self, document, (), before))
+        spec._document = document
+        return spec
 
     def digest(self) -> str:
         """SHA-256, hex, of all that can change a result.
@@ -74,7 +68,7 @@ class Spec(SpecModel):
 def fault(spec: Spec, path: KeyPath, what: str, hint: str | None = None) -> Fault:
     """A fault at a key of a loaded spec, or at what is around the key where it is not written out.
 
-    ``path`` is the way to the key: ``("problem", "goals", 0)``.
+    ``path`` leads to the key: ``("problem", "goals", 0)``.
     """
     return spec.document.fault(path, what, hint)
 
@@ -87,27 +81,35 @@ def _without(content: Any, keys: frozenset[str]) -> Any:
     return content
 
 
-def declared_in(document: Document, path: KeyPath) -> str:
+def _declared_in(document: Document, path: KeyPath) -> str:
     """The source of a figure in short form: its file, without folders, and its line; or that it was chosen."""
     origin = document.origin(path)
     if origin is not None and origin.document is None:
         return CHOSEN
-    return f"{DECLARED} in {Path(document.file).name}:{document.value_mark(path)[0]}"
+    return f"{DECLARED} in {_file_name(document.file)}:{document.value_mark(path)[0]}"
 
 
-def _placed(value: Any, source: Callable[[KeyPath], str], path: KeyPath, before: Any) -> Any:
-    """The value with ``source(path)`` as the source of each figure in short form that is not in ``before`` too."""
+@functools.lru_cache(maxsize=64)
+def _file_name(file: str) -> str:
+    return Path(file).name
+
+
+def with_sources(value: Any, document: Document, path: KeyPath, before: Any = None) -> Any:
+    """The value at a path of a document, with a source for each figure in short form; ``before`` has its sources."""
     if value is before:
         return value
     if isinstance(value, Figure):
-        return dataclasses.replace(value, source=source(path)) if value.source == DECLARED else value
+        if value.source != DECLARED:
+            return value
+        source = _declared_in(document, path)
+        return Figure(value.value, value.unit, value.status, source, value.low, value.high)
     is_model, changes = isinstance(value, BaseModel), {}
-    known = (before.__dict__ if is_model else before) if type(before) is type(value) else {}
+    fields_before = (before.__dict__ if is_model else before) if type(before) is type(value) else {}
     for name, inner in (value.__dict__ if is_model else value).items():
         if isinstance(inner, Figure | BaseModel | dict):
-            made = _placed(inner, source, (*path, name), known.get(name))
-            if made is not inner:
-                changes[name] = made
+            sourced = with_sources(inner, document, (*path, name), fields_before.get(name))
+            if sourced is not inner:
+                changes[name] = sourced
     if not changes:
         return value
     return value.model_copy(update=changes) if is_model else value | changes

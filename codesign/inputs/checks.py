@@ -13,7 +13,6 @@ from typing import Any
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
-    ENTRIES,
     PROBLEM,
     SCENARIO,
     VARIANT_AXIS,
@@ -22,14 +21,15 @@ from codesign.inputs.edit import (
     choose_variant,
     moves,
     no_variant,
-    validated,
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform
 from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
+from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import TaskParameters
 
 MAX_WORK = 4_000_000
@@ -42,13 +42,11 @@ class _Form:
 
     - ``name``: of the variant; empty for what is no variant.
     - ``spec``: of ``document``; None, with all ``faults`` of it, where it is not sound.
-    - ``context``: what its validators are given.
     """
 
     name: str
     document: Document
     spec: Workload | Platform | None
-    context: Mapping[str, Any]
     faults: tuple[Fault, ...] = ()
 
     def validated(
@@ -56,9 +54,9 @@ class _Form:
     ) -> tuple[Workload | Platform | None, list[Fault]]:
         """The document, edited, as a model, or every fault of it."""
         if isinstance(self.spec, Platform):
-            return validated(Platform, self.spec, document, self.context, {}, tell, keep)
+            return validated(Platform, self.spec, document, {}, tell, keep)
         fixed: dict[str, Any] = {"explore": None, "variants": {}}
-        return validated(Workload, self.spec, document, self.context, fixed, tell, keep)
+        return validated(Workload, self.spec, document, fixed, tell, keep)
 
 
 @dataclass(frozen=True)
@@ -95,7 +93,7 @@ class _Trial:
 
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
         """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
-        moved, made, faults = movable.path(self.axis), list[str](), list[Fault]()
+        moved, seen, faults = movable.path(self.axis), list[str](), list[Fault]()
         alone = self.alone and (moved[0] != "mapping" or moved[1] in movable.mapping)
 
         def keep(path: KeyPath, unknown: bool) -> bool:
@@ -107,18 +105,21 @@ class _Trial:
             point = self.point(form.document, movable, index, value)
             blocked = point.faults[len(form.document.faults) :]
             if blocked:
-                known = form.spec is None
-                return [] if known else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
+                return (
+                    []
+                    if form.spec is None
+                    else [self.at_axis(_marked(blocked[0].what, form), blocked[0].hint)]
+                )
             spec, wrong = form.validated(point, self._teller(form, point, moved, place), keep)
             faults += wrong
             if spec is None:
                 continue
             entry = getattr(spec, str(moved[0]))
             text = repr(entry[moved[1]] if moved[0] in ENTRIES else entry)
-            if text in made and value not in self.values[:index]:
+            if text in seen and value not in self.values[:index]:
                 what = f"{show(value)} says the same as a value before it"
                 faults.append(self.document.fault(place, what, "list each value once"))
-            made.append(text)
+            seen.append(text)
         return faults
 
     def _teller(self, form: _Form, point: Document, moved: KeyPath, place: KeyPath) -> Teller:
@@ -137,7 +138,7 @@ def _marked(what: str, form: _Form) -> str:
     return f"{what} in variant {form.name}" if form.name else what
 
 
-def workload_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
+def workload_faults(document: Document) -> list[Fault]:
     """What is wrong with the variants of a workload, and with its axes, as far as that needs no platform."""
     tree = document.tree if isinstance(document.tree, dict) else {}
     variants, explore = tree.get("variants"), tree.get("explore")
@@ -147,10 +148,12 @@ def workload_faults(document: Document, context: Mapping[str, Any]) -> list[Faul
     axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
     if not variants and not axes:
         return []
-    base = _base(document, context)
+    base = _base(document)
     faults: list[Fault] = []
     forms = {BASE: base}
     for name, raw in variants.items():
+        if len(faults) > MAX_FAULTS:
+            break  # None of what follows would be shown.
         if name != BASE and isinstance(raw, dict):
             forms[name], wrong = _variant_form(base, name)
             faults += wrong
@@ -167,10 +170,10 @@ def _readable(axis: Any, values: Any) -> bool:
     return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
 
 
-def _base(document: Document, context: Mapping[str, Any]) -> _Form:
+def _base(document: Document) -> _Form:
     """The workload itself, without its variants and its exploration."""
-    made, faults = _Form("", document, None, context).validated(document, document.fault)
-    return _Form("", document, made, context, tuple(faults))
+    workload, faults = _Form("", document, None).validated(document, document.fault)
+    return _Form("", document, workload, tuple(faults))
 
 
 def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
@@ -180,13 +183,13 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
     """
     document = base.document
     raw, place = document.tree["variants"][name], ("variants", name)
-    refusal = _planner_refusal(document.tree, raw, base.context)
+    refusal = _planner_refusal(document.tree, raw, document.context)
     edited = with_variant(document, name, VARIED if refusal is None else ("scenario",))
-    known: list[Fault] = []
+    form_faults: list[Fault] = []
 
     def tell(path: KeyPath, what: str, hint: str | None = None, *, at_key: bool = False) -> Fault | None:
         fault = edited.fault(path, what, hint, at_key=at_key)
-        known.append(fault)
+        form_faults.append(fault)
         if edited.origin(path) is not None:
             return fault
         if fault in base.faults:
@@ -195,11 +198,11 @@ def _variant_form(base: _Form, name: str) -> tuple[_Form, list[Fault]]:
         return document.fault((*place, *(path if path and path[0] in raw else given[:1])), what, hint)
 
     if base.spec is None and len(document.values) * len(document.tree["variants"]) > MAX_WORK:
-        return _Form(name, edited, None, base.context), []
-    made, faults = base.validated(edited, tell)
+        return _Form(name, edited, None), []
+    workload, faults = base.validated(edited, tell)
     if refusal is not None:
-        made, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
-    return _Form(name, edited, made, base.context, tuple(known)), faults
+        workload, faults = None, [document.fault((*place, "planner"), *refusal), *faults]
+    return _Form(name, edited, workload, tuple(form_faults)), faults
 
 
 def _planner_refusal(
@@ -240,7 +243,7 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
     for axis, values in axes.items():
         if axis == VARIANT_AXIS or moves(axis, PROBLEM):
             continue
-        movables = [Movable.of(None, form.document, form.context.get("tasks")) for form in forms]
+        movables = [Movable.of(None, form.document) for form in forms]
         if not moves(axis, SCENARIO) and not any(_places(movable, axis) for movable in movables):
             continue
         shared = next(filter(None, (_shared(axis, axes, movable) for movable in movables)), None)
@@ -249,12 +252,12 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
             faults.append(document.fault(place, what, "keep one of them", at_key=True))
             continue
         trial = _Trial(document, axes, axis, values[:most])
-        found = [
+        axis_faults = [
             fault
             for form, movable in zip(forms, movables, strict=True)
             for fault in _form_faults(trial, form, movable)
         ]
-        faults += dict.fromkeys(found)
+        faults += dict.fromkeys(axis_faults)
     return faults
 
 
@@ -317,13 +320,13 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
     specs = [] if explored and listed else [workload]
     specs += [choose_variant(workload, name) for name in listed]
     faults = [fault for spec in specs for fault in _unmapped(platform, spec)]
-    movables = [Movable.of(platform, spec.document, spec.context.get("tasks")) for spec in specs]
+    movables = [Movable.of(platform, spec.document) for spec in specs]
     for axis, values in axes.items():
         if axis == VARIANT_AXIS or moves(axis, SCENARIO):
             continue
         trial = _Trial(workload.document, axes, axis, list(values))
         if moves(axis, PROBLEM):
-            faults += trial.faults(_Form("", workload.document, workload, workload.context), movables[0])
+            faults += trial.faults(_Form("", workload.document, workload), movables[0])
             faults += _map_file_faults(trial, workload, movables[0])
         else:
             faults += _against_platform(trial, platform, movables)
@@ -370,7 +373,7 @@ def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]
     if refusal is not None:
         return [trial.at_axis(*refusal)]
     if movable.section(name) != "mapping":
-        return trial.faults(_Form("", platform.document, platform, {}), movable)
+        return trial.faults(_Form("", platform.document, platform), movable)
     return [
         trial.document.fault((*trial.place, index), *_no_component(value, platform))
         for index, value in enumerate(trial.values)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,7 @@ class Document:
     - ``spoilt``: places where the tree holds something else than what the file means.
     - ``origins``: where the values come from that edits put into the tree, or removed from it, by path; numbered in the
       order of the edits.
+    - ``context``: what validators need besides the file, such as the models of the parameters of tasks.
     """
 
     file: str
@@ -51,6 +52,7 @@ class Document:
     faults: tuple[Fault, ...] = ()
     spoilt: frozenset[Mark] = frozenset()
     origins: Mapping[KeyPath, tuple[int, Origin]] = field(default_factory=dict)
+    context: Mapping[str, Any] = field(default_factory=dict)
 
     def origin(self, path: KeyPath) -> Origin | None:
         """Where the value at ``path`` comes from; None where it stands in the file itself."""
@@ -100,45 +102,50 @@ def put(document: Document, edits: Mapping[KeyPath, Any], by: Callable[[KeyPath]
     """
     if not edits:
         return document
-    tree, origins, faults = document.tree, dict(document.origins), list(document.faults)
+    tree, origins, faults = dict(document.tree or {}), dict(document.origins), list(document.faults)
     number = 1 + max((number for number, _ in origins.values()), default=-1)
-    copies: set[int] = set()
+    copies = {id(tree)}
     for path, value in edits.items():
         origin = by(path)
-        blocked = _blocked(tree, path)
+        mapping, blocked = _mapping_at(tree, path[:-1], copies)
         if blocked:
             what, hint = f"{dotted(blocked)} is not a mapping", "set the whole of it"
             faults.append(Document("", Path(), None, origins={path: (0, origin)}).fault(path, what, hint))
             continue
-        tree = _with(tree, path, value, copies)
+        if value is REMOVED:
+            mapping.pop(path[-1], None)
+        else:
+            mapping[path[-1]] = value
         origins[path] = number, origin
         number += 1
-    return replace(document, tree=tree, origins=origins, faults=tuple(faults))
+    places = document.keys, document.values
+    return Document(
+        document.file,
+        document.folder,
+        tree,
+        *places,
+        tuple(faults),
+        document.spoilt,
+        origins,
+        document.context,
+    )
 
 
-def _blocked(tree: Any, path: KeyPath) -> KeyPath:
-    """The first part of a path that holds something else than a mapping; empty where the path is free."""
-    for length, step in enumerate(path):
-        if not isinstance(tree, dict):
-            return () if tree is None else path[:length]
-        tree = tree.get(step)
-    return ()
+def _mapping_at(tree: Any, path: KeyPath, copies: set[int]) -> tuple[Any, KeyPath]:
+    """The mapping at a path, for editing; or the first part of the path that holds something else.
 
-
-def _with(tree: Any, path: KeyPath, value: Any, copies: set[int]) -> Any:
-    """A tree with a value at a path, which is not blocked. It shares what is beside the path.
-
-    ``copies``: the identities of the mappings that were copied for these edits before, which need no further copy.
+    Each mapping on the path is copied. ``copies`` are the identities of those that were copied for these edits before.
     """
-    if not path:
-        return value
-    made = tree if id(tree) in copies else dict(tree or {})
-    copies.add(id(made))
-    if value is REMOVED and len(path) == 1:
-        made.pop(path[0], None)
-    else:
-        made[path[0]] = _with(made.get(path[0]), path[1:], value, copies)
-    return made
+    mapping = tree
+    for length, step in enumerate(path, 1):
+        inner = mapping.get(step)
+        if id(inner) not in copies:
+            if inner is not None and not isinstance(inner, dict):
+                return None, path[:length]
+            inner = mapping[step] = dict(inner or {})
+            copies.add(id(inner))
+        mapping = inner
+    return mapping, ()
 
 
 def leaves(tree: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:

@@ -6,25 +6,23 @@ validated before. A fault of a value is reported where the value comes from (``D
 
 from __future__ import annotations
 
-import contextlib
 import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, TypeVar
-
-from pydantic import ValidationError
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.base import Spec
-from codesign.inputs.components import COMPONENTS
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
-from codesign.inputs.faults import Keep, Teller, translate
-from codesign.inputs.links import LINKS
-from codesign.inputs.part_file import part_state
+from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform
-from codesign.inputs.workload import BASE, PLACE_KEYS, TaskModels, Workload, tasks_of
+from codesign.inputs.revalidate import ENTRIES, validated
+from codesign.inputs.workload import (
+    BASE,
+    PLACE_KEYS,
+    Workload,
+    tasks_of,
+)
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
@@ -32,9 +30,6 @@ S = TypeVar("S", bound=Spec)
 VARIANT_AXIS = "workload.variant"
 PROBLEM, SCENARIO = "workload.problem", "workload.scenario"
 """Axes that move the problem or the scenario of the workload: the whole of it, or a key inside."""
-
-ENTRIES = ("mapping", "components", "links")
-"""Sections of named entries. An axis names the entry and a key in it."""
 
 FIXED_FIELDS = ("type", "between", "beside")
 """Fields of components and links that no axis moves: what they are and what they join is the platform itself."""
@@ -68,9 +63,9 @@ class Movable:
     tasks: Mapping[str, type[TaskParameters]]
 
     @classmethod
-    def of(cls, platform: Platform | None, document: Document, models: TaskModels | None) -> Movable:
+    def of(cls, platform: Platform | None, document: Document) -> Movable:
         """What axes may move of a platform and the document of a workload."""
-        mapping = document.tree.get("mapping")
+        mapping, models = document.tree.get("mapping"), document.context.get("tasks")
         return cls(platform, mapping if isinstance(mapping, dict) else {}, tasks_of(document.tree, models))
 
     def section(self, name: str) -> str | None:
@@ -93,32 +88,34 @@ class Movable:
         section = self.section(name)
         if section == "mapping":
             model = self.tasks.get(name)
-            return None if model is None else (*PLACE_KEYS, *model.model_fields)
-        entries: Mapping[str, Any] = getattr(self.platform, str(section))
-        return tuple(key for key in type(entries[name]).model_fields if key not in FIXED_FIELDS)
+            return None if model is None else _movable_keys(model)
+        entries: Mapping[str, SpecModel] = getattr(self.platform, str(section))
+        return _movable_keys(type(entries[name]))
 
     def refusal(self, axis: str) -> tuple[str, str] | None:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")
         section = self.section(name)
         if section is None:
-            names = {*self.mapping, *self.tasks}
-            names |= {*self.platform.components, *self.platform.links} if self.platform else set()
-            names |= {VARIANT_AXIS, PROBLEM, SCENARIO}
-            if name == "workload":
-                hint = choose_hint(clip(axis), (VARIANT_AXIS, PROBLEM, SCENARIO))
-                return f"an axis moves no {clip(axis)!r}", hint
-            return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
+            return self._nothing_named(name, axis)
         accepted = self.keys(name)
+        if keys and (accepted is None or keys[0] in accepted):
+            return None
         if not keys:
             own = [key for key in accepted or () if key not in PLACE_KEYS] or accepted or PLACE_KEYS
             return _NO_AXIS, f"name what to set of {name}: {', '.join(f'{name}.{key}' for key in own)}"
+        what = "unknown key"
         if section != "mapping" and keys[0] in FIXED_FIELDS:
             what = f"{keys[0]} of {name} is no axis: it stands in the platform"
-            return what, choose_hint(clip(keys[0], 60), accepted or ())
-        if accepted is not None and keys[0] not in accepted:
-            return "unknown key", choose_hint(clip(keys[0], 60), accepted)
-        return None
+        return what, choose_hint(clip(keys[0], 60), accepted or ())
+
+    def _nothing_named(self, name: str, axis: str) -> tuple[str, str]:
+        sections = (VARIANT_AXIS, PROBLEM, SCENARIO)
+        if name == "workload":
+            return f"an axis moves no {clip(axis)!r}", choose_hint(clip(axis), sections)
+        names = {*self.mapping, *self.tasks, *sections}
+        names |= {*self.platform.components, *self.platform.links} if self.platform else set()
+        return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
 
     def unplaced(self, name: str, axes: Mapping[str, Any]) -> tuple[str, str] | None:
         """What is wrong where axes move a task and nothing places it; and the remedy."""
@@ -134,72 +131,12 @@ class Movable:
         return {**{(*path[:2], other): REMOVED for other in others}, path: value}
 
 
-def validated(
-    model: type[S],
-    spec: S | None,
-    document: Document,
-    context: Mapping[str, Any],
-    fixed: Mapping[str, Any],
-    tell: Teller,
-    keep: Keep | None = None,
-) -> tuple[S | None, list[Fault]]:
-    """An edited document as a model, or every fault of it.
-
-    Args:
-        model: of the document.
-        spec: the document before the edits, validated; what they left as it was is not validated again. None: all is.
-        document: the edited document.
-        context: handed to validators, beside ``document``.
-        fixed: fields that do not come from the document.
-        tell: makes the faults. ``keep``: says which are made.
-    """
-    tree = document.tree
-    fields = {key: raw for key, raw in tree.items() if key not in fixed}
-    if spec is not None:
-        before = spec.document.tree
-        for key in model.model_fields:
-            fields[key] = _unless_edited(tree.get(key), before.get(key), getattr(spec, key))
-    if isinstance(spec, Platform):
-        for section in ("components", "links"):
-            if fields[section] is not getattr(spec, section):
-                entries = fields[section].items()
-                fields[section] = {name: _kept(section, entry, document.folder) for name, entry in entries}
-    try:
-        made = model.model_validate({**fields, **fixed}, context={"document": document, **context})
-    except ValidationError as error:
-        return None, translate(error, document, tell, keep)
-    made._document, made._context = document, context
-    return made, []
-
-
-def _unless_edited(raw: Any, before: Any, made: Any) -> Any:
-    """What was ``made`` of a raw section, entry by entry; or what is raw, where an edit put it there."""
-    if raw is before:
-        return made
-    if isinstance(raw, dict) and isinstance(before, dict) and isinstance(made, dict):
-        entries = {
-            name: _unless_edited(entry, before.get(name), made.get(name)) for name, entry in raw.items()
-        }
-        return {name: raw[name] if entry is None else entry for name, entry in entries.items()}
-    return raw
-
-
-def _kept(section: str, entry: Any, folder: Path) -> Any:
-    """A component or link as it was validated before, where one of that content was; else as it is."""
-    if not isinstance(entry, dict):
-        return entry
-    part = entry.get("part")
-    state = part_state(part, (folder / "parts",)) if isinstance(part, str) else ()
-    with contextlib.suppress(TypeError, ValueError, ValidationError, SpecError):
-        return _of_content(section, json.dumps(entry, sort_keys=True), folder, state)
-    return entry
-
-
-@functools.lru_cache(maxsize=1024)
-def _of_content(section: str, text: str, folder: Path, _parts: object) -> SpecModel:
-    entry = json.loads(text)
-    model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
-    return model.model_validate(entry, context={"document": Document("", folder, entry)})
+@functools.cache
+def _movable_keys(model: type[SpecModel]) -> tuple[str, ...]:
+    """What an axis may move of a task with parameters of this model, or of a component or link of this model."""
+    if issubclass(model, TaskParameters):
+        return (*PLACE_KEYS, *model.model_fields)
+    return tuple(key for key in model.model_fields if key not in FIXED_FIELDS)
 
 
 def with_variant(document: Document, name: str, keys: tuple[str, ...] = VARIED) -> Document:
@@ -246,23 +183,46 @@ def choose_variant(workload: Workload, name: Any, by: str = "") -> Workload:
     Raises:
         SpecError: no such variant; or it clashes with what was put into the workload before.
     """
-    document = _chosen(workload, name, by)
-    made, faults = _edited(workload, document, {"variants": {}}, document.fault)
-    if made is None:
+    spec, document = _chosen(workload, name, by)
+    chosen, faults = _edited(spec, document, {"variants": {}, "explore": workload.explore}, document.fault)
+    if chosen is None:
         raise SpecError(faults)
-    return made
+    return chosen
 
 
-def _chosen(workload: Workload, name: Any, by: str) -> Document:
+class _Same:
+    """A workload as the key of what is kept of it: this very object, whatever is equal to it."""
+
+    def __init__(self, workload: Workload) -> None:
+        self.workload = workload
+
+    def __hash__(self) -> int:
+        return id(self.workload)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.workload is other.workload
+
+
+@functools.lru_cache(maxsize=128)
+def _kept_variant(key: _Same, name: str) -> tuple[Document, Workload | None]:
+    """A workload with a variant put in, as a document and, where it is sound, as a model; made once."""
+    document = with_variant(key.workload.document, name)
+    fixed: dict[str, Any] = {"variants": {}, "explore": None}
+    return document, validated(Workload, key.workload, document, fixed, document.fault)[0]
+
+
+def _chosen(workload: Workload, name: Any, by: str) -> tuple[Workload, Document]:
+    """The document of a workload with a variant put in, and the spec that edits of it start from."""
     place = f"{by}{VARIANT_AXIS}"
     if not workload.variants:
         hint = "give it a section variants: {NAME: {planner: ..., mapping: {...}}}"
         raise SpecError([Fault(place, 0, 0, "", f"workload {workload.name} has no variants", hint)])
     if name == BASE:
-        return workload.document
+        return workload, workload.document
     if not isinstance(name, str) or name not in workload.variants:
         raise SpecError([Fault(place, 0, 0, "", *no_variant(name, workload.variants))])
-    return with_variant(workload.document, name)
+    document, variant = _kept_variant(_Same(workload), name)
+    return variant or workload, document
 
 
 def design_point(
@@ -284,9 +244,9 @@ def design_point(
     """
     fixed: dict[str, Any] = {"explore": None}
     moved: dict[KeyPath, str] = {}
-    document, parts = workload.document, platform.document
+    spec, document, parts = workload, workload.document, platform.document
     if VARIANT_AXIS in values:
-        document, fixed["variants"] = _chosen(workload, values[VARIANT_AXIS], by), {}
+        (spec, document), fixed["variants"] = _chosen(workload, values[VARIANT_AXIS], by), {}
     axes = {axis: value for axis, value in values.items() if axis != VARIANT_AXIS}
 
     def origin(path: KeyPath) -> Origin:
@@ -296,7 +256,7 @@ def design_point(
     moved |= {tuple(axis.split(".")[1:]): axis for axis in sections}
     document = put(document, {path: axes[axis] for path, axis in moved.items()}, origin)
     # The scenario decides which tasks there are.
-    movable = Movable.of(platform, document, workload.context.get("tasks"))
+    movable = Movable.of(platform, document)
     faults: list[Fault] = []
     of_workload: dict[KeyPath, Any] = {}
     of_platform: dict[KeyPath, Any] = {}
@@ -307,14 +267,14 @@ def design_point(
             continue
         edits = movable.edits(axis, axes[axis])
         moved |= dict.fromkeys(edits, axis)
-        (of_workload if movable.path(axis)[0] == "mapping" else of_platform).update(edits)
+        (of_workload if next(iter(edits))[0] == "mapping" else of_platform).update(edits)
     document, parts = put(document, of_workload, origin), put(parts, of_platform, origin)
     faults += [*document.faults, *parts.faults]
-    point, wrong = _edited(workload, document, fixed, _teller(document, moved, by))
-    made, more = _edited(platform, parts, {}, _teller(parts, moved, by))
-    if faults or wrong or more or point is None or made is None:
+    point, wrong = _edited(spec, document, fixed, _teller(document, moved, by))
+    moved_platform, more = _edited(platform, parts, {}, _teller(parts, moved, by))
+    if faults or wrong or more or point is None or moved_platform is None:
         raise SpecError([*faults, *wrong, *more])
-    return made, point
+    return moved_platform, point
 
 
 def _edited(
@@ -323,8 +283,7 @@ def _edited(
     """The spec with an edited document, or every fault of it; figures in short form get their source."""
     if document is spec.document:
         return (spec.model_copy(update=dict(fixed)) if fixed else spec), []
-    made, faults = validated(type(spec), spec, document, spec.context, fixed, tell)
-    return made and made.with_document(document, spec.context, spec), faults
+    return validated(type(spec), spec, document, fixed, tell)
 
 
 def _teller(document: Document, moved: Mapping[KeyPath, str], by: str) -> Teller:
@@ -353,13 +312,13 @@ def pin(
     Raises:
         SpecError: as ``design_point``, of any variant explored too.
     """
-    made, point = design_point(platform, workload, values, by)
+    moved_platform, point = design_point(platform, workload, values, by)
     section = workload.explore
     if section is not None:
         variants = () if VARIANT_AXIS in values else section.axes.get(VARIANT_AXIS, ())
         for name in variants:
             design_point(platform, workload, {VARIANT_AXIS: name, **values}, f"variant {name}: {by}")
-        movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+        movable = Movable.of(platform, workload.document)
         held = {
             axis: (value,)
             for axis, value in values.items()
@@ -368,7 +327,7 @@ def pin(
         axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
         # Those settled come first: an axis may move a key inside of one of them.
         section = section.model_copy(update={"axes": held | axes})
-    return made, point.model_copy(update={"explore": section})
+    return moved_platform, point.model_copy(update={"explore": section})
 
 
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
@@ -379,5 +338,5 @@ def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:
         spec = workload.problem if moves(axis, PROBLEM) else workload.scenario
         keys = axis.split(".")[2:]
         return not keys or keys[0] in type(spec).model_fields
-    movable = Movable.of(platform, workload.document, workload.context.get("tasks"))
+    movable = Movable.of(platform, workload.document)
     return movable.refusal(axis) is None

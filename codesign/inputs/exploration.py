@@ -143,19 +143,19 @@ class Exploration(SpecModel):
     @field_validator("axes", mode="after")
     @classmethod
     def _distinct_points(cls, value: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
-        found = []
+        refusals = []
         for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
                 hint = "write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations"
-                found.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
+                refusals.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
-            found += _repeated(texts, (axis,))
+            refusals += _repeated(texts, (axis,))
         points = math.prod(len(values) for values in value.values())
         if points > MAX_POINTS:
             sizes = " x ".join(str(len(values)) for values in value.values())
             what = f"{sizes} = {points:,} points are too many"
-            found.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}")))
-        raise_all("Exploration", found)
+            refusals.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}")))
+        raise_all("Exploration", refusals)
         return value
 
     @field_validator("objectives", mode="after")
@@ -167,10 +167,10 @@ class Exploration(SpecModel):
 
 def _repeated(texts: Sequence[str], location: Location = ()) -> list[InitErrorDetails]:
     """A refusal of each entry that stands in the list before."""
-    found, seen = [], set()
+    refusals, seen = [], set()
     for index, text in enumerate(texts):
         if text in seen:
             refusal = RefusalError(f"{clip(text)} is listed twice", "list it once")
-            found.append(refusal_details(refusal, (*location, index)))
+            refusals.append(refusal_details(refusal, (*location, index)))
         seen.add(text)
-    return found
+    return refusals

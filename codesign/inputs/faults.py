@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -16,34 +16,32 @@ from codesign.models import NAME_PATTERN, SPEED_GRADE_PATTERN, RefusalError
 M = TypeVar("M", bound=BaseModel)
 
 
-def validate(
-    model: type[M],
-    document: Document,
-    context: Mapping[str, Any] | None = None,
-    also: Callable[[Document, Mapping[str, Any]], list[Fault]] | None = None,
-) -> M:
+def validate(model: type[M], document: Document, also: Callable[[Document], list[Fault]] | None = None) -> M:
     """The document as a model.
 
     Args:
         model: what the document should be.
         document: the file.
-        context: handed to validators, beside ``document``.
         also: finds faults that need the raw document, whatever the model thinks of it.
 
     Raises:
         SpecError: all faults of the document, those of reading it included, in file order.
     """
-    made: M | None = None
-    found: list[Fault] = []
-    context = {"document": document, **(context or {})}
+    spec: M | None = None
+    refused: list[Fault] = []
     try:
-        made = model.model_validate(document.tree, context=context)
+        spec = model.model_validate(document.tree, context=context_of(document))
     except ValidationError as error:
-        found = translate(error, document)
-    faults = merge(document, [*found, *(also(document, context) if also else ())])
-    if faults or made is None:
+        refused = translate(error, document)
+    faults = merge(document, [*refused, *(also(document) if also else ())])
+    if faults or spec is None:
         raise SpecError(faults)
-    return made
+    return spec
+
+
+def context_of(document: Document) -> dict[str, Any]:
+    """What the validators of a document's models are given."""
+    return {"document": document, **document.context}
 
 
 def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
@@ -54,7 +52,7 @@ def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
     ]
     faults.sort(key=lambda fault: (fault.line, fault.column))
     if len(faults) > MAX_FAULTS:
-        more = f"and {len(faults) - MAX_FAULTS} more faults"
+        more = f"and at least {len(faults) - MAX_FAULTS} more faults"
         last = faults[MAX_FAULTS - 1]
         faults = [*faults[:MAX_FAULTS], Fault(last.file, last.line, last.column, "", more)]
     return faults
@@ -137,12 +135,14 @@ def _without_noise(lines: list[_Line]) -> list[_Line]:
             unions.setdefault(line.branch[0], {}).setdefault(line.branch[1], []).append(line)
     kept = [line for line in lines if not line.branch and not _miscounted(line)]
     for union, branches in unions.items():
-        begun = [found for found in branches.values() if not any(_wrong_kind(line, union) for line in found)]
+        begun = [
+            branch for branch in branches.values() if not any(_wrong_kind(line, union) for line in branch)
+        ]
         if begun:
             kept += sorted(begun, key=len)[0]
         else:
             first = next(iter(branches.values()))[0]
-            kinds = dict.fromkeys(_kind(line) for found in branches.values() for line in found)
+            kinds = dict.fromkeys(_kind(line) for branch in branches.values() for line in branch)
             first.type, first.context = "union", {"expected": " or ".join(filter(None, kinds))}
             kept.append(first)
     return kept

@@ -7,7 +7,15 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import Annotated, Any
 
-from pydantic import Field, PlainSerializer, StringConstraints, ValidationInfo, WithJsonSchema, WrapValidator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    PlainSerializer,
+    StringConstraints,
+    ValidationInfo,
+    WithJsonSchema,
+    WrapValidator,
+)
 
 from codesign.errors import InputError, show
 from codesign.figures import Figure, Status
@@ -22,22 +30,19 @@ DECLARED = "declared"
 Name = Annotated[str, StringConstraints(pattern=NAME_PATTERN, max_length=64)]
 """A name: letters, digits, ``_`` and ``-``, not beginning with a digit."""
 
-Cell = tuple[Annotated[int, Field(ge=0)], Annotated[int, Field(ge=0)]]
+
+def _counted_from_zero(value: Any) -> Any:
+    if isinstance(value, int) and value < 0:
+        raise RefusalError(
+            f"{value} is not a row or column of a map", "rows and columns are counted from 0 at the top left"
+        )
+    return value
+
+
+_Coordinate = Annotated[int, Field(ge=0), BeforeValidator(_counted_from_zero)]
+
+Cell = tuple[_Coordinate, _Coordinate]
 """(row, column) of a cell, from 0 at the top left."""
-
-
-def _plain(dimension: Dimension) -> WrapValidator:
-    """The validator of a bare quantity: a choice of the user's, which has no source."""
-    read = _quantity(dimension)
-
-    def validate(value: Any, _handler: Callable[[Any], Any], info: ValidationInfo) -> int | float:  # noqa: ARG001
-        return read(value)
-
-    return WrapValidator(validate)
-
-
-def _plain_schema(dimension: Dimension) -> WithJsonSchema:
-    return WithJsonSchema(_quantity_text(dimension))
 
 
 class _FullFigure(SpecModel):
@@ -130,13 +135,6 @@ def _quantity_text(dimension: Dimension) -> dict[str, Any]:
     return {"type": "string", "pattern": pattern, "examples": [scale.example]}
 
 
-def _quantity_schema(dimension: Dimension) -> WithJsonSchema:
-    return _json_schema(
-        _quantity_text(dimension),
-        f"A {dimension} with its unit, or a mapping that also cites where it comes from.",
-    )
-
-
 def _dump(figure: Figure) -> dict[str, Any]:
     low, high = figure.interval
     return {
@@ -152,76 +150,68 @@ def _dump(figure: Figure) -> dict[str, Any]:
 _AS_MAPPING = PlainSerializer(_dump)
 
 
-def _count_schema(least: int) -> WithJsonSchema:
+def _measured(dimension: Dimension, unit: str, scale: Fraction = Fraction(1)) -> tuple[Any, ...]:
+    """What makes a field a figure of a dimension, with its value in ``unit``."""
+    what = f"A {dimension} with its unit, or a mapping that also cites where it comes from."
+    schema = _json_schema(_quantity_text(dimension), what)
+    return _reader(_quantity(dimension, scale), unit), _AS_MAPPING, schema
+
+
+def _counted(least: int) -> tuple[Any, ...]:
+    """What makes a field a figure that is a whole number."""
     short = {"type": "integer", "minimum": least, "maximum": MAX_COUNT}
-    return _json_schema(short, "A whole number, or a mapping that also cites where it comes from.")
+    schema = _json_schema(short, "A whole number, or a mapping that also cites where it comes from.")
+    return _reader(_count(least), "1"), _AS_MAPPING, schema
 
 
-TimeFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.TIME), "ps"), _AS_MAPPING, _quantity_schema(Dimension.TIME)
-]
+def _chosen(dimension: Dimension) -> tuple[Any, ...]:
+    """What makes a field a bare quantity: a choice of the user's, which has no source."""
+    read = _quantity(dimension)
+
+    def validate(value: Any, _handler: Callable[[Any], Any]) -> int | float:
+        return read(value)
+
+    return WrapValidator(validate), WithJsonSchema(_quantity_text(dimension))
+
+
+TimeFigure = Annotated[Figure, *_measured(Dimension.TIME, "ps")]
 """A time; ``Figure.value`` is an int, ps."""
 
-FrequencyFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.FREQUENCY), "Hz"), _AS_MAPPING, _quantity_schema(Dimension.FREQUENCY)
-]
+FrequencyFigure = Annotated[Figure, *_measured(Dimension.FREQUENCY, "Hz")]
 """A frequency; ``Figure.value`` is an int, Hz."""
 
-PowerFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.POWER), "W"), _AS_MAPPING, _quantity_schema(Dimension.POWER)
-]
+PowerFigure = Annotated[Figure, *_measured(Dimension.POWER, "W")]
 """A power; ``Figure.value`` in W."""
 
-SlicePowerFigure = Annotated[
-    Figure,
-    _reader(_quantity(Dimension.POWER, Fraction(1, 10**6)), "W/(slice Hz)"),
-    _AS_MAPPING,
-    _quantity_schema(Dimension.POWER),
-]
+SlicePowerFigure = Annotated[Figure, *_measured(Dimension.POWER, "W/(slice Hz)", Fraction(1, 10**6))]
 """Dynamic power, written for one slice and MHz; ``Figure.value`` in W for one slice and Hz."""
 
-LengthFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.LENGTH), "m"), _AS_MAPPING, _quantity_schema(Dimension.LENGTH)
-]
+LengthFigure = Annotated[Figure, *_measured(Dimension.LENGTH, "m")]
 """A length; ``Figure.value`` in m."""
 
-SpeedFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.SPEED), "m/s"), _AS_MAPPING, _quantity_schema(Dimension.SPEED)
-]
+SpeedFigure = Annotated[Figure, *_measured(Dimension.SPEED, "m/s")]
 """A speed; ``Figure.value`` in m/s."""
 
-AccelerationFigure = Annotated[
-    Figure,
-    _reader(_quantity(Dimension.ACCELERATION), "m/s^2"),
-    _AS_MAPPING,
-    _quantity_schema(Dimension.ACCELERATION),
-]
+AccelerationFigure = Annotated[Figure, *_measured(Dimension.ACCELERATION, "m/s^2")]
 """An acceleration; ``Figure.value`` in m/s²."""
 
-TurnRateFigure = Annotated[
-    Figure,
-    _reader(_quantity(Dimension.TURN_RATE), "rad/s"),
-    _AS_MAPPING,
-    _quantity_schema(Dimension.TURN_RATE),
-]
+TurnRateFigure = Annotated[Figure, *_measured(Dimension.TURN_RATE, "rad/s")]
 """A rate of turning; ``Figure.value`` in rad/s."""
 
-DataFigure = Annotated[
-    Figure, _reader(_quantity(Dimension.DATA), "b"), _AS_MAPPING, _quantity_schema(Dimension.DATA)
-]
+DataFigure = Annotated[Figure, *_measured(Dimension.DATA, "b")]
 """An amount of data; ``Figure.value`` is an int, bits."""
 
-CountFigure = Annotated[Figure, _reader(_count(0), "1"), _AS_MAPPING, _count_schema(0)]
+CountFigure = Annotated[Figure, *_counted(0)]
 """A number of things, 0 included; ``Figure.value`` is an int."""
 
-PositiveFigure = Annotated[Figure, _reader(_count(1), "1"), _AS_MAPPING, _count_schema(1)]
+PositiveFigure = Annotated[Figure, *_counted(1)]
 """A number of things, at least 1; ``Figure.value`` is an int."""
 
-Duration = Annotated[int, _plain(Dimension.TIME), _plain_schema(Dimension.TIME)]
+Duration = Annotated[int, *_chosen(Dimension.TIME)]
 """A time that the user chooses, ps."""
 
-Length = Annotated[float, _plain(Dimension.LENGTH), _plain_schema(Dimension.LENGTH)]
+Length = Annotated[float, *_chosen(Dimension.LENGTH)]
 """A length that the user chooses, m."""
 
-Speed = Annotated[float, _plain(Dimension.SPEED), _plain_schema(Dimension.SPEED)]
+Speed = Annotated[float, *_chosen(Dimension.SPEED)]
 """A speed that the user chooses, m/s."""

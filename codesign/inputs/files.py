@@ -12,14 +12,14 @@ from codesign.errors import InputError, SpecError, choose_hint, clip
 from codesign.inputs.yaml_tree import parse_document
 
 
-@functools.cache
-def _package(file: str) -> Path:
-    return Path(file).resolve().parent.parent
-
-
 def data_folder(name: str) -> Path:
     """The folder of shipped data, ``platforms`` or ``workloads``: the checkout's, or else the wheel's."""
-    package = _package(__file__)
+    return _data_folder(name, __file__)
+
+
+@functools.cache
+def _data_folder(name: str, module: str) -> Path:
+    package = Path(module).resolve().parent.parent
     checkout = package.parent
     return (checkout if (checkout / "pyproject.toml").is_file() else package) / name
 

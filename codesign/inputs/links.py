@@ -75,8 +75,8 @@ class AnyLink(SpecModel):
     @field_validator("outages", mode="after")
     @classmethod
     def _in_order(cls, value: tuple[Outage, ...]) -> tuple[Outage, ...]:
-        for index, (one, other) in enumerate(pairwise(value), 1):
-            if one.end is None or other.begin < one.end:
+        for index, (outage, after) in enumerate(pairwise(value), 1):
+            if outage.end is None or after.begin < outage.end:
                 what = "the outage begins before the one ahead of it ends"
                 raise RefusalError(what, "list outages in order, apart from each other", (index,))
         return value

@@ -5,9 +5,9 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -134,12 +134,7 @@ class PartFile(Spec):
 
 def parts_folder() -> Path:
     """The folder of shipped parts."""
-    return _parts_in(data_folder("platforms"))
-
-
-@functools.cache
-def _parts_in(folder: Path) -> Path:
-    return folder / "parts"
+    return data_folder("platforms/parts")
 
 
 def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
@@ -159,7 +154,7 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
         raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
     part_file = load_part_file(files[name] / f"{name}.yaml")
     if dash + grade not in part_file.speed_grades:
-        grades = [f"{name}{known}" for known in part_file.speed_grades]
+        grades = [f"{name}{accepted}" for accepted in part_file.speed_grades]
         lacks = (
             f"no speed grade {clip(dash + grade)!r}" if grade else "several speed grades; one has to be named"
         )
@@ -202,7 +197,7 @@ def _load_part_file(path: Path, _modified: int, _size: int) -> PartFile:
     return validate(PartFile, document, also=_name_fault).with_document(document)
 
 
-def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+def _name_fault(document: Document) -> list[Fault]:
     """Parts are found by the names of their files, so the two have to agree."""
     name = document.tree.get("name") if isinstance(document.tree, dict) else None
     expected = Path(document.file).stem
@@ -217,10 +212,10 @@ def _name_fault(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
 
 def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
     """The folder of each part file, by the name of the part."""
-    found: dict[str, Path] = {}
+    folder_of: dict[str, Path] = {}
     for folder in (*folders, parts_folder()):
         # No folder, no parts.
         with contextlib.suppress(OSError):
             names = [name.removesuffix(".yaml") for name in os.listdir(folder) if name.endswith(".yaml")]
-            found |= {name: folder for name in names if name not in found}
-    return found
+            folder_of |= {name: folder for name in names if name not in folder_of}
+    return folder_of

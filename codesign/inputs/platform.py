@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -44,7 +43,7 @@ class Platform(Spec):
         return {**super()._identity(), "chips": chips}
 
 
-def _link_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+def _link_faults(document: Document) -> list[Fault]:
     """Links that join what is no component, or one twice, or that go by the name of a component."""
     tree = document.tree if isinstance(document.tree, dict) else {}
     components, links = tree.get("components"), tree.get("links")
@@ -75,7 +74,7 @@ _BESIDE = {"memory": ("fpga",), "display": ("fpga", "memory")}
 """What a component of each type may stand beside."""
 
 
-def _beside_faults(document: Document, _context: Mapping[str, Any]) -> list[Fault]:
+def _beside_faults(document: Document) -> list[Fault]:
     """Memories and displays that stand beside what is no component, or one of the wrong type."""
     tree = document.tree if isinstance(document.tree, dict) else {}
     components = tree.get("components")
@@ -99,8 +98,8 @@ def _beside_faults(document: Document, _context: Mapping[str, Any]) -> list[Faul
     return faults
 
 
-def _name_faults(document: Document, context: Mapping[str, Any]) -> list[Fault]:
-    return _link_faults(document, context) + _beside_faults(document, context)
+def _name_faults(document: Document) -> list[Fault]:
+    return _link_faults(document) + _beside_faults(document)
 
 
 def load_platform(source: str | Path) -> Platform:

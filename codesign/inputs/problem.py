@@ -225,14 +225,14 @@ class ProblemSpec(SpecModel):
         """Cells of a generated map are checked here; those of a map file once it is read."""
         if isinstance(value, SampledStarts):
             return value
-        found, seen = [], set()
+        refusals, seen = [], set()
         shape = getattr(info.data.get("map"), "shape", None)
         for index, cell in enumerate(value):
             if cell in seen:
                 refusal = RefusalError(f"{list(cell)} is named twice", "name it once")
-                found.append(refusal_details(refusal, (index,)))
+                refusals.append(refusal_details(refusal, (index,)))
             elif shape and not (cell[0] < shape[0] and cell[1] < shape[1]):
-                found.append(refusal_details(RefusalError(*outside_map(cell, shape)), (index,)))
+                refusals.append(refusal_details(RefusalError(*outside_map(cell, shape)), (index,)))
             seen.add(cell)
-        raise_all("ProblemSpec", found)
+        raise_all("ProblemSpec", refusals)
         return value

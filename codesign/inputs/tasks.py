@@ -60,14 +60,14 @@ class ExtraTask(SpecModel):
 
 
 def task_refusals(
-    tasks: Sequence[ExtraTask], taken: Collection[str], known: Collection[str] | None
+    tasks: Sequence[ExtraTask], taken: Collection[str], placed: Collection[str] | None
 ) -> list[InitErrorDetails]:
     """What is wrong with the tasks that a user adds, with locations inside their list.
 
     Args:
         tasks: the tasks.
         taken: the names of the tasks of planner and scenario.
-        known: the tasks that some variant of the workload has; None where that cannot be told.
+        placed: the tasks that some variant of the workload has; None where that is not known.
     """
     names: set[str] = set()
     lines: list[InitErrorDetails] = []
@@ -77,10 +77,10 @@ def task_refusals(
             refusal = RefusalError(what, "give each task a name of its own")
             lines.append(refusal_details(refusal, (index, "name")))
         names.add(task.name)
-    accepted = {*names, *(known or ())}
+    accepted = {*names, *(placed or ())}
     for index, task in enumerate(tasks):
         for name in task.after:
-            if known is not None and name not in accepted:
+            if placed is not None and name not in accepted:
                 hint = choose_hint(clip(name, 60), accepted - {task.name})
                 refusal = RefusalError(f"there is no task {clip(name)!r}", hint, of_key=True)
                 lines.append(refusal_details(refusal, (index, "after", name)))

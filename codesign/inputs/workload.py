@@ -98,11 +98,11 @@ def map_task(raw: Any, model: type[TaskParameters], document: Document | None = 
     except ValidationError as error:
         lines += details_of(error, accepted=(*PLACE_KEYS, *model.model_fields))
     try:
-        made = TaskMapping.model_validate({**own, "parameters": parameters})
+        mapping = TaskMapping.model_validate({**own, "parameters": parameters})
     except ValidationError as error:
         lines += details_of(error)
     raise_all("TaskMapping", lines)
-    return made
+    return mapping
 
 
 class Variant(SpecModel):
@@ -157,7 +157,7 @@ class Workload(Spec):
     @property
     def task_models(self) -> Mapping[str, type[TaskParameters]] | None:
         """The parameter model of each task, or None where the workload was loaded without any."""
-        models = (self.context.get("tasks") or {}).get(self.planner)
+        models = (self.document.context.get("tasks") or {}).get(self.planner)
         if models is None:
             return None
         return {**_other_tasks(self.scenario, (task.name for task in self.tasks)), **models}
@@ -179,8 +179,7 @@ class Workload(Spec):
     def _of_the_planner(cls, value: Any, handler: Any, info: ValidationInfo) -> Any:  # noqa: ARG003
         if isinstance(value, SpecModel):
             return value
-        problems = (info.context or {}).get("problems") or {}
-        model = problems.get(info.data.get("planner"), ProblemSpec)
+        model = problem_model(info.data.get("planner"), info.context or {})
         return model.model_validate(value, context=info.context)
 
     @field_validator("tasks", mode="after")
@@ -190,16 +189,16 @@ class Workload(Spec):
         models = context.get("tasks") or {}
         planner, scenario = fields.get("planner"), fields.get("scenario")
         taken = {*models.get(planner, ()), *(SCENARIO_TASKS[scenario.type] if scenario else ())}
-        known = None
+        placed = None
         if "document" in context and planner in models and scenario:
             variants = context["document"].tree.get("variants")
             named = variants.values() if isinstance(variants, dict) else ()
             planners = [raw.get("planner") for raw in named if isinstance(raw, dict)]
-            known = taken.union(*SCENARIO_TASKS.values()) if variants else taken
-            known = known.union(
+            placed = taken.union(*SCENARIO_TASKS.values()) if variants else taken
+            placed = placed.union(
                 *(models[name] for name in planners if isinstance(name, str) and name in models)
             )
-        raise_all("Workload", task_refusals(value, taken, known))
+        raise_all("Workload", task_refusals(value, taken, placed))
         return value
 
     @field_validator("mapping", mode="wrap")
@@ -245,6 +244,12 @@ def _extra_names(fields: Mapping[str, Any], context: Mapping[str, Any], mapping:
     return legible if all_legible or not isinstance(mapping, dict) else [*legible, *mapping]
 
 
+def problem_model(planner: Any, context: Mapping[str, Any]) -> type[SpecModel]:
+    """The model of a planner's problem: a map with goals and starts, unless the planner has its own."""
+    model: type[SpecModel] = (context.get("problems") or {}).get(planner, ProblemSpec)
+    return model
+
+
 def tasks_of(tree: Mapping[str, Any], models: TaskModels | None) -> dict[str, type[TaskParameters]]:
     """The tasks that a raw workload may place, with the model of their parameters; no planner's where it has none."""
     planner, scenario, extra = tree.get("planner"), tree.get("scenario"), tree.get("tasks")
@@ -273,7 +278,7 @@ def _mapped(
     if models is not None:
         models = {**others, **models}
     lines: list[InitErrorDetails] = []
-    made: dict[str, TaskMapping] = {}
+    mapping: dict[str, TaskMapping] = {}
     for task, raw in value.items():
         if models is not None and task not in models:
             what = f"{planner} has no task {clip(task)!r}"
@@ -283,8 +288,8 @@ def _mapped(
             lines.append(refusal_details(refusal, (task,)))
             continue
         try:
-            made[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
+            mapping[task] = map_task(raw, (models or {}).get(task, RawParameters), context["document"])
         except ValidationError as error:
             lines += details_of(error, (task,))
     raise_all("Workload", lines)
-    return made
+    return mapping

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from codesign.inputs.checks import workload_faults
@@ -26,9 +27,8 @@ def load_workload(
         SpecError: all the faults of the file.
     """
     path, shown = find_spec(source, "workloads")
-    document = read_document(path, shown)
-    context = {"tasks": tasks, "problems": problems}
-    return validate(Workload, document, context, workload_faults).with_document(document, context)
+    document = replace(read_document(path, shown), context={"tasks": tasks, "problems": problems})
+    return validate(Workload, document, workload_faults).with_document(document)
 
 
 def list_workloads() -> list[str]:

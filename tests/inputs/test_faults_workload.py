@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from spec_texts import WORKLOAD, faults
 
+from codesign.figures import RENAMED
+
 
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -217,6 +219,23 @@ def test_workload_mistakes(change: tuple[str, str], expected: str) -> None:
 )
 def test_explore_mistakes(explore: str, expected: str) -> None:
     assert faults(f"{WORKLOAD}  {explore}\n").startswith(expected)
+
+
+@pytest.mark.parametrize(("earlier", "name"), RENAMED.items())
+def test_an_earlier_name_of_a_figure_has_the_new_one_as_its_remedy(earlier: str, name: str) -> None:
+    refusal = f"{earlier!r} is not accepted\n  hint: renamed: write {name}"
+    for explore, key in (
+        (f"objectives: [slices, {earlier}]", "objectives[1]"),
+        (f"constraints: [{{figure: {earlier}, at_most: 5}}]", "constraints[0].figure"),
+    ):
+        assert f": explore.{key}: {refusal}" in faults(f"{WORKLOAD}  {explore}\n")
+
+
+def test_no_cell_has_a_row_or_column_below_zero() -> None:
+    text = faults(WORKLOAD.replace("goals: [[4, 10]]", "goals: [[-1, 10]]\n  starts: [[3, -2]]"))
+    for key, value in (("goals[0][0]", -1), ("starts[0][1]", -2)):
+        what = f"problem.{key}: {value} is not a row or column of a map"
+        assert f"{what}\n  hint: rows and columns are counted from 0 at the top left" in text
 
 
 def test_too_many_points_are_refused_with_the_product() -> None:

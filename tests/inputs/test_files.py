@@ -358,7 +358,11 @@ def test_scalars_are_strict_however_a_field_is_annotated(tmp_path: Path) -> None
 def test_data_lie_beside_the_package_in_a_checkout_and_inside_it_in_a_wheel(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("codesign.inputs.files.__file__", str(tmp_path / "codesign" / "inputs" / "files.py"))
-    assert data_folder("platforms") == tmp_path / "codesign" / "platforms"
-    (tmp_path / "pyproject.toml").touch()
-    assert data_folder("platforms") == tmp_path / "platforms"
+    wheel, checkout = tmp_path / "wheel", tmp_path / "checkout"
+    checkout.mkdir()
+    (checkout / "pyproject.toml").touch()
+    for folder, expected in ((wheel, wheel / "codesign"), (checkout, checkout)):
+        monkeypatch.setattr(
+            "codesign.inputs.files.__file__", str(folder / "codesign" / "inputs" / "files.py")
+        )
+        assert data_folder("platforms") == expected / "platforms"
