@@ -8,8 +8,8 @@ from typing import Any, Unpack
 
 import simpy
 
+from codesign.components.channel import Channel, Message
 from codesign.components.component import ClockDomain
-from codesign.components.line import Line, Message
 from codesign.components.link import LINK_DOWN, Link, LinkOptions
 
 
@@ -88,12 +88,12 @@ class Bus(Link):
         first = self.clock.cycle_at_or_after(self.now)
         return self.clock.edge(first + self.cycles(message.bits))
 
-    def _cross(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
+    def _cross(self, message: Message, line: Channel) -> Generator[simpy.Event, Any, str | None]:
         if self.arbitration is Arbitration.MESSAGE:
             return (yield from super()._cross(message, line))
         return (yield from self._cross_in_bursts(message, line))
 
-    def _cross_in_bursts(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
+    def _cross_in_bursts(self, message: Message, line: Channel) -> Generator[simpy.Event, Any, str | None]:
         """Process generator: one attempt, granted burst by burst where other messages wait.
 
         A message of w words, with b words a burst and s cycles of set-up:
@@ -135,7 +135,7 @@ class Bus(Link):
         return since is not None and self._outages.between(since, self.now + 1) is not None
 
     def _run_bursts(
-        self, message: Message, line: Line, words: int
+        self, message: Message, line: Channel, words: int
     ) -> Generator[simpy.Event, Any, int | None]:
         """Process generator: bursts until the message ends, or another message may be next.
 

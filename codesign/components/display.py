@@ -14,9 +14,6 @@ from codesign.units import PICOSECONDS_PER_SECOND
 VGA = Scan(columns=640, rows=480, total_columns=800, total_rows=525)
 """640 × 480 at 60 Hz, with a pixel clock of 25.175 MHz. The industry's timing (assumed, from memory)."""
 
-SVGA = Scan(columns=800, rows=600, total_columns=1056, total_rows=628)
-"""800 × 600 at 60 Hz, with a pixel clock of 40 MHz. The industry's timing (assumed, from memory)."""
-
 SVGA_65 = Scan(columns=800, rows=600, total_columns=1344, total_rows=806)
 """800 × 600 visible pixels, a 65-MHz clock and 60 ± 1 Hz, as printed by Vacariu et al. (2008), section 3.1.1. No usual
 timing of 800 × 600 has all three. Assumed: the totals of 1024 × 768 at 60 Hz, which has that clock, with borders."""

@@ -12,8 +12,8 @@ from typing import Any, TypedDict
 import simpy
 
 from codesign.components.arbiter import checked_priority
+from codesign.components.channel import Channel, Message
 from codesign.components.component import Component
-from codesign.components.line import Line, Message
 from codesign.components.link_faults import LinkErrors, Luck, Outages, damage_probability, wrong_bits
 from codesign.errors import InputError, RunError, choose_hint
 from codesign.records import Listener, MessageRecord
@@ -111,7 +111,7 @@ class Link(Component):
         self._shared = shared
         self._outages = Outages(outages)
         self._luck = Luck(self.errors, name) if self.errors.any else None
-        self._lines: dict[str, Line] = {}
+        self._lines: dict[str, Channel] = {}
         self._open: set[int] = set()
 
     @property
@@ -158,10 +158,10 @@ class Link(Component):
         message.released = True
         return carrier
 
-    def _new_line(self) -> Line:
-        return Line(self.environment)
+    def _new_line(self) -> Channel:
+        return Channel(self.environment)
 
-    def _line(self, sender: str) -> Line:
+    def _line(self, sender: str) -> Channel:
         key = "" if self._shared else sender
         if key not in self._lines:
             self._lines[key] = self._new_line()
@@ -246,7 +246,7 @@ class Link(Component):
             self.late += late
         return self._close(message, reason)
 
-    def _attempts(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
+    def _attempts(self, message: Message, line: Channel) -> Generator[simpy.Event, Any, str | None]:
         """Process generator: attempts until one succeeds (None) or none is left (the reason)."""
         while True:
             failure = yield from self._cross(message, line)
@@ -283,7 +283,7 @@ class Link(Component):
         outage = self._outages.at(self.now)
         return outage is not None and outage.end is None
 
-    def _cross(self, message: Message, line: Line) -> Generator[simpy.Event, Any, str | None]:
+    def _cross(self, message: Message, line: Channel) -> Generator[simpy.Event, Any, str | None]:
         """Process generator: one attempt, from the queue to the last bit. Returns why it failed, or None."""
         while True:
             yield from line.wait_turn(message)

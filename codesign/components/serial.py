@@ -14,7 +14,7 @@ from typing import Any, Unpack
 
 import simpy
 
-from codesign.components.line import Line, Message
+from codesign.components.channel import Channel, Message
 from codesign.components.link import Link, LinkOptions
 from codesign.components.link_faults import damage_probability, parity_miss, wrong_behind_parity
 from codesign.errors import InputError
@@ -32,7 +32,7 @@ class Parity(StrEnum):
     ODD = "odd"
 
 
-class _SerialLine(Line):
+class _SerialChannel(Channel):
     """A line that knows where the bits of its current run of frames lie.
 
     ``epoch``: begin of the run, ps. ``offset``: half bits of the run before the current message. ``after``: half bits
@@ -115,12 +115,12 @@ class Serial(Link):
     def _span(self, half_bits: int) -> int:
         return -(-half_bits * PICOSECONDS_PER_SECOND // (2 * self.baud))
 
-    def _new_line(self) -> Line:
-        return _SerialLine(self.environment)
+    def _new_line(self) -> Channel:
+        return _SerialChannel(self.environment)
 
     def _end(self, message: Message) -> int:
         line = self._line(message.sender)
-        assert isinstance(line, _SerialLine), "_new_line makes them"
+        assert isinstance(line, _SerialChannel), "_new_line makes them"
         if self.now == line.end and message.ready_since < self.now:
             line.offset = line.after
         else:
@@ -154,7 +154,7 @@ class Serial(Link):
 
     def _hold(self, message: Message) -> Generator[simpy.Event, Any, None]:
         line = self._line(message.sender)
-        assert isinstance(line, _SerialLine), "_new_line makes them"
+        assert isinstance(line, _SerialChannel), "_new_line makes them"
         while True:
             fits = self._fits_at(message, line)
             if fits is not None and fits <= self.now:
@@ -162,7 +162,7 @@ class Serial(Link):
             changed = line.changed(message.sender)
             yield changed if fits is None else self.environment.timeout(fits - self.now) | changed
 
-    def _fits_at(self, message: Message, line: _SerialLine) -> int | None:
+    def _fits_at(self, message: Message, line: _SerialChannel) -> int | None:
         """When the rest of ``message`` will fit the FIFO, ps, if nothing else happens. None where that is not known."""
         if message.first_over:
             return self.now

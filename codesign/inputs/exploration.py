@@ -88,8 +88,10 @@ class Constraint(SpecModel):
     @classmethod
     def _with_unit(cls, value: Any, info: ValidationInfo) -> Any:
         figure = info.data.get("figure")
+        if figure is None:
+            return None  # The figure is refused: how its limit is written follows from the right one.
         # A spec that was dumped and is read again has plain numbers, and no document behind it.
-        dimension = _DIMENSIONS.get(figure.unit) if figure is not None else None
+        dimension = _DIMENSIONS.get(figure.unit)
         if dimension is None or value is None or not (info.context or {}).get("document"):
             return value
         if not isinstance(value, str):

@@ -12,7 +12,7 @@ from codesign.maps.generate import (
 )
 from codesign.maps.grid import MAX_CELLS, Cell, OccupancyGrid
 from codesign.maps.images import read_image, write_image
-from codesign.maps.movingai import Scenario, read_movingai, read_scenarios
+from codesign.maps.movingai import MovingAiScenario, read_movingai, read_scenarios
 from codesign.maps.reach import (
     check_cells,
     clearance,
@@ -30,8 +30,8 @@ __all__ = [
     "GENERATORS",
     "MAX_CELLS",
     "Cell",
+    "MovingAiScenario",
     "OccupancyGrid",
-    "Scenario",
     "check_cells",
     "clearance",
     "corridor",

@@ -21,7 +21,7 @@ _VERSIONS = (b"version 1", b"version 1.0")
 
 
 @dataclass(frozen=True)
-class Scenario:
+class MovingAiScenario:
     """One problem of a scenario file.
 
     ``optimal_length``: of the shortest 8-connected path without corner cutting, in cells; within 0.005 of
@@ -89,7 +89,7 @@ def parse_movingai(content: bytes, where: str) -> OccupancyGrid:
     return OccupancyGrid(parse_cells(rows, FREE, OBSTACLE, where, first_line=5), source=where)
 
 
-def read_scenarios(path: str | os.PathLike[str]) -> tuple[Scenario, ...]:
+def read_scenarios(path: str | os.PathLike[str]) -> tuple[MovingAiScenario, ...]:
     """The problems of a MovingAI ``.scen`` file, in file order; x is the column, y the row.
 
     Raises:
@@ -109,7 +109,7 @@ def read_scenarios(path: str | os.PathLike[str]) -> tuple[Scenario, ...]:
     )
 
 
-def _scenario(line: bytes, where: str) -> Scenario:
+def _scenario(line: bytes, where: str) -> MovingAiScenario:
     # Names may contain blanks where tabs separate the fields, as in all but the oldest files.
     fields = [field.strip() for field in (line.split(b"\t") if b"\t" in line else line.split())]
     numbers = [parse_count(field) for field in (fields[:1] + fields[2:8])]
@@ -126,4 +126,4 @@ def _scenario(line: bytes, where: str) -> Scenario:
     if not (start_x < width and goal_x < width and start_y < height and goal_y < height):
         raise MapError(f"start or goal is outside of the map of {height} × {width} cells", where)
     name = fields[1].decode("utf-8", "backslashreplace")
-    return Scenario(bucket, name, (height, width), (start_y, start_x), (goal_y, goal_x), length)
+    return MovingAiScenario(bucket, name, (height, width), (start_y, start_x), (goal_y, goal_x), length)

@@ -1,8 +1,8 @@
 """The headline of a result, and in a sentence what sets the pace of a mission or a fleet and what would change it.
 
-The sentence about a fleet rests on the closed forms of ``benchmarks.velocity_obstacle_pace``, with the mean time in
-which the robots decide. A result gives the time of a message on the line only where it is longer than deciding.
-Otherwise the effect of doubling is given as a bound.
+The sentence about a fleet rests on the closed forms of ``benchmarks/velocity_obstacle_pace`` of the repository, with
+the mean time in which the robots decide. A result gives the time of a message on the line only where it is longer than
+deciding. Otherwise the effect of doubling is given as a bound.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, assert_never
 
 from pydantic import BaseModel
 
@@ -16,12 +16,13 @@ from codesign.inputs.components import (
     FpgaComponent,
     MemoryComponent,
     OmnidirectionalKinematics,
+    PointKinematics,
     ProcessorComponent,
     RaySensor,
     RobotComponent,
     Sensor,
 )
-from codesign.inputs.links import BusLink, Link, SerialLink
+from codesign.inputs.links import BusLink, IdealLink, Link, SerialLink
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.records import Listener
 
@@ -152,7 +153,9 @@ def link_of(
             fifo_depth=int(spec.fifo_depth.value),
             **shared,
         )
-    return Ideal(environment, name, **shared)
+    if isinstance(spec, IdealLink):
+        return Ideal(environment, name, **shared)
+    assert_never(spec)
 
 
 def _errors(spec: Link) -> components.LinkErrors | None:
@@ -179,7 +182,9 @@ def kinematics_of(spec: RobotComponent) -> Kinematics:
         return DifferentialDrive(
             speed, float(kinematics.acceleration.value), float(kinematics.turn_rate.value)
         )
-    return PointDrive(speed)
+    if isinstance(kinematics, PointKinematics):
+        return PointDrive(speed)
+    assert_never(kinematics)
 
 
 def sensor_of(spec: Sensor, resolution: float) -> Any:

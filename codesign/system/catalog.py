@@ -78,8 +78,11 @@ def broken() -> tuple[BrokenPlugIn, ...]:
 
 
 def registered() -> tuple[EntryPoint, ...]:
-    """The entry point of every plug-in that is installed, ours included; in an order of its own."""
-    return tuple(sorted(entry_points(group=GROUP), key=lambda point: (point.name, point.value)))
+    """The entry points of all installed plug-ins: ours first, then by name."""
+    points = entry_points(group=GROUP)
+    return tuple(
+        sorted(points, key=lambda point: (not point.value.startswith("codesign."), point.name, point.value))
+    )
 
 
 def task_models() -> dict[str, Mapping[str, type[TaskParameters]]]:
@@ -163,16 +166,32 @@ def _refuse_broken(name: str, installed: Container[str]) -> None:
 @cache
 def _loaded() -> tuple[dict[str, PlugIn], tuple[BrokenPlugIn, ...]]:
     """The plug-ins that the entry points stand for, by the name of the entry point; and those that are broken."""
-    loaded, failed = {}, []
-    for point in entry_points(group=GROUP):
+    loaded: dict[str, PlugIn] = {}
+    failed: list[BrokenPlugIn] = []
+    for point in registered():
         try:
-            loaded[point.name] = _sound(point.load())
+            plug_in = _sound(point.load())
+            _refuse_second(point, plug_in, loaded)
+            loaded[point.name] = plug_in
         # The code of others: it may raise anything, and one that ends the process must not end ours.
         except (Exception, SystemExit) as fault:
             why = " ".join(f"{type(fault).__name__}: {fault}".split())[:200]
             failed.append(BrokenPlugIn(point.name, point.value, why))
             _log.warning("%s; it is left out: %s", failed[-1], _REMEDY)
     return loaded, tuple(failed)
+
+
+def _refuse_second(point: EntryPoint, plug_in: PlugIn, loaded: Mapping[str, PlugIn]) -> None:
+    """Refuse a plug-in with a name that another one has: neither may replace the other without a word.
+
+    Raises:
+        ValueError: its entry point or its planner has the name of one that is loaded.
+    """
+    if point.name in loaded:
+        raise ValueError(f"an entry point {point.name} is registered already")
+    planners = {each.planner.name for each in loaded.values() if each.planner is not None}
+    if plug_in.planner is not None and plug_in.planner.name in planners:
+        raise ValueError(f"a planner {plug_in.planner.name} is registered already")
 
 
 def _sound(plug_in: Any) -> PlugIn:

@@ -155,7 +155,7 @@ accesses = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(accesses, st.sampled_from(MODES), st.sampled_from(MODES))
 def test_any_traffic_against_a_table(
     cycles: list[list[tuple[int, int, int | None]]], first: WriteMode, second: WriteMode
@@ -229,7 +229,7 @@ def stored(ram: BlockRam, precision: int, cycle: int) -> np.ndarray:
     return sum((word >> np.arange(NODES) & 1) << bit for bit, word in enumerate(words))  # type: ignore[return-value]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(3, 40), st.integers(1, 4), st.integers(0, 2**32), st.sampled_from(MODES))
 def test_bit_serial_averages_from_block_ram_are_those_of_integers(
     precision: int, iterations: int, seed: int, mode: WriteMode
@@ -266,7 +266,7 @@ def test_the_third_address_of_the_text_does_not_fit_two_ports() -> None:
         ram.stream(3, precision, addresses=3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.lists(st.integers(0, 2**12 - 1), min_size=5, max_size=5))
 def test_maxima_are_found_lsb_first_on_the_bits_that_are_read_anyway(values: list[int]) -> None:
     """The alternative that fits: a ≥ b from the LSB up, the last bit that differs decides."""

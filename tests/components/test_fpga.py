@@ -70,7 +70,7 @@ batches = st.lists(st.lists(st.sampled_from([1, 2, 3, 3, 6]), max_size=6), max_s
 delays = st.lists(st.sampled_from([0, 1, 6667, 10_000, 10_000, 20_000, 20_000, 30_000, 40_000]), max_size=12)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(batches, delays, batches, st.sampled_from([0, 1, 10_000, 20_000]))
 def test_run_ahead_equals_visit_by_visit(
     first: list[list[int]], ticks: list[int], second: list[list[int]], late: int
@@ -145,7 +145,7 @@ def test_work_begins_at_the_next_edge_and_is_booked_by_phase() -> None:
     at=st.integers(0, 300_000),
     announced=st.booleans(),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_an_interruption_tells_how_many_units_are_done(
     granularity: Granularity, cycles: list[int], at: int, announced: bool
 ) -> None:

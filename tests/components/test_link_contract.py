@@ -51,7 +51,7 @@ outages = st.lists(
 
 
 @pytest.mark.parametrize("make", ALL)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(asks=asks, outages=outages, seed=st.integers(0, 9), until=st.one_of(st.none(), times))
 def test_every_message_is_delivered_dropped_or_in_flight(
     make: Make, asks: list[Ask], outages: list[tuple[int, int | None]], seed: int, until: int | None
@@ -81,7 +81,7 @@ def test_every_message_is_delivered_dropped_or_in_flight(
 
 
 @pytest.mark.parametrize("make", ALL)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(asks=quiet_asks)
 def test_a_sender_s_messages_arrive_in_order_and_the_urgent_never_after_equals(
     make: Make, asks: list[Ask]
@@ -132,7 +132,7 @@ def later(environment: simpy.Environment, link: Any, ask: Ask, name: str) -> Wor
 
 
 @pytest.mark.parametrize("make", TIMED)
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(asks=quiet_asks, speed=st.integers(2, 7))
 def test_a_faster_link_is_never_later(make: Make, asks: list[Ask], speed: int) -> None:
     """Multiples of a clock have its edges among theirs; equals only, as an urgent message that arrives just in
@@ -161,7 +161,7 @@ def test_one_message_on_an_idle_link_takes_its_duration(make: Make, errors: Any)
         assert (seen.deliveries[0].queued, seen.deliveries[0].attempts) == (0, 1)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(asks=quiet_asks)
 def test_an_ideal_link_takes_no_time_and_keeps_the_order(asks: list[Ask]) -> None:
     seen = run(an_ideal_link, asks)

@@ -34,7 +34,7 @@ side = st.builds(replace, asks, priority=st.just(SIDE))
 
 
 @pytest.mark.parametrize("make", TIMED)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(urgent=asks, others=st.lists(side, max_size=6), place=st.integers(0, 6))
 def test_side_messages_delay_another_by_what_is_on_the_wire_at_most(
     make: Make, urgent: Ask, others: list[Ask], place: int
@@ -51,7 +51,7 @@ def test_side_messages_delay_another_by_what_is_on_the_wire_at_most(
 
 
 @pytest.mark.parametrize("make", TIMED)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(wanted=st.lists(asks, min_size=1, max_size=4), other=side, busy=st.booleans(), data=st.data())
 def test_messages_of_one_picosecond_go_by_their_urgency(
     make: Make, wanted: list[Ask], other: Ask, busy: bool, data: st.DataObject
@@ -65,7 +65,7 @@ def test_messages_of_one_picosecond_go_by_their_urgency(
     assert ends == sorted(range(len(wanted)), key=lambda index: (wanted[index].priority, index))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(asked=st.lists(st.tuples(st.integers(0, 3), st.sampled_from([CONTROL, PLANNING, SIDE])), max_size=8))
 def test_turns_on_what_serves_one_at_a_time_go_by_urgency(asked: list[tuple[int, int]]) -> None:
     environment = simpy.Environment()

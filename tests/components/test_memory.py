@@ -160,7 +160,7 @@ def test_what_is_allotted_fits() -> None:
         memory.allocate("map", 1)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.lists(st.tuples(st.integers(0, 300_000), st.integers(1, 12), st.booleans()), min_size=1, max_size=6),
     st.integers(1, 8),

@@ -86,7 +86,7 @@ def accesses(problem: Problem, everything: bool) -> tuple[int, int]:
     return random, runs
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(st.integers(0, 500), st.sampled_from(["block_ram", "process_external", "external"]), st.integers(1, 9))
 def test_the_search_waits_for_every_access(seed: int, place: str, latency: int) -> None:
     problem = a_problem(seed)
@@ -273,7 +273,7 @@ def test_the_memory_is_as_busy_as_the_search_waits(place: str) -> None:
     assert int(traffic[1].words.sum()) == random + 4 * runs
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.integers(1, 6),
     st.integers(1, 4),

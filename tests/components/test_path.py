@@ -41,7 +41,7 @@ def exact_cells(way: Polyline) -> list[tuple[int, int]]:
 
 
 @given(st.lists(st.tuples(quarters, quarters), min_size=1, max_size=7).map(Polyline))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
     entry, cells = way.crossings
     assert [tuple(cell) for cell in cells[:, :2].tolist()] == exact_cells(way)
@@ -55,7 +55,7 @@ def test_a_way_enters_the_cells_of_exact_arithmetic(way: Polyline) -> None:
 
 
 @given(ways)
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_cells_of_a_way_touch_and_a_diagonal_has_both_cells_beside_it(way: Polyline) -> None:
     _, cells = way.crossings
     assert tuple(cells[-1, :2]) == cell_of(way.points[-1].tolist())

@@ -170,7 +170,7 @@ def test_it_is_busy_while_it_moves() -> None:
 
 
 @given(ways, kinematics, maps, st.lists(st.integers(1, 40 * SECOND), max_size=12), st.floats(0.0, 30.0))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_many_steps_and_one_step_end_alike(
     way: Polyline, limits: Kinematics, free: np.ndarray, times: list[int], allowed: float
 ) -> None:
@@ -197,7 +197,7 @@ def test_many_steps_and_one_step_end_alike(
     st.sampled_from([0.0, 0.4, 0.8, 1.3]),
     st.sampled_from([0.0, 0.5]),
 )
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @example(0, PointDrive(0.5), 0.0, 0.0)
 def test_the_robot_is_never_in_a_blocked_cell(
     seed: int, limits: Kinematics, radius: float, margin: float
@@ -244,7 +244,7 @@ def test_the_robot_is_never_in_a_blocked_cell(
 
 
 @given(st.integers(0, 2**32), kinematics)
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_within_its_authority_a_robot_touches_nothing_and_always_stands_there(
     seed: int, limits: Kinematics
 ) -> None:

@@ -82,7 +82,7 @@ def claims_of(scan: Scan, pixel_hz: int, hz: int) -> Claims:
         raise
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(scans(), st.sampled_from(HZ), st.sampled_from(HZ))
 def test_claims_are_those_of_the_pixels(scan: Scan, pixel_hz: int, hz: int) -> None:
     claims = claims_of(scan, pixel_hz, hz)
@@ -92,7 +92,7 @@ def test_claims_are_those_of_the_pixels(scan: Scan, pixel_hz: int, hz: int) -> N
     assert claims.between(17, 301) == expected[301] - expected[17]
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(
     scans(),
     st.sampled_from(HZ),
@@ -126,7 +126,7 @@ def test_work_waits_for_the_end_of_a_dense_line() -> None:
 
 
 @given(st.integers(0, 40), st.integers(0, 6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_burst_takes_the_beginning_of_every_line(first: int, burst: int) -> None:
     scan = Scan(8, 3, 10, 5)
     claims = Claims(scan, ClockDomain(50_000_000), ClockDomain(75_000_000), burst=burst, words=4)
@@ -233,7 +233,7 @@ def beside(
 units = st.lists(st.lists(st.integers(1, 7), min_size=1, max_size=6), min_size=1, max_size=4)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(units, st.integers(0, 2), scans(), st.sampled_from(HZ))
 def test_an_fpga_beside_a_display_is_the_same_at_both_granularities(
     batches: list[list[int]], addresses: int, scan: Scan, pixel_hz: int
@@ -252,7 +252,7 @@ def test_an_fpga_beside_a_display_is_the_same_at_both_granularities(
     assert ram.busy <= end
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(units, scans(), st.sampled_from(HZ))
 def test_each_access_of_the_display_takes_one_cycle_of_a_design_on_both_ports(
     batches: list[list[int]], scan: Scan, pixel_hz: int
@@ -290,7 +290,7 @@ def test_a_display_costs_its_share_of_a_long_search() -> None:
 
 @pytest.mark.parametrize("granularity", Granularity)
 @given(at=st.integers(0, 400_000), announced=st.booleans())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_interrupted_beside_a_display_the_units_done_are_told(
     granularity: Granularity, at: int, announced: bool
 ) -> None:
@@ -349,7 +349,7 @@ def test_a_display_counts_frames_words_and_what_it_sees() -> None:
 
 
 @given(st.lists(st.integers(0, 400_000), min_size=2, max_size=6), scans(), st.sampled_from(HZ))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_accesses_of_spans_add_up(moments: list[int], scan: Scan, pixel_hz: int) -> None:
     clock = ClockDomain(pixel_hz)
     display = VgaDisplay(simpy.Environment(), "screen", clock, scan)

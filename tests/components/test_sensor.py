@@ -41,7 +41,7 @@ def as_set(cells: np.ndarray) -> set[tuple[int, int]]:
 
 
 @given(scenes(), reaches, counts)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_the_kernel_casts_as_its_reference(
     scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
 ) -> None:
@@ -54,7 +54,7 @@ def test_the_kernel_casts_as_its_reference(
 
 
 @given(scenes(), reaches, counts)
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_what_is_seen_is_true_and_in_range_and_behind_no_wall(
     scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
 ) -> None:
@@ -94,7 +94,7 @@ def crossed(
 
 
 @given(scenes(), st.sampled_from([1.7, 4.1, 30.3]), st.sampled_from([1, 4, 7, 16, 40]))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_a_ray_sees_the_cells_that_it_crosses_up_to_the_first_blocked(
     scene: tuple[np.ndarray, tuple[float, float]], reach: float, rays: int
 ) -> None:

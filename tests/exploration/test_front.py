@@ -28,7 +28,7 @@ def by_definition(points: list[list[float]], maximise: list[bool]) -> list[bool]
     ]
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.data())
 def test_equals_the_definition(data: st.DataObject) -> None:
     count = data.draw(st.integers(1, 5))

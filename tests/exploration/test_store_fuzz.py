@@ -27,7 +27,7 @@ from codesign.exploration.store import _checksum as checksum
 Hwsw = Callable[..., Invoked]
 Specs = tuple[Path, Path]
 
-fuzzed = settings(max_examples=8, deadline=None)
+fuzzed = settings(max_examples=8)
 
 WILD: tuple[Any, ...] = (
     None,

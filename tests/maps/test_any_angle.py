@@ -65,7 +65,7 @@ def fine_graph_length(free: Free, begin: tuple[int, int], end: tuple[int, int], 
         return math.inf
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(free=maps, data=st.data())
 def test_it_is_no_longer_than_any_path_and_no_shorter_than_the_straight_line(
     free: Free, data: st.DataObject
@@ -85,7 +85,7 @@ def test_it_is_no_longer_than_any_path_and_no_shorter_than_the_straight_line(
     assert least >= fine / 1.03 - 2.5
 
 
-@settings(max_examples=60, deadline=None, derandomize=True)
+@settings(max_examples=60, derandomize=True)
 @given(free=maps, data=st.data(), most=st.integers(0, 40))
 def test_it_is_symmetric_and_a_bound_wherever_it_is_cut(free: Free, data: st.DataObject, most: int) -> None:
     begin, end = two_cells(data, free)

@@ -61,7 +61,7 @@ def test_only_map_errors_come_out(name: str, tmp_path: Path) -> None:
 
     @given(damaged(SEEDS[name]))
     @example(b"\x89PNG\r\n\x1a\n")
-    @settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+    @settings(max_examples=300, suppress_health_check=list(HealthCheck))
     def attempt(content: bytes) -> None:
         path.write_bytes(content)
         try:

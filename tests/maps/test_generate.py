@@ -44,7 +44,7 @@ def test_same_seed_gives_the_same_cells_on_every_machine() -> None:
 
 
 @given(st.integers(1, 24), st.integers(1, 24), st.integers(0, 2**64 - 1))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_maze_of_single_cells_is_a_tree(rows: int, columns: int, seed: int) -> None:
     grid = maps.maze(rows, columns, seed=seed)
     assert grid.shape == (rows, columns)
@@ -53,7 +53,7 @@ def test_a_maze_of_single_cells_is_a_tree(rows: int, columns: int, seed: int) ->
 
 
 @given(st.integers(1, 4), st.integers(1, 3), st.integers(1, 6), st.integers(1, 6), st.integers(0, 99))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_wide_corridors_are_the_narrow_maze_stretched(
     corridor: int, wall: int, down: int, across: int, seed: int
 ) -> None:
@@ -88,7 +88,7 @@ def test_loops_open_that_share_of_the_remaining_walls(loops: float) -> None:
     st.sampled_from([0.0, 0.5, 1.0]),
     st.data(),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_rooms_are_whole_and_joined(
     rows: int, columns: int, room: tuple[int, int], wall: int, seed: int, extra: float, data: st.DataObject
 ) -> None:
@@ -119,7 +119,7 @@ def test_doors_have_different_places() -> None:
 
 
 @given(st.integers(1, 12), st.integers(1, 12), st.floats(0, 1), st.integers(0, 99))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_random_single_cells_have_the_density_asked_for(
     rows: int, columns: int, density: float, seed: int
 ) -> None:
@@ -143,7 +143,7 @@ def test_random_obstacles_are_squares(size: int) -> None:
 
 
 @given(st.integers(1, 25), st.integers(1, 25))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_spiral_is_one_path_over_all_corridors(rows: int, columns: int) -> None:
     graph = graph_of(maps.spiral(rows, columns).free)
     assert networkx.is_tree(graph)

@@ -41,7 +41,7 @@ def grid_graph(free: np.ndarray, *, diagonal: bool) -> networkx.Graph:
 
 
 @given(free_and_goals())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_distances_agree_with_networkx(case: tuple[np.ndarray, list[tuple[int, int]]]) -> None:
     free, goals = case
     for diagonal in (False, True):
@@ -61,7 +61,7 @@ def test_distances_agree_with_networkx(case: tuple[np.ndarray, list[tuple[int, i
 
 
 @given(free_and_goals())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_clearance_is_the_distance_to_the_nearest_obstacle(
     case: tuple[np.ndarray, list[tuple[int, int]]],
 ) -> None:
@@ -143,7 +143,7 @@ def test_a_map_without_free_cells_says_so() -> None:
 
 
 @given(free_and_goals(), st.integers(-2, 10), st.integers(-2, 10))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_nearest_free_cell(case: tuple[np.ndarray, list[tuple[int, int]]], row: int, column: int) -> None:
     free, _ = case
     found = maps.nearest_free(free, (row, column))

@@ -72,7 +72,7 @@ def test_scenarios(tmp_path: Path) -> None:
         b"version 1\r\n3\tmy maps/a.map\t5\t4\t1\t2\t4\t3\t3.41421356\r\n0 b.map 5 4 0 0 0 0 0\r\n\r\n"
     )
     first, second = maps.read_scenarios(path)
-    assert first == maps.Scenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356)
+    assert first == maps.MovingAiScenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356)
     assert second.map_name == "b.map"
     with pytest.raises(MapError, match="scenarios, not a map"):
         maps.read_map(path)
@@ -126,7 +126,7 @@ def test_text_faults(tmp_path: Path, content: bytes, where: str, message: str) -
 
 
 @given(arrays.arrays(bool, st.tuples(st.integers(1, 20), st.integers(1, 20))))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_what_is_written_is_read_back(tmp_path_factory: pytest.TempPathFactory, free: np.ndarray) -> None:
     grid = OccupancyGrid(free)
     folder = tmp_path_factory.getbasetemp()

@@ -70,7 +70,7 @@ def _point(placement: str, setting: str) -> Any:
 
 
 @given(problem=problems(), data=st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_no_block_changes_a_bit_of_the_field(problem: Problem, data: st.DataObject) -> None:
     block, iterations = sides(problem, data, 18), data.draw(st.sampled_from([1, 3, 50]))
     schedule = data.draw(st.sampled_from([[9], [4, 15], [7, 40, 70]]))
@@ -85,7 +85,7 @@ def test_no_block_changes_a_bit_of_the_field(problem: Problem, data: st.DataObje
 
 
 @given(problem=problems(), data=st.data())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataObject) -> None:
     block = sides(problem, data)
     beyond = block[0] > problem.rows or block[1] > problem.columns
@@ -115,7 +115,7 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
 
 
 @given(problem=problems(), data=st.data())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_software_computes_the_cells_of_the_map_and_no_others(problem: Problem, data: st.DataObject) -> None:
     block = sides(problem, data)
     inside = min(block[0], problem.rows), min(block[1], problem.columns)
@@ -126,7 +126,7 @@ def test_software_computes_the_cells_of_the_map_and_no_others(problem: Problem, 
 
 
 @given(problem=problems(), data=st.data())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject) -> None:
     tile = sides(problem, data)
     inside = min(tile[0], problem.rows), min(tile[1], problem.columns)

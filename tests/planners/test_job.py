@@ -31,5 +31,5 @@ def test_work_is_shared_through_the_memo_alone() -> None:
 def test_a_style_on_an_fpga_has_a_chip() -> None:
     part = load_part("XC2VP30-6")
     assert Job(None, None, part=part).chip is part
-    with pytest.raises(AssertionError, match="with a part"):
+    with pytest.raises(AssertionError, match="needs a part"):
         _ = Job(None, None).chip

@@ -41,7 +41,7 @@ def off_goals(problem: Problem, cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 @given(problems(), st.booleans(), st.sampled_from(["starts", "whole_map"]))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
     problem: Problem, cutting: bool, stop: str
 ) -> None:
@@ -64,7 +64,7 @@ def test_a_stopped_wave_is_judged_by_the_cells_that_it_reached(
 
 
 @given(problems())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_search_is_judged_by_the_cells_that_it_came_to(problem: Problem) -> None:
     planner = catalog.planner("breadth_first")
     plan = planner.plan(Job(problem, planner.tasks["search"]()))
@@ -90,7 +90,7 @@ def test_a_search_without_an_answer_covers_no_cell() -> None:
 
 @pytest.mark.parametrize("name", PARAMETERS)
 @given(problem=problems())
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_a_field_covers_every_cell_that_leads_to_a_goal(name: str, problem: Problem) -> None:
     planner = catalog.planner(name)
     parameters = planner.tasks["relax"].model_validate(PARAMETERS[name])

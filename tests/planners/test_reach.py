@@ -130,7 +130,7 @@ def problems(draw: st.DrawFn) -> tuple[Map, list[Cell]]:
 @pytest.mark.parametrize("case", CASES)
 @given(problem=problems())
 @example(problem=(CUT, [(1, 1)]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_start_is_refused_where_the_planner_s_reference_does_not_reach_it(
     case: str, problem: tuple[Map, list[Cell]]
 ) -> None:

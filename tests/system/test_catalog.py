@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import logging
+import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -16,29 +19,53 @@ from codesign.errors import InputError, SpecError
 from codesign.inputs import list_workloads
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
+from codesign.plugin import PlugIn
 from codesign.scenarios import check_files
 from codesign.system import at_hand, catalog
 from codesign.system.place import sound_flows
 
 
-@pytest.fixture
-def with_broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Two plug-ins beside our own: no such module, and a number."""
-    others = [
-        EntryPoint("absent", "no_such_module_anywhere:PLANNER", "codesign.planners"),
-        EntryPoint("number", "math:pi", "codesign.planners"),
-    ]
+@contextmanager
+def registering(monkeypatch: pytest.MonkeyPatch, *others: tuple[str, str]) -> Iterator[None]:
+    """Plug-ins registered before our own, each by the name and the value of its entry point."""
+    points = [EntryPoint(name, value, "codesign.planners") for name, value in others]
 
-    def found(group: str) -> list[Any]:
-        return [*(point for point in others if point.group == group), *entry_points(group=group)]
+    def installed(group: str) -> list[Any]:
+        return [*(point for point in points if point.group == group), *entry_points(group=group)]
 
     caches = (catalog.planners, catalog.architectures, catalog.task_styles, catalog._loaded)
-    monkeypatch.setattr(catalog, "entry_points", found)
+    monkeypatch.setattr(catalog, "entry_points", installed)
     for each in caches:
         each.cache_clear()
     yield
     for each in caches:
         each.cache_clear()
+
+
+@pytest.fixture
+def with_broken(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Two plug-ins beside our own: no such module, and a number."""
+    with registering(monkeypatch, ("absent", "no_such_module_anywhere:PLANNER"), ("number", "math:pi")):
+        yield
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "why"),
+    [
+        ("again", "codesign_elsewhere:PLUG_IN", "a planner harmonic is registered already"),
+        ("harmonic", "codesign_elsewhere:PLUG_IN", "an entry point harmonic is registered already"),
+    ],
+)
+def test_no_plug_in_takes_the_name_of_another(
+    monkeypatch: pytest.MonkeyPatch, name: str, value: str, why: str
+) -> None:
+    """Ours stay, whatever stands before them in the order of installation."""
+    elsewhere = ModuleType("codesign_elsewhere")
+    elsewhere.PLUG_IN = PlugIn(planner=catalog.planner("harmonic"))  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "codesign_elsewhere", elsewhere)
+    with registering(monkeypatch, (name, value)):
+        assert [each.why for each in catalog.broken()] == [f"ValueError: {why}"]
+        assert catalog.styles_of("harmonic")
 
 
 @pytest.mark.usefixtures("with_broken")

@@ -63,7 +63,7 @@ def any_records(draw: st.DrawFn) -> Record:
 
 
 @given(any_records())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_a_record_comes_back_as_it_was(record: Record) -> None:
     assert same(decode(type(record), encode(record)), record)
 

@@ -43,7 +43,7 @@ def exercise(trace: Trace) -> None:
 
 
 @given(data=st.data())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 def test_only_trace_errors_come_out_of_mutated_files(
     data: st.DataObject, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -91,7 +91,7 @@ values = st.recursive(
 
 
 @given(st.sampled_from(a_run() + a_mission()), st.data())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 def test_only_trace_errors_come_out_of_mutated_messages(record: Record, data: st.DataObject) -> None:
     """A message with one value replaced, one level down in arrays too, is a good record or an error."""
     message = json.loads(encode(record))

@@ -59,7 +59,7 @@ def integers_and_precision(draw: st.DrawFn) -> tuple[np.ndarray, int]:
     return np.array(values, object).reshape(2, 3), precision
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(integers_and_precision(), st.integers(0, 150))
 def test_field_holds_integers_exactly(given_: tuple[np.ndarray, int], more: int) -> None:
     values, precision = given_

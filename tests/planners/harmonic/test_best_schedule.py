@@ -76,7 +76,7 @@ def cycles_with_switches(stage: Stage) -> int:
     return stage.cycles + 3 * stage.visits
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.integers(0, 1000),
     st.sampled_from([(7, 9), (3, 4), (2, 9)]),

@@ -50,7 +50,7 @@ def at(values, row, column):
     return values[row, column] if inside else 0
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(fields(), st.booleans())
 def test_directions_are_the_exact_rule_normalised(problem, only_ascending):
     field, free = problem
@@ -69,7 +69,7 @@ def test_directions_are_the_exact_rule_normalised(problem, only_ascending):
         assert vectors[row, column] == pytest.approx([down / length, right / length], abs=1e-14)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(fields())
 def test_the_chosen_triangle_has_the_greatest_sum_of_squares(problem):
     field, free = problem
@@ -85,7 +85,7 @@ def test_the_chosen_triangle_has_the_greatest_sum_of_squares(problem):
         assert right in (-falls[1], falls[3])
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(fields())
 def test_best_neighbours_are_the_first_of_the_greatest(problem):
     field, free = problem
@@ -138,7 +138,7 @@ def problems(draw):
     return free, [divmod(cell, columns) for cell in picked]
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(problems(), st.integers(1, 40))
 def test_a_share_below_one_means_local_maxima(problem, precision):
     free, goals = problem

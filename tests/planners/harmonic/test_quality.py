@@ -39,7 +39,7 @@ def cells_along(points):
         yield np.unique(np.floor(first + share * (second - first) + 0.5).astype(int), axis=0)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(problems(), st.sampled_from(list(Rule)), st.sampled_from([0.1, 0.5, 1.0]), st.booleans())
 def test_no_trajectory_enters_an_obstacle_or_cuts_a_corner(problem, rule, step, guarded):
     free, goals, field = problem
@@ -53,7 +53,7 @@ def test_no_trajectory_enters_an_obstacle_or_cuts_a_corner(problem, rule, step, 
         assert way.arrived == (tuple(way.points[-1]) in goals)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(problems(), st.sampled_from(list(Rule)))
 def test_a_guarded_robot_rises_and_never_meets_the_bound(problem, rule):
     free, goals, field = problem
@@ -68,7 +68,7 @@ def test_a_guarded_robot_rises_and_never_meets_the_bound(problem, rule):
             assert heights[k] > heights[k - 1] or (cells[k] == cells[k - 1]).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(problems(), st.sampled_from(list(Rule)))
 def test_without_local_maxima_every_reachable_cell_arrives(problem, rule):
     free, goals, field = problem

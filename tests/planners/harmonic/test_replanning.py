@@ -125,7 +125,7 @@ def test_what_each_start_costs_to_bring_in() -> None:
         assert cycles(steps, "load") == expected
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 50), st.integers(1, 12), st.sampled_from([7, 15, 40, 70]))
 def test_old_values_stay_above_and_wrong_cells_are_counted(seed: int, new: int, precision: int) -> None:
     old, problem = before_and_after(seed % 7, new)

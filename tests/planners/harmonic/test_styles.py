@@ -152,7 +152,7 @@ def test_a_part_without_wide_block_ram_holds_no_word() -> None:
     assert depth.figure.value == 8
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     name=st.sampled_from(sorted(BUDGETS)),
     rows=sides,

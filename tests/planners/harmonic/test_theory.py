@@ -40,7 +40,7 @@ def test_corridor_bits_grow_with_the_logarithm_of_the_root():
     assert theory.corridor_bits(1000) / 1000 == pytest.approx(math.log2(2 + math.sqrt(3)), rel=2e-3)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 20), st.integers(1, 150))
 def test_corridor_is_an_oracle_for_the_relaxed_field(length, precision):
     # Floor loses at most 3/4 at a node and w = (w + w)/4 + 1 is at most 2, so 2^p·x − h lies in 0..1.5.
@@ -142,7 +142,7 @@ def small_maps(draw):
     return free, [divmod(goal, columns)]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(small_maps())
 def test_required_precision_is_that_of_trying_every_one(problem):
     free, goals = problem

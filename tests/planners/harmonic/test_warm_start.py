@@ -29,7 +29,7 @@ def from_zero(free, goals, precision):
     return relax_reference(free, goals, block=(rows, columns), iterations=10**6, schedule=[precision])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(problems(), st.lists(st.integers(1, 300), min_size=1, max_size=3))
 def test_bounds_hold_at_any_precision_in_any_order(problem, precisions):
     free, goals = problem
@@ -40,7 +40,7 @@ def test_bounds_hold_at_any_precision_in_any_order(problem, precisions):
         assert (exact <= bounds.upper(precision).to_ints()).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(problems(), st.integers(1, 300), st.sampled_from(["sound", "published"]))
 def test_a_warm_start_ends_in_the_same_bits(problem, precision, termination):
     free, goals = problem

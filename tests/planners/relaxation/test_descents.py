@@ -94,7 +94,7 @@ def takes(method: Method, omega: float, r: float) -> dict[str, float]:
 
 
 @given(problems())
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_the_default_leads_from_everywhere_on_random_maps(problem: Any) -> None:
     free, goal = problem
     plan, quality = judged(free, goal)
@@ -112,7 +112,7 @@ def test_the_default_leads_from_everywhere_on_random_maps(problem: Any) -> None:
     st.sampled_from(Boundary),
     st.sampled_from([3, 40, 3000]),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_what_is_reported_is_what_following_each_cell_gives(
     problem: Any,
     method: Method,
@@ -147,7 +147,7 @@ def test_what_is_reported_is_what_following_each_cell_gives(
     st.floats(0.3, 1.0),
     st.integers(1, 12),
 )
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_without_over_relaxation_a_value_that_is_there_has_a_descent(
     problem: Any, method: Method, omega: float, r: float, count: int
 ) -> None:
@@ -166,7 +166,7 @@ def test_without_over_relaxation_a_value_that_is_there_has_a_descent(
 
 
 @given(problems(), st.sampled_from(Boundary), st.integers(1, 8))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_look_for_descents_counts_what_the_search_counts(
     problem: Any, boundary: Boundary, count: int
 ) -> None:
@@ -177,7 +177,7 @@ def test_the_look_for_descents_counts_what_the_search_counts(
 
 
 @given(problems(), st.sampled_from(Method), st.floats(0.5, 1.9), st.floats(0.5, 1.9))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_a_deep_goal_changes_exponents_and_nothing_else(
     problem: Any, method: Method, omega: float, r: float
 ) -> None:

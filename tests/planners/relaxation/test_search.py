@@ -46,7 +46,7 @@ def test_ways_fall_to_the_goal(neighbours: int, boundary: str) -> None:
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_counts_agree_with_following_every_cell(seed: int) -> None:
     grid = maps.random_obstacles(12, 15, density=0.3, seed=seed).free.copy()
     grid[5, 5] = True

@@ -65,7 +65,7 @@ def chosen(method: Method, omega: float, r: float) -> dict[str, float]:
     accelerations,
     st.integers(1, 6),
 )
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=250)
 def test_kernels_give_the_bits_of_the_plain_loops(
     problem: Any, method: Method, boundary: Boundary, omega: float, r: float, count: int
 ) -> None:
@@ -100,7 +100,7 @@ def test_cutting_a_run_into_calls_changes_nothing(monkeypatch: pytest.MonkeyPatc
 
 
 @given(problems(7), st.sampled_from(Boundary))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_every_method_ends_at_the_dense_solution(problem: Any, boundary: Boundary) -> None:
     free, goal = problem
     values, movable = padded(free, goal, boundary)
@@ -138,7 +138,7 @@ def test_one_cell_wide_corridor_has_a_closed_form(length: int) -> None:
 
 
 @given(problems(7), accelerations, accelerations)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_mean_contracts_in_the_energy_norm(problem: Any, omega: float, r: float) -> None:
     """The proof that AM and MAM converge for all parameters between 0 and 2 (``solve``), watched at work."""
     free, goal = problem
@@ -153,7 +153,7 @@ def test_mean_contracts_in_the_energy_norm(problem: Any, omega: float, r: float)
 
 
 @given(problems(), st.integers(1, 5), accelerations)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_identities_between_methods_and_boundaries(problem: Any, count: int, omega: float) -> None:
     free, goal = problem
 

@@ -45,7 +45,7 @@ def flown(problem: RobotsProblem, parameters: AvoidParameters, unit: int) -> Avo
     return loop.plan()
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(scenes(updates=40), st.sampled_from([1, 3, 20, 200, 10**6]))
 def test_late_decisions_are_those_of_the_reference_state_by_state(
     scene: tuple[RobotsProblem, AvoidParameters], unit: int
@@ -65,7 +65,7 @@ def test_late_decisions_are_those_of_the_reference_state_by_state(
         assert run.digest == avoid(problem, parameters).digest
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(scenes(updates=30), st.integers(1, 9))
 def test_while_robots_decide_they_keep_their_velocity_and_then_take_the_new_one_in_a_step(
     scene: tuple[RobotsProblem, AvoidParameters], unit: int
@@ -122,7 +122,7 @@ def sampled(run: Avoidance, problem: RobotsProblem, each: int = 400) -> float:
     return least
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(scenes(updates=25), st.sampled_from([2, 30, 10**6]))
 def test_the_least_gap_of_a_run_is_that_of_dense_sampling(
     scene: tuple[RobotsProblem, AvoidParameters], unit: int
@@ -140,7 +140,7 @@ coordinate = st.floats(-50.0, 50.0)
 vector = st.tuples(coordinate, coordinate)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(vector, vector, vector, st.floats(0.01, 2.0))
 def test_the_least_distance_along_a_parabola_is_never_above_any_moment_of_it(
     begin: tuple[float, float], velocity: tuple[float, float], end: tuple[float, float], seconds: float
@@ -187,7 +187,7 @@ def accepted_gains(draw: Any) -> Gains:
     return Gains(proportional=proportional, derivative=draw(st.floats(0.0, 1.0)) * most)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     accepted_gains(),
     st.sampled_from(["circle", "crossing", "random"]),
@@ -254,7 +254,7 @@ def test_gains_beyond_a_robots_limits_are_refused_with_place_range_and_remedy(
     assert error["loc"] == ("gains", place)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(0, 100))
 def test_the_greatest_gain_that_is_named_is_accepted(hundredths: int) -> None:
     """What a refusal says is accepted: also on the bound, as 0.09 is for 0.81."""
@@ -303,7 +303,7 @@ def test_a_robot_that_does_not_arrive_is_a_result_with_its_reason_and_a_remedy_t
     assert (mended.robots_arrived, mended.shortfall, mended.remedy) == (8, None, None)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     st.sampled_from(["circle", "crossing", "random"]),
     st.integers(2, 12),

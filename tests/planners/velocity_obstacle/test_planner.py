@@ -32,7 +32,7 @@ from codesign.planners.velocity_obstacle.plan.planner import PLANNER
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, STAY, RobotState
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(scenes())
 def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidParameters]) -> None:
     problem, parameters = scene
@@ -45,7 +45,7 @@ def test_kernel_is_the_reference_bit_for_bit(scene: tuple[RobotsProblem, AvoidPa
 vectors = st.tuples(st.integers(-(2**24), 2**24), st.integers(-(2**24), 2**24))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(vectors, vectors, st.integers(1, 2**23), st.booleans())
 def test_compiled_detection_is_equation_4_with_nine_products(
     position: tuple[int, int], velocity: tuple[int, int], radius: int, approaching: bool
@@ -77,7 +77,7 @@ def test_compiled_detection_at_the_very_threshold() -> None:
 finite = st.floats(-100.0, 100.0).filter(lambda value: abs(value) > 1e-3)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(finite, finite, finite, finite)
 def test_detection_agrees_with_the_least_distance_along_the_way(
     x: float, y: float, vx: float, vy: float
@@ -101,7 +101,7 @@ def test_published_detection_stops_robots_that_part() -> None:
     assert not plain.coll_detect(numbers, *away, Detection.APPROACHING)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(-math.pi, math.pi), st.floats(5.0, 140.0), st.sampled_from([16, 64, 128]))
 def test_direction_to_the_target_is_the_nearest_of_the_array(angle: float, far: float, count: int) -> None:
     problem = generate("circle", 2)
@@ -127,7 +127,7 @@ def test_without_rounding_the_update_is_constant_acceleration() -> None:
     assert position == pytest.approx((1.0 + 0.75 + 0.25, 2.0 - 1.0 + 0.5))
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(scenes(updates=25), st.integers(0, 4))
 def test_fixed_point_and_doubles_choose_alike_within_the_bound(
     scene: tuple[RobotsProblem, AvoidParameters], offset: int

@@ -57,7 +57,7 @@ def test_parallel_units_as_synthesised() -> None:
     assert resources.unit_multipliers(DETECT, passive) == 18
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.integers(8, 24), st.booleans(), st.data())
 def test_factors_of_a_detector_fit_the_bits_they_are_given(width: int, half: bool, data: Any) -> None:
     responsibility = Responsibility.HALF if half else Responsibility.FULL
@@ -137,7 +137,7 @@ def test_every_lever_names_a_lanes_that_fits(part: Part) -> None:
             assert not levers.shortages(Style.HYBRID, robots, lanes, part)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.integers(2, 63), st.sampled_from(Style), st.integers(8, 23))
 def test_demand_never_falls_with_robots_or_width(robots: int, style: Style, width: int) -> None:
     part = load_part("XC3S500E-4")

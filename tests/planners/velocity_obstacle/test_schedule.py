@@ -61,7 +61,7 @@ def test_other_unit_counts_lie_between_the_published_styles() -> None:
     assert trial_cycles(8, Units(1, 2), 7, 10) == 7 * 8 + 10
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(
     st.integers(2, 20),
     st.integers(1, 20),

@@ -43,7 +43,7 @@ def walks(draw: st.DrawFn) -> tuple[NDArray[np.bool_], tuple[int, int], tuple[in
 
 
 @given(walks(), st.booleans())
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 def test_shortest_ways_add_up_to_the_potential(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], penalised: bool
 ) -> None:
@@ -64,7 +64,7 @@ def test_shortest_ways_add_up_to_the_potential(
 
 
 @given(walks())
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 def test_safe_ways_arrive_by_equations_4_and_5(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]],
 ) -> None:
@@ -107,7 +107,7 @@ def test_without_corner_cutting_ways_keep_clear_of_corners() -> None:
 
 
 @given(st.integers(0, 10**6), st.floats(0, 0.5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_skeleton_is_a_local_rule_that_turns_with_the_map(seed: int, density: float) -> None:
     free = np.random.default_rng(seed).random((13, 17)) >= density
     distances = obstacle_potentials(free)
@@ -126,7 +126,7 @@ def test_the_skeleton_of_a_corridor_is_its_middle(width: int, crest: list[int]) 
 
 
 @given(walks(), st.integers(1, 15), st.integers(1, 15), st.sampled_from(["plain", "corners", "penalty"]))
-@settings(max_examples=120, deadline=None)
+@settings(max_examples=120)
 def test_tiles_give_the_same_potentials(
     walk: tuple[NDArray[np.bool_], tuple[int, int], tuple[int, int]], height: int, width: int, kind: str
 ) -> None:

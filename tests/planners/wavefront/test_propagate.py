@@ -45,7 +45,7 @@ def problems(draw: st.DrawFn, side: int = 12) -> tuple[NDArray[np.bool_], list[C
 
 
 @given(problems(), st.booleans(), st.booleans())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_potentials_are_those_of_dijkstra(
     problem: tuple[NDArray[np.bool_], list[Cell]], cutting: bool, penalised: bool
 ) -> None:
@@ -65,7 +65,7 @@ def test_potentials_are_those_of_dijkstra(
 
 
 @given(problems())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_the_circuit_holds_the_same_potentials_after_d_plus_one_cycles(
     problem: tuple[NDArray[np.bool_], list[Cell]],
 ) -> None:
@@ -135,7 +135,7 @@ def test_longest_distance_is_that_between_corners(shape: tuple[int, ...]) -> Non
 
 
 @given(st.integers(0, 1000), st.booleans())
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_three_dimensions_against_scipy(seed: int, penalised: bool) -> None:
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import dijkstra
@@ -174,7 +174,7 @@ def test_three_dimensions_without_corner_cutting() -> None:
 
 
 @given(problems(16), st.booleans())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_half_the_potential_is_within_its_bound_of_the_octile_distance(
     problem: tuple[NDArray[np.bool_], list[Cell]], cutting: bool
 ) -> None:

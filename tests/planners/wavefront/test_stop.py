@@ -78,7 +78,7 @@ def problems(draw: st.DrawFn) -> tuple[NDArray[np.bool_], Cell, list[Cell], bool
 
 @pytest.mark.parametrize("style", STYLES)
 @given(problem=problems())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_wave_that_stops_takes_no_longer_and_is_judged_by_what_it_reached(
     style: str, problem: tuple[NDArray[np.bool_], Cell, list[Cell], bool]
 ) -> None:
@@ -111,7 +111,7 @@ def test_a_wave_that_stops_takes_no_longer_and_is_judged_by_what_it_reached(
 
 
 @given(problem=problems())
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_an_array_of_adders_runs_over_the_whole_map_and_says_so(
     problem: tuple[NDArray[np.bool_], Cell, list[Cell], bool],
 ) -> None:

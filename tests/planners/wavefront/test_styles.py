@@ -53,7 +53,7 @@ def run(
 
 
 @given(st.integers(0, 10**6), st.floats(0, 0.45))
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_cycles_are_those_of_the_clocked_circuits(seed: int, density: float) -> None:
     rng = np.random.default_rng(seed)
     free = rng.random((11, 14)) >= density

@@ -31,7 +31,7 @@ from codesign.system.sent_map import CHANGE_BITS, GOAL, OBSTACLE, SentMap, state
 MANY = 4000
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(bits=st.integers(1, 300), rate=st.sampled_from([1e-9, 1e-4, 0.01, 0.3, 1.0]), seed=st.integers(0, 99))
 def test_wrong_bits_are_bits_of_the_message(bits: int, rate: float, seed: int) -> None:
     found = wrong_bits(np.random.default_rng(seed), bits, rate)
@@ -103,7 +103,7 @@ FREE[4, 9] = FREE[8, 2] = FREE[0] = False
 HERE = (5.2, 4.1)
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(st.sets(st.integers(0, 24 * 16 - 1), max_size=8), st.sampled_from([0.05, 0.1, 1.0]))
 def test_a_scan_of_rays_read_wrong(wrong: set[int], metres: float) -> None:
     sensor = RaySensor(6.0, 24, metres)
@@ -156,7 +156,7 @@ def test_a_range_read_wrong_moves_the_obstacle_along_the_ray() -> None:
     assert sensor._word(free, (5.0, 4.0), 2) == NOTHING_SEEN
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.sets(st.integers(0, 130), max_size=9))
 def test_a_scan_of_cells_read_wrong(wrong: set[int]) -> None:
     sensor = RadiusSensor(6.0)

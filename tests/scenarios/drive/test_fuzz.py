@@ -21,7 +21,7 @@ from codesign.scenarios import check_files
 
 Hwsw = Callable[..., Invoked]
 
-fuzzed = settings(max_examples=25, deadline=None)
+fuzzed = settings(max_examples=25)
 
 
 def agree(board: Path, drive: Path) -> list[Fault]:

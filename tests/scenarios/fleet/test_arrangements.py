@@ -66,7 +66,7 @@ def test_groups_of_several_ranks_keep_their_order() -> None:
     radius=st.integers(1, 2**12),
     farther=st.integers(0, 2**14),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_beyond_the_range_nobody_is_on_a_course(
     x: int, y: int, vx: int, vy: int, radius: int, farther: int
 ) -> None:
@@ -119,7 +119,7 @@ def test_a_range_in_which_robots_cannot_brake_is_refused() -> None:
 
 
 @given(seed=st.integers(0, 10_000))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_two_robots_head_on_never_touch_at_the_least_range(seed: int) -> None:
     angle = 2.0 * math.pi * seed / 10_000
     reach = np.array([math.cos(angle), math.sin(angle)]) * 60.0

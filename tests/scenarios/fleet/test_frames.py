@@ -35,7 +35,7 @@ def ground(tmp_path: Path) -> Ground:
     fifo=st.sampled_from([1, 15, 16, 17, 31, 32, 40, 64, 100]),
     mhz=st.sampled_from([1, 5, 50]),
 )
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_a_line_with_a_fifo_holds_the_fleet_as_long_as_its_characters_say(
     ground: Ground, baud: int, fifo: int, mhz: int
 ) -> None:

@@ -208,7 +208,7 @@ def test_free_running_robots_wait_out_an_outage(ground: Ground) -> None:
     baud=st.sampled_from([115_200, 3_000_000, 12_000_000, 50_000_000]),
     fifo=st.sampled_from([1, 16, 64]),
 )
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_rate_that_fpga_and_line_allow_is_a_bound_in_the_long_run(
     ground: Ground, count: int, baud: int, fifo: int
 ) -> None:

@@ -61,8 +61,6 @@ STORE_DEPTH = 16
 """Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
 STATE_COMPONENTS = 4
 FULL = 0.97
-ROUNDING = 0.005
-"""Half a percent: the rounding of the entries of Table I."""
 
 SYNTHESIS = "own RTL, bit-exact against an integer model; Yosys synth_xilinx, 16 bits"
 

@@ -59,7 +59,7 @@ def grown(obstacles: np.ndarray, radius: float) -> np.ndarray:
     st.sampled_from([0.0, 0.5, 0.6, 0.75, 1.0, 1.5, 2.3]),
     st.tuples(st.integers(1, 9), st.integers(1, 9)),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_inflation_after_changes_is_inflation_anew(seed: int, radius: float, shape: tuple[int, int]) -> None:
     random = np.random.default_rng(seed)
     obstacles = random.random(shape) < 0.2
@@ -84,7 +84,7 @@ def test_a_radius_of_nothing_adds_nothing_and_any_other_all_cells_beside() -> No
 
 
 @given(st.integers(0, 2**32), st.floats(0.01, 3.0))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_disc_anywhere_in_a_cell_that_is_not_blocked_is_clear(seed: int, radius: float) -> None:
     random = np.random.default_rng(seed)
     obstacles = random.random((SIDE, SIDE)) < 0.05
@@ -197,7 +197,7 @@ def test_a_moving_obstacle_waits_before_the_robot_and_goes_on() -> None:
 
 
 @given(st.integers(0, 2**32), st.sampled_from([0.0, 0.4, 0.7, 1.3, 2.2]), st.sampled_from([0.0, 0.5]))
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 def test_no_change_ever_takes_the_robots_place(seed: int, radius: float, margin: float) -> None:
     random = np.random.default_rng(seed)
     free = an_open_map()
@@ -267,7 +267,7 @@ def test_obstacles_that_cannot_be_are_refused(build: object) -> None:
 
 
 @given(st.integers(0, 2**32), st.integers(1, 4), st.integers(0, 12))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_random_obstacles_stand_on_free_cells_and_keep_clear(seed: int, size: int, count: int) -> None:
     free = np.random.default_rng(seed).random((SIDE, SIDE)) >= 0.05
     free[:5, :5] = True

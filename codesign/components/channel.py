@@ -57,7 +57,7 @@ class Message:
             self.free.succeed()
 
 
-class Line:
+class Channel:
     """Carries one message at a time: its ``holder``.
 
     The messages of one sender are carried one after another, urgent ones first (a lower ``priority``), then in the
