@@ -21,6 +21,7 @@ def test_every_benchmark_has_its_section(path: Path) -> None:
     assert f"\n`python -m benchmarks {path.stem.removeprefix('bench_')}`: " in page
 
 
+@pytest.mark.slow
 def test_kernels_of_limbs_and_of_digits_are_exact(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(REPOSITORY)
     from benchmarks.other_kernels import (

@@ -142,7 +142,7 @@ def small_maps(draw):
     return free, [divmod(goal, columns)]
 
 
-@settings(max_examples=25)
+@settings(max_examples=16)
 @given(small_maps())
 def test_required_precision_is_that_of_trying_every_one(problem):
     free, goals = problem
