@@ -115,7 +115,7 @@ class Constraint(SpecModel):
 
 
 class Exploration(SpecModel):
-    """Axes, all combinations of whose values are design points; and what is good.
+    """Axes, objectives and constraints. Each combination of values of the axes is a design point.
 
     ``axes``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``workload.variant``, or a
     key of ``workload.problem`` or ``workload.scenario``, in file order.

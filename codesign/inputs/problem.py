@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -19,13 +20,13 @@ Seed = Annotated[int, Field(ge=0, le=2**64 - 1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class GeneratedMap(SpecModel):
+class GeneratedMap(SpecModel, ABC):
     """What all generated maps share: a size of at most 2^24 cells."""
 
     @property
+    @abstractmethod
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the map to come."""
-        raise NotImplementedError
 
     @model_validator(mode="after")
     def _bounded(self) -> Self:
@@ -226,7 +227,8 @@ class ProblemSpec(SpecModel):
         if isinstance(value, SampledStarts):
             return value
         refusals, seen = [], set()
-        shape = getattr(info.data.get("map"), "shape", None)
+        declared = info.data.get("map")
+        shape = declared.shape if isinstance(declared, GeneratedMap) else None
         for index, cell in enumerate(value):
             if cell in seen:
                 refusal = RefusalError(f"{list(cell)} is named twice", "name it once")

@@ -40,7 +40,7 @@ BASE = "base"
 MAX_VARIANTS = 64
 
 ProblemModels = Mapping[str, type[SpecModel]]
-"""Planner name → model of its problem, for planners whose problem is not a map with goals and starts."""
+"""Planner name → model of its problem, where that is not a map with goals and starts."""
 
 TaskModels = Mapping[str, Mapping[str, type[TaskParameters]]]
 """Planner name → task name → model of the task's parameters.
@@ -50,7 +50,7 @@ A ``SpecModel`` refuses what a plain pydantic model lets pass (``true`` for 1), 
 
 
 class RawParameters(TaskParameters):
-    """Parameters of a task that nobody has a model for: kept as they are."""
+    """Parameters of a task without a model: they are kept as they are."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
