@@ -22,7 +22,8 @@ from codesign.inputs.base import Spec
 from codesign.inputs.document import Document
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.fields import Name
-from codesign.inputs.problem import FileMap, ProblemSpec
+from codesign.inputs.map_spec import FileMap
+from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import PlanOnce, Scenario
 from codesign.inputs.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
 from codesign.models import (

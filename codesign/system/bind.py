@@ -18,7 +18,8 @@ from codesign import maps
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
-from codesign.inputs.problem import FileMap, ProblemSpec
+from codesign.inputs.map_spec import FileMap
+from codesign.inputs.problem import ProblemSpec
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.models import TaskParameters

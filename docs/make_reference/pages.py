@@ -11,9 +11,10 @@ from codesign.figures import FIGURES
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.links import LINKS, AnyLink
+from codesign.inputs.map_spec import MAPS, FileMap
 from codesign.inputs.part_file import PartFile
 from codesign.inputs.platform import Platform
-from codesign.inputs.problem import MAPS, FileMap, ProblemSpec
+from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import SCENARIOS
 from codesign.inputs.tasks import SCENARIO_TASKS, ExtraTask
 from codesign.inputs.workload import TaskMapping, Variant, Workload

@@ -10,7 +10,7 @@ import pytest
 from codesign.figures import FIGURES
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.links import LINKS
-from codesign.inputs.problem import MAPS
+from codesign.inputs.map_spec import MAPS
 from codesign.inputs.scenario import SCENARIOS
 from codesign.system import catalog
 from docs.make_reference.docstrings import markdown, signature_text

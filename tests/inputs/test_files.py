@@ -32,8 +32,9 @@ from codesign.inputs import (
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.files import data_folder
 from codesign.inputs.links import BusLink
+from codesign.inputs.map_spec import MAPS
 from codesign.inputs.part_file import load_part_file
-from codesign.inputs.problem import MAPS, SampledStarts
+from codesign.inputs.problem import SampledStarts
 from codesign.models import TaskParameters
 from codesign.system import catalog
 
