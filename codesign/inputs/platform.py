@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,7 +17,7 @@ from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
-from codesign.inputs.roles import Roles, filled_roles, role_faults
+from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 from codesign.inputs.yaml_tree import read_document
 
 MAX_NAMES = 256
@@ -44,6 +46,10 @@ class Platform(Spec):
     def filled(self) -> dict[str, str]:
         """The name of the component or link that fills each role; a role that nothing fills is left out."""
         return filled_roles(dict(self.roles), self.components, self.links)
+
+    def named(self, name: str) -> str:
+        """The component or link that a workload means by a name or a role; the name itself where it is no role."""
+        return self.filled.get(name, name)
 
     def _identity(self) -> dict[str, Any]:
         chips = [
@@ -125,6 +131,26 @@ def load_platform(source: str | Path) -> Platform:
     path, shown = find_spec(source, "platforms")
     document = read_document(path, shown)
     return validate(Platform, document, also=_name_faults).with_document(document)
+
+
+@functools.cache
+def shipped_with(role: str) -> tuple[str, ...]:
+    """Names of the shipped platforms that fill a role."""
+    return tuple(name for name in list_platforms() if role in load_platform(name).filled)
+
+
+def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> tuple[str, str]:
+    """What is wrong where a workload names what a platform does not have, and the remedy.
+
+    Args:
+        name: of a component or link, or a role that nothing fills.
+        kind: what is looked for, such as ``component``. ``names``: those that there are.
+    """
+    if name not in ROLES:
+        return f"platform {platform.name} has no {kind} {clip(name)!r}", choose_hint(clip(name, 60), names)
+    kind = "link between host and fabric" if name == LINK else f"component of type {ROLE_TYPES[name]}"
+    hint = f"give it roles: {{{name}: NAME}}, a {kind}; or take {', '.join(shipped_with(name))}"
+    return f"platform {platform.name} has no {name}", hint
 
 
 def list_platforms() -> list[str]:

@@ -103,8 +103,8 @@ def _ambiguous(
     faults = []
     for section, entries in (("components", components), ("links", links)):
         for role in ROLES:
-            if role not in entries:
-                continue
+            if role not in entries or (section == "links" and role in components):
+                continue  # A link with the name of a component has a fault of its own.
             kind = _type(entries[role])
             filler = roles.get(role)
             if (section == "links") != (role == LINK) or (

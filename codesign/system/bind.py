@@ -18,6 +18,7 @@ from codesign import maps
 from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.inputs.edit import on_platform
 from codesign.inputs.problem import FileMap, ProblemSpec
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
@@ -81,6 +82,7 @@ def bind_to(
         InputError: the planner plug-in lists flows that cannot be.
     """
     cross_check(platform, workload)
+    workload = on_platform(platform, workload)
     planner = catalog.planner(workload.planner)
     task = workload.mapping.get(planner.planning_task)
     if task is None:
