@@ -9,18 +9,20 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+from collections.abc import Iterable
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from codesign.exploration.space import canonical
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+    from codesign.exploration.explored import Explored
     from codesign.inputs import Platform, Workload
     from codesign.maps import OccupancyGrid
 
@@ -30,25 +32,22 @@ _NO_PART_IN_RESULTS = frozenset(
 )
 
 
-def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
+def fingerprint(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None = None) -> str:
     """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, and code.
 
-    ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
+    ``platform``: None where an axis chooses it. ``grid``: the map, where it was read already; by default it is read. A
+    problem without a map stands in the workload.
 
     Raises:
         MapError: the map cannot be read or made.
     """
-    from codesign.inputs import list_parts, load_part
     from codesign.system.bind import grid_of
 
-    folders = (platform.document.folder / "parts",)
-    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     grid = grid_of(workload) if grid is None else grid
     cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
     identity = [
-        platform.digest(),
+        None if platform is None else platform_digest(platform),
         workload.digest(),
-        parts,
         None if grid is None else grid.free.shape,
         cells,
         None if grid is None else grid.resolution,
@@ -57,23 +56,72 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
     return hashlib.sha256(canonical(identity).encode()).hexdigest()
 
 
-def variant_digests(workload: Workload) -> dict[str, str]:
-    """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
-    from codesign.inputs.edit import VARIANT_AXIS, choose_variant
+def platform_digest(platform: Platform) -> str:
+    """SHA-256 over a platform, and over all parts that it may have."""
+    from codesign.inputs import list_parts, load_part
+
+    folders = (platform.document.folder / "parts",)
+    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
+    return hashlib.sha256(canonical([platform.digest(), parts]).encode()).hexdigest()
+
+
+def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
+    """What the values of axes stand for: platforms, variants but ``base``, which is the workload, and maps in files."""
+    from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS, choose_variant
     from codesign.inputs.workload import BASE
 
-    names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
-    return {
-        name: choose_variant(workload, name, "").digest()
-        for name in names
+    workload, axes = explored.workload, explored.section.axes
+    contents = {
+        axis: {canonical(value): _digest_of_files(files) for value, files in values}
+        for axis, values in _map_files(workload).items()
+    }
+    contents[PLATFORM_AXIS] = {
+        canonical(value): platform_digest(platform) for value, platform in explored.platforms.items() if value
+    }
+    contents[VARIANT_AXIS] = {
+        canonical(name): choose_variant(workload, name, "").digest()
+        for name in axes.get(VARIANT_AXIS, ())
         if isinstance(name, str) and name != BASE and name in workload.variants
     }
+    return {axis: digests for axis, digests in contents.items() if digests}
 
 
-def parts_digest(platform: Platform) -> str:
-    """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
+def files_read(explored: Explored) -> dict[Path, str]:
+    """The files that points are made of beside the specs, by what they hold now: part files, and maps of axes.
+
+    The part files of a package do not change.
+    """
+    folders = dict.fromkeys(platform.document.folder / "parts" for platform in explored.platforms.values())
+    files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+    for values in _map_files(explored.workload).values():
+        files += [file for _, read in values for file in read]
+    return {file: _digest_of_files((file,)) for file in files}
+
+
+def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:
+    """The files of the map that each value of an axis brings, by axis; of values that bring one."""
+    from codesign.inputs.document import Origin, put
+    from codesign.inputs.edit import PROBLEM, moves
+    from codesign.maps import map_files
+
+    files: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
+    for axis, values in (workload.explore.axes if workload.explore else {}).items():
+        if not moves(axis, PROBLEM):
+            continue
+        path = tuple(axis.split(".")[1:])
+        for value in values:
+            problem = put(workload.document, {path: value}, lambda _path: Origin(())).tree["problem"]
+            wanted = problem.get("map") if isinstance(problem, dict) else None
+            file = wanted.get("file") if isinstance(wanted, dict) else None
+            if isinstance(file, str):
+                files.setdefault(axis, []).append((value, map_files(workload.document.folder / file)))
+    return files
+
+
+def _digest_of_files(files: Iterable[Path]) -> str:
+    """SHA-256 over the contents of files; one that cannot be read counts as empty."""
     digest = hashlib.sha256()
-    for path in sorted((platform.document.folder / "parts").glob("*.yaml")):
+    for path in files:
         try:
             content = path.read_bytes()
         except OSError:

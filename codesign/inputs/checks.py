@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.errors import Fault, SpecError, clip, show
+from codesign.errors import Fault, UnsuitedError, clip, show
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
     PLATFORM_AXIS,
@@ -28,7 +28,7 @@ from codesign.inputs.edit import (
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform, no_such
-from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.platform_axis import platform_axis_faults
 from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
@@ -150,7 +150,7 @@ def workload_faults(document: Document) -> list[Fault]:
     if not variants and not axes:
         return []
     base = _base(document)
-    faults: list[Fault] = []
+    faults = platform_axis_faults(document, axes.pop(PLATFORM_AXIS, ()))
     forms = {BASE: base}
     for name, raw in variants.items():
         if len(faults) > MAX_FAULTS:
@@ -168,7 +168,8 @@ def workload_faults(document: Document) -> list[Fault]:
 
 
 def _readable(axis: Any, values: Any) -> bool:
-    return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
+    named = isinstance(axis, str) and ("." in axis or axis == PLATFORM_AXIS)
+    return named and isinstance(values, list) and len(values) <= MAX_VALUES
 
 
 def _base(document: Document) -> _Form:
@@ -318,7 +319,7 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
     not: they may be meant for another platform.
 
     Raises:
-        SpecError: every fault, at its place in the workload.
+        UnsuitedError: every fault, at its place in the workload.
     """
     axes = workload.explore.axes if workload.explore else {}
     listed = [name for name in axes.get(VARIANT_AXIS, ()) if name == BASE or name in workload.variants]
@@ -333,11 +334,10 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
         trial = _Trial(workload.document, axes, axis, list(values))
         if moves(axis, PROBLEM):
             faults += trial.faults(_Form("", workload.document, workload), movables[0])
-            faults += _map_file_faults(trial, workload, movables[0])
         else:
             faults += _against_platform(trial, platform, movables)
     if faults:
-        raise SpecError(dict.fromkeys(faults))
+        raise UnsuitedError(dict.fromkeys(faults))
 
 
 def _unmapped(platform: Platform, workload: Workload) -> list[Fault]:
@@ -350,22 +350,6 @@ def _unmapped(platform: Platform, workload: Workload) -> list[Fault]:
 
 def _no_component(name: Any, platform: Platform) -> tuple[str, str]:
     return no_such(str(name), platform, "component", platform.components)
-
-
-def _map_file_faults(trial: _Trial, workload: Workload, movable: Movable) -> list[Fault]:
-    """Values of an axis that make a problem with a map in a file.
-
-    Points are kept by what the axes say, and a file may say something else the next time.
-    """
-    hint = "generate the maps of this axis, or explore one workload for each file"
-    faults = []
-    for index, value in enumerate(trial.values):
-        problem = trial.point(workload.document, movable, index, value).tree["problem"]
-        wanted = problem.get("map") if isinstance(problem, dict) else None
-        if isinstance(workload.problem, ProblemSpec) and isinstance(wanted, dict) and "file" in wanted:
-            what = "a map in a file cannot be moved by an axis"
-            faults.append(trial.document.fault((*trial.place, index), what, hint))
-    return faults
 
 
 def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]) -> list[Fault]:

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
+from codesign.inputs.exploration import Exploration
 from codesign.inputs.faults import Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.revalidate import ENTRIES, validated
@@ -336,6 +337,31 @@ def pin(
         # Those settled come first: an axis may move a key inside of one of them.
         section = section.model_copy(update={"axes": held | axes})
     return moved_platform, point.model_copy(update={"explore": section})
+
+
+def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> Workload:
+    """The workload with each value in the place of its axis, as an axis of one value.
+
+    Over several platforms, what is settled holds on each of them.
+
+    Args:
+        workload: with or without a section ``explore``.
+        values, by: as for ``design_point``. Whether they are accepted, the exploration checks.
+    """
+    if not values:
+        return workload
+    section = workload.explore or Exploration()
+    movable = Movable.of(None, workload.document)
+    settled = set(map(movable.path, values))
+    rest = {axis: listed for axis, listed in section.axes.items() if movable.path(axis) not in settled}
+    axes = {axis: (value,) for axis, value in values.items()} | rest
+    edits: dict[KeyPath, Any] = {("explore", "axes"): {axis: list(listed) for axis, listed in rest.items()}}
+    document = put(workload.document, edits, lambda path: Origin(path, workload.document))
+    edits = {("explore", "axes", axis): [value] for axis, value in values.items()}
+    document = put(document, edits, lambda path: Origin((f"{by}{path[-1]}",)))
+    return workload.model_copy(update={"explore": section.model_copy(update={"axes": axes})}).with_document(
+        document, workload
+    )
 
 
 def on_platform(platform: Platform, workload: Workload) -> Workload:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
+from codesign.errors import Fault, MapError, SpecError, UnsuitedError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.inputs.edit import on_platform
@@ -78,7 +78,8 @@ def bind_to(
     it is read.
 
     Raises:
-        SpecError: every fault that stands between them, each with its place in the file that holds it.
+        SpecError: every fault that stands between them, each with its place in the file that holds it; UnsuitedError
+            where the workload by itself is sound.
         InputError: the planner plug-in lists flows that cannot be.
     """
     cross_check(platform, workload)
@@ -105,7 +106,7 @@ def bind_to(
             faults += more
         faults += memory_faults(draft)
     if faults or draft is None or placement is None:
-        raise SpecError(faults)
+        raise (SpecError if of_workload else UnsuitedError)(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
     return System(
