@@ -117,7 +117,7 @@ def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> 
 
 
 def explore(
-    platform: Platform,
+    platform: Platform | Sequence[Platform] | None,
     workload: Workload,
     *,
     store: str | Path | None = None,
@@ -127,6 +127,8 @@ def explore(
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
+    ``platform``: one, which settles the axis ``platform`` of the workload; several, which become the values of that
+    axis; or None, where the workload has it.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
 
     Raises:

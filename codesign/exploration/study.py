@@ -55,7 +55,8 @@ class StudyPoint:
 def figure_of(result: Result, figure: ResultFigure) -> float | None:
     """One figure as designs are compared by it. A design that needs no chip takes none of a chip's resources."""
     value = result.figure(figure)
-    if value is None and figure.is_resource and result.part is None and not result.resources:
+    placed = not any(reason.kind == "mapping" for reason in result.reasons)
+    if value is None and figure.is_resource and result.part is None and not result.resources and placed:
         return 0.0
     return value
 

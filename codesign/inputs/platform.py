@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -15,6 +17,7 @@ from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
+from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 from codesign.inputs.yaml_tree import read_document
 
 MAX_NAMES = 256
@@ -33,6 +36,20 @@ class Platform(Spec):
     links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."
     )
+    roles: Roles = Field(
+        default=Roles(),
+        description="What a workload means by fabric, host and link. A component or link with the name of a role"
+        " fills that role by itself.",
+    )
+
+    @property
+    def filled(self) -> dict[str, str]:
+        """The name of the component or link that fills each role; a role that nothing fills is left out."""
+        return filled_roles(dict(self.roles), self.components, self.links)
+
+    def named(self, name: str) -> str:
+        """The component or link that a workload means by a name or a role; the name itself where it is no role."""
+        return self.filled.get(name, name)
 
     def _identity(self) -> dict[str, Any]:
         chips = [
@@ -99,7 +116,7 @@ def _beside_faults(document: Document) -> list[Fault]:
 
 
 def _name_faults(document: Document) -> list[Fault]:
-    return _link_faults(document) + _beside_faults(document)
+    return _link_faults(document) + _beside_faults(document) + role_faults(document)
 
 
 def load_platform(source: str | Path) -> Platform:
@@ -114,6 +131,26 @@ def load_platform(source: str | Path) -> Platform:
     path, shown = find_spec(source, "platforms")
     document = read_document(path, shown)
     return validate(Platform, document, also=_name_faults).with_document(document)
+
+
+@functools.cache
+def shipped_with(role: str) -> tuple[str, ...]:
+    """Names of the shipped platforms that fill a role."""
+    return tuple(name for name in list_platforms() if role in load_platform(name).filled)
+
+
+def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> tuple[str, str]:
+    """What is wrong where a workload names what a platform does not have, and the remedy.
+
+    Args:
+        name: of a component or link, or a role that nothing fills.
+        kind: what is looked for, such as ``component``. ``names``: those that there are.
+    """
+    if name not in ROLES:
+        return f"platform {platform.name} has no {kind} {clip(name)!r}", choose_hint(clip(name, 60), names)
+    kind = "link between host and fabric" if name == LINK else f"component of type {ROLE_TYPES[name]}"
+    hint = f"give it roles: {{{name}: NAME}}, a {kind}; or take {', '.join(shipped_with(name))}"
+    return f"platform {platform.name} has no {name}", hint
 
 
 def list_platforms() -> list[str]:

@@ -173,8 +173,8 @@ def reasons_table(study: Study) -> Table:
     """
     rows = []
     for count in study.reasons:
-        measured = count.kind not in {"failure", "unreached", "no figure"}
-        in_words = count.kind in {"failure", "unreached"}
+        measured = count.kind not in {"failure", "unreached", "no figure", "mapping"}
+        in_words = count.kind in {"failure", "unreached", "mapping"}
         rows.append(
             (
                 word(count.kind),
@@ -213,6 +213,8 @@ def reason_text(reason: Reason) -> str:
     >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
     'slices 40,000 against 33,792'
     """
+    if reason.kind == "mapping":
+        return reason.name
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     return f"{label(reason.name)} {demand} against {limit}"
 

@@ -39,7 +39,8 @@ class ResourceUse(ResultModel):
 class Reason(ResultModel):
     """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
-    All three are in ``unit``; what is whole, as counts are, is an integer.
+    All three are in ``unit``; what is whole, as counts are, is an integer. Of a mapping, they are 1, 0 and 1: a
+    platform cannot take the design, and ``name`` is the sentence that says why.
     """
 
     kind: Literal["resource", "bound", "clock", "constraint", "mapping"] = Field(
@@ -59,6 +60,8 @@ class Reason(ResultModel):
         return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 2**53 else value
 
     def __str__(self) -> str:
+        if self.kind == "mapping":
+            return f"{self.name} ({'; '.join(self.levers)})" if self.levers else self.name
         text = f"{label(self.name)}: {self.demand:g} against {self.limit:g} {self.unit}".rstrip()
         return f"{text} ({'; '.join(self.levers)})" if self.levers else text
 
