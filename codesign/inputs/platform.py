@@ -15,6 +15,7 @@ from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
+from codesign.inputs.roles import Roles, filled_roles, role_faults
 from codesign.inputs.yaml_tree import read_document
 
 MAX_NAMES = 256
@@ -33,6 +34,16 @@ class Platform(Spec):
     links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."
     )
+    roles: Roles = Field(
+        default=Roles(),
+        description="What a workload means by fabric, host and link. A component or link with the name of a role"
+        " fills that role by itself.",
+    )
+
+    @property
+    def filled(self) -> dict[str, str]:
+        """The name of the component or link that fills each role; a role that nothing fills is left out."""
+        return filled_roles(dict(self.roles), self.components, self.links)
 
     def _identity(self) -> dict[str, Any]:
         chips = [
@@ -99,7 +110,7 @@ def _beside_faults(document: Document) -> list[Fault]:
 
 
 def _name_faults(document: Document) -> list[Fault]:
-    return _link_faults(document) + _beside_faults(document)
+    return _link_faults(document) + _beside_faults(document) + role_faults(document)
 
 
 def load_platform(source: str | Path) -> Platform:
