@@ -21,7 +21,7 @@ LEVELS: list[list[str]] = [
     ["inputs", "maps", "trace"],
     ["planners.task_graph", "planners.external_memory"],
     ["planners.job"],
-    ["planners.interface", "planners.reproduction"],
+    ["planners.clock_law", "planners.interface", "planners.reproduction"],
     ["planners.paths", "planners.styles"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],
