@@ -31,7 +31,7 @@ _NO_PART_IN_RESULTS = frozenset(
 
 
 def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
-    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, and code.
+    """SHA-256 over platform, parts, hosts, workload without its variants and its ``explore`` section, map, and code.
 
     ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
 
@@ -39,9 +39,11 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         MapError: the map cannot be read or made.
     """
     from codesign.inputs import list_parts, load_part
+    from codesign.inputs.host_file import HOSTS
     from codesign.system.bind import grid_of
 
-    folders = (platform.document.folder / "parts",)
+    folder = platform.document.folder
+    folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     grid = grid_of(workload) if grid is None else grid
     cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
@@ -49,6 +51,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         platform.digest(),
         workload.digest(),
         parts,
+        {name: HOSTS.load(path).digest() for name, path in hosts.items()},
         None if grid is None else grid.free.shape,
         cells,
         None if grid is None else grid.resolution,
@@ -70,10 +73,12 @@ def variant_digests(workload: Workload) -> dict[str, str]:
     }
 
 
-def parts_digest(platform: Platform) -> str:
-    """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
-    digest = hashlib.sha256()
-    for path in sorted((platform.document.folder / "parts").glob("*.yaml")):
+def beside_digest(platform: Platform) -> str:
+    """SHA-256 over the part and host files beside the platform, as they are now: those of a package do not change."""
+    from codesign.inputs.library import FOLDERS
+
+    digest, folder = hashlib.sha256(), platform.document.folder
+    for path in sorted(path for name in FOLDERS for path in (folder / name).glob("*.yaml")):
         try:
             content = path.read_bytes()
         except OSError:

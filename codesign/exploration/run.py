@@ -12,7 +12,7 @@ from pathlib import Path
 from codesign.errors import InputError, RunError, StoreError
 from codesign.exploration.definition import MAX_STUDY_POINTS, OTHER_VERSION, definition_text, read_definition
 from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
-from codesign.exploration.identity import fingerprint, parts_digest, variant_digests
+from codesign.exploration.identity import beside_digest, fingerprint, variant_digests
 from codesign.exploration.simulator import Simulator, check_some_point
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import FileStore, MemoryStore, Store
@@ -53,7 +53,7 @@ def explore(
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part file changed meanwhile. What
+        StoreError: the store cannot be used. RunError: a worker process died, or a part or host file changed. What
             was finished is kept.
     """
     section = _section(workload)
@@ -62,7 +62,7 @@ def explore(
         raise InputError(f"{workers} workers", "workers", "give at least 1")
     if evaluate is None:
         _check_axes(platform, workload, section)
-    parts = parts_digest(platform)
+    beside = beside_digest(platform)
     grid = grid_of(workload)
     space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
     if evaluate is None:
@@ -80,10 +80,10 @@ def explore(
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         with contextlib.closing(executor.run(groups, evaluate)) as batches:
             for batch in batches:
-                if parts_digest(platform) != parts:
+                if beside_digest(platform) != beside:
                     raise RunError(
-                        "a part file changed while its designs were explored",
-                        str(platform.document.folder / "parts"),
+                        "a part or host file changed while its designs were explored",
+                        str(platform.document.folder),
                         "run again: points finished before are kept",
                     )
                 kept.put(batch)

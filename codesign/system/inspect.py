@@ -13,7 +13,7 @@ from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
-from codesign.inputs.part_file import load_part_file
+from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.yaml_tree import read_document
 from codesign.part import Part
@@ -88,7 +88,7 @@ def load_any(source: str | Path) -> Spec | Part:
     if kind == "platform":
         return spec.load_platform(source)
     if kind == "part":
-        return load_part_file(Path(source))
+        return PARTS.load(Path(source))
     return catalog.load_workload(source)
 
 
