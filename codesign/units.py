@@ -48,6 +48,7 @@ class Dimension(StrEnum):
     SPEED = "speed"
     ACCELERATION = "acceleration"
     TURN_RATE = "turn rate"
+    MONEY = "price"
 
 
 @dataclass(frozen=True)
@@ -183,6 +184,7 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
             "1e6",
             "90 deg/s",
         ),
+        Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
     }
 )
 """The scale of every dimension of specs."""

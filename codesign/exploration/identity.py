@@ -58,12 +58,15 @@ def fingerprint(platform: Platform | None, workload: Workload, grid: OccupancyGr
 
 
 def platform_digest(platform: Platform) -> str:
-    """SHA-256 over a platform, and over all parts that it may have."""
+    """SHA-256 over a platform, and over all parts and hosts that it may have."""
     from codesign.inputs import list_parts, load_part
+    from codesign.inputs.host_file import HOSTS
 
-    folders = (platform.document.folder / "parts",)
+    folder = platform.document.folder
+    folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
-    return hashlib.sha256(canonical([platform.digest(), parts]).encode()).hexdigest()
+    costs = {name: HOSTS.load(path).digest() for name, path in hosts.items()}
+    return hashlib.sha256(canonical([platform.digest(), parts, costs]).encode()).hexdigest()
 
 
 def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
@@ -88,11 +91,15 @@ def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
 
 
 def files_read(explored: Explored) -> dict[Path, str]:
-    """The files that points are made of beside the specs, by what they hold now: part files, and maps of axes.
+    """The files that points are made of beside the specs, by what they hold now: parts, hosts, and maps of axes.
 
-    The part files of a package do not change.
+    The part and host files of a package do not change.
     """
-    folders = dict.fromkeys(platform.document.folder / "parts" for platform in explored.platforms.values())
+    from codesign.inputs.library import FOLDERS
+
+    folders = dict.fromkeys(
+        platform.document.folder / name for platform in explored.platforms.values() for name in FOLDERS
+    )
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     for values in _map_files(explored.workload).values():
         files += [file for _, read in values for file in read]

@@ -62,8 +62,8 @@ def explore(
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part or map file changed meanwhile.
-            What was finished is kept.
+        StoreError: the store cannot be used. RunError: a worker process died, or a part, host or map file changed
+            meanwhile. What was finished is kept.
     """
     explored = Explored.of(platform, workload)
     section = _section(explored)
@@ -124,7 +124,8 @@ def load_study(path: Path | str) -> Study:
 def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> None:
     for file in {**before, **after}:
         if before.get(file) != after.get(file):
-            kind = "part" if file.suffix == ".yaml" and file.parent.name == "parts" else "map"
+            kinds = {"parts": "part", "hosts": "host"}
+            kind = kinds.get(file.parent.name, "map") if file.suffix == ".yaml" else "map"
             raise RunError(
                 f"a {kind} file changed while its designs were explored",
                 str(file),

@@ -14,14 +14,25 @@ from codesign.inputs.base import Spec
 from codesign.inputs.components import Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
-from codesign.inputs.fields import Name
+from codesign.inputs.fields import Name, PriceFigure
 from codesign.inputs.files import find_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 from codesign.inputs.yaml_tree import read_document
+from codesign.models import SpecModel
 
 MAX_NAMES = 256
 """Components of a platform, and links of a platform."""
+
+
+class Board(SpecModel):
+    """A board that is sold. It changes no result."""
+
+    product: Annotated[str, Field(min_length=1)] = Field(description="Name of the product.")
+    maker: str | None = Field(default=None, description="Name of its maker.")
+    price: PriceFigure | None = Field(
+        default=None, description="Price of one board; left out where it is not known."
+    )
 
 
 class Platform(Spec):
@@ -36,6 +47,7 @@ class Platform(Spec):
     links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."
     )
+    board: Board | None = Field(default=None, description="The board that the platform stands for.")
     roles: Roles = Field(
         default=Roles(),
         description="What a workload means by fabric, host and link. A component or link with the name of a role"
@@ -57,7 +69,9 @@ class Platform(Spec):
             for part in self.components.values()
             if isinstance(part, FpgaComponent)
         ]
-        return {**super()._identity(), "chips": chips}
+        identity = super()._identity()
+        del identity["board"]
+        return {**identity, "chips": chips}
 
 
 def _link_faults(document: Document) -> list[Fault]:

@@ -155,7 +155,8 @@ class Result(ResultModel):
     )
     notes: tuple[str, ...] = Field(
         default=(),
-        description="where the design does other work than its parameters let one expect: key, then a sentence",
+        description="where the design does other work than its parameters let one expect, or its clock is not sure:"
+        " key, then a sentence",
     )
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
     feasible: bool = Field(description="whether the design fits; where not, figures of a run are None")
