@@ -86,7 +86,8 @@ def _declared_in(document: Document, path: KeyPath) -> str:
     origin = document.origin(path)
     if origin is not None and origin.document is None:
         return CHOSEN
-    return f"{DECLARED} in {_file_name(document.file)}:{document.value_mark(path)[0]}"
+    line, _ = document.value_mark(path)
+    return f"{DECLARED} in {_file_name(document.file)}" + (f":{line}" if line else "")
 
 
 @functools.lru_cache(maxsize=64)
