@@ -152,7 +152,9 @@ def explore(
     """
     from codesign.exploration import run
 
-    return run.explore(*_loaded(platform, workload), store=store, workers=workers, progress=progress, memory=memory)
+    return run.explore(
+        *_loaded(platform, workload), store=store, workers=workers, progress=progress, memory=memory
+    )
 
 
 def open_trace(file: str | Path) -> Trace:

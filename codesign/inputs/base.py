@@ -26,10 +26,13 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 
 
 class Spec(SpecModel):
-    """A platform or a workload, loaded."""
+    """A platform or a workload, loaded. Its ``repr`` is its name; ``model_dump`` gives all of it."""
 
     # A factory, as pydantic copies a default for each model.
     _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.__dict__.get('name', '')!r})"
 
     @property
     def document(self) -> Document:

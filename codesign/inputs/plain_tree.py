@@ -69,5 +69,7 @@ class _Copier:
             raise SpecError(self.faults)
 
     def _stop(self, path: KeyPath, what: str) -> None:
-        fault = Fault(self.file, 0, 0, dotted(path[:4]), what, "a spec holds a few hundred values, a few deep")
+        fault = Fault(
+            self.file, 0, 0, dotted(path[:4]), what, "a spec holds a few hundred values, a few deep"
+        )
         raise SpecError([*self.faults, fault])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+
 from codesign.inputs.checks import workload_faults
 from codesign.inputs.faults import validate
 from codesign.inputs.files import Source, read_spec, shipped_names
