@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -15,10 +14,9 @@ from codesign.inputs.components import Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.fields import Name, PriceFigure
-from codesign.inputs.files import find_spec, shipped_names
+from codesign.inputs.files import Source, read_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
-from codesign.inputs.yaml_tree import read_document
 from codesign.models import SpecModel
 
 MAX_NAMES = 256
@@ -133,17 +131,17 @@ def _name_faults(document: Document) -> list[Fault]:
     return _link_faults(document) + _beside_faults(document) + role_faults(document)
 
 
-def load_platform(source: str | Path) -> Platform:
-    """The platform with a shipped name (``virtex4-pci``), or in a file (with a separator or ``.yaml``).
+def load_platform(source: Source) -> Platform:
+    """The platform with a shipped name (``virtex4-pci``), in a file, in YAML text or in a dict; see ``read_spec``.
 
-    Its parts are looked for in the folder ``parts`` beside the file first, then among the shipped ones.
+    Its parts are looked for in the folder ``parts`` beside the file first (of text and dict: in the current folder),
+    then among the shipped ones.
 
     Raises:
         InputError: no shipped platform of that name.
         SpecError: all the faults of the file.
     """
-    path, shown = find_spec(source, "platforms")
-    document = read_document(path, shown)
+    document = read_spec(source, "platforms")
     return validate(Platform, document, also=_name_faults).with_document(document)
 
 

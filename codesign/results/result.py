@@ -8,15 +8,20 @@ the figures that only a run gives are None.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
-from codesign.figures import Figure, ResultFigure, described, label
+from codesign.data_frames import data_frame
+from codesign.errors import clip
+from codesign.figures import FIGURES, Figure, ResultFigure, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 class ResourceItem(ResultModel):
@@ -194,6 +199,27 @@ class Result(ResultModel):
     mission: Mission | None = Field(default=None, description="figures of a drive")
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
+
+    def __repr__(self) -> str:
+        fate = "feasible" if self.feasible else "; ".join(map(str, self.reasons)) or "infeasible"
+        return f"Result({self.platform} × {self.workload}: {self.planner} {self.style}, {clip(fate, 200)})"
+
+    def frame(self) -> DataFrame:
+        """The declared figures that this result has, a row each: figure, value, unit, description.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        values = {figure: self.figure(figure) for figure in FIGURES.values()}
+        held = [figure for figure, value in values.items() if value is not None]
+        return data_frame(
+            {
+                "figure": [figure.name for figure in held],
+                "value": [values[figure] for figure in held],
+                "unit": [figure.unit for figure in held],
+                "description": [figure.description for figure in held],
+            }
+        )
 
     def figure(self, figure: ResultFigure) -> float | None:
         """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""

@@ -11,12 +11,12 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 from typing import Any
 
 from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.inputs import SpecModel, Workload
+from codesign.inputs.files import Source
 from codesign.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
@@ -96,8 +96,8 @@ def problem_models() -> dict[str, type[SpecModel]]:
     return {name: model for name, model in models.items() if model is not None}
 
 
-def load_workload(source: str | Path) -> Workload:
-    """The workload of that shipped name or file, checked against the installed planners.
+def load_workload(source: Source) -> Workload:
+    """The workload of that shipped name, file, YAML text or dict, checked against the installed planners.
 
     Raises:
         InputError: no shipped workload of that name. SpecError: all the faults of the file.

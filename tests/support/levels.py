@@ -13,7 +13,7 @@ LEVELS: list[list[str]] = [
     ["units"],
     ["figures"],
     ["memo"],
-    ["files"],
+    ["files", "data_frames"],
     ["interrupts"],
     ["kernel_cache"],
     ["models", "part", "frame"],
