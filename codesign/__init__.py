@@ -13,7 +13,7 @@ Heavy modules load when a function needs them.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from codesign.kernel_cache import provide_kernel_cache
 
@@ -138,7 +138,7 @@ def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> 
 
 
 def explore(
-    platform: Platform | Source | list[Platform | Source] | tuple[Platform | Source, ...] | None,
+    platform: Platform | Source | Sequence[Platform | Source] | None,
     workload: Workload | Source,
     *,
     store: str | Path | None = None,
@@ -158,13 +158,11 @@ def explore(
     """
     from codesign.exploration import run
 
-    platforms = (
-        [_platform(each) for each in platform]
-        if isinstance(platform, list | tuple)
-        else None
-        if platform is None
-        else _platform(platform)
-    )
+    platforms: Platform | list[Platform] | None = None
+    if isinstance(platform, list | tuple):
+        platforms = [_platform(each) for each in platform]
+    elif platform is not None:
+        platforms = _platform(cast("Platform | Source", platform))
     return run.explore(
         platforms, _workload(workload), store=store, workers=workers, progress=progress, memory=memory
     )
