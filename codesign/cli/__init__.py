@@ -61,10 +61,14 @@ COMMANDS = {
         "Print a JSON Schema, for editors and for programs that read the JSON output.",
     ),
     "list": (
-        "codesign.cli.inspect:list_",
-        "List the available platforms, parts, workloads, planners and styles.",
+        "codesign.cli.begin:list_",
+        "List platforms, parts, workloads, planners and styles, or the parameters of a planner.",
     ),
-    "init": ("codesign.cli.inspect:init", "Write an example platform and workload."),
+    "show": ("codesign.cli.begin:show", "Print a shipped platform, part, workload or map."),
+    "init": (
+        "codesign.cli.begin:init",
+        "Write a first platform and workload, for a board, a planner and a map.",
+    ),
 }
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import memory_option, settings_of
+from codesign.cli.options import cell_of, memory_option, settings_of
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def compare(
             raise InputError(
                 "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
             )
-        problem = problem_from_map(map_file, _cell("--goal", goal), _cell("--start", start))
+        problem = problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
     values = settings_of(settings)
@@ -139,10 +139,3 @@ def _report_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
 
 def _as_json(result: Result | CodesignError) -> Any:
     return {"error": str(result)} if isinstance(result, CodesignError) else result.model_dump(mode="json")
-
-
-def _cell(option: str, text: str) -> tuple[int, int]:
-    numbers = text.split(",")
-    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
-    return int(numbers[0]), int(numbers[1])

@@ -173,3 +173,15 @@ def command_line() -> str:
     dashed = any(word.startswith("-") for word in arguments)
     words = [*options, "--", *arguments] if dashed else [*arguments, *options]
     return shlex.join(["hwsw", context.info_name or "", *words])
+
+
+def cell_of(option: str, text: str) -> tuple[int, int]:
+    """The cell of an option, (row, column).
+
+    Raises:
+        InputError: the text is no cell.
+    """
+    numbers = text.split(",")
+    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
+        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
+    return int(numbers[0]), int(numbers[1])

@@ -18,6 +18,7 @@ from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures
+from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import result_reasons_table, result_tables
@@ -53,6 +54,7 @@ __all__ = [
     "mission_timeline_picture",
     "moment_picture",
     "nearest_table",
+    "planner_tables",
     "reasons_table",
     "render_csv",
     "render_markdown",
