@@ -22,6 +22,7 @@ from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import result_reasons_table, result_tables
+from codesign.report.study_answer import study_sentence, study_tables
 from codesign.report.study_tables import (
     best_table,
     front_table,
@@ -67,7 +68,9 @@ __all__ = [
     "result_tables",
     "run_pictures",
     "study_page",
+    "study_sentence",
     "study_table",
+    "study_tables",
     "timeline_picture",
     "winners_table",
     "write_csv",

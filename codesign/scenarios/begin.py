@@ -133,7 +133,7 @@ def _planner(name: str) -> Planner:
 def _first_that_fits(
     platform: Platform, planner: Planner, problem: Mapping[str, Any], grid: OccupancyGrid
 ) -> tuple[dict[str, Any] | None, str]:
-    """The first mapping of the planning task that fits, or None; and why those before it do not: the closest miss."""
+    """The first mapping of the planning task that fits, or None; and which other design misses by the least."""
     fault = "no component runs any of its styles"
     misses: list[tuple[float, str, Reason]] = []
     for mapping in _mappings(platform, planner):
@@ -145,10 +145,11 @@ def _first_that_fits(
             except CodesignError as refused:
                 fault = refused.faults[0].what if isinstance(refused, SpecError) else refused.what
                 continue
+        design = f"{mapping['style']} on {mapping['component']}"
         if not reasons:
-            return mapping, _closest(misses)
+            return mapping, _closest([miss for miss in misses if miss[1] != design])
         worst = max(reasons, key=_factor)
-        misses.append((_factor(worst), f"{mapping['style']} on {mapping['component']}", worst))
+        misses.append((_factor(worst), design, worst))
     return None, _closest(misses) or fault
 
 
