@@ -15,6 +15,7 @@ from codesign.inputs.exploration import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.render import printable
 from codesign.report.sentences import (
+    ARRIVALS,
     all_arrive,
     arrivals_of,
     arrived_cell,
@@ -81,13 +82,11 @@ def _figures(result: Result) -> tuple[tuple[str, Cell], ...]:
     rows.append(("tightest resource", _tightest(result)))
     arrivals = arrivals_of(result)
     if kind != "mission":
-        name, cell = ("starts that arrive", Cell(ABSENT)) if arrivals is None else _arrivals(*arrivals)
+        name, cell = ARRIVALS[Quality], Cell(ABSENT)
+        if arrivals is not None:
+            name, cell = arrivals[0], arrived_cell(arrivals[1])
         rows.append((name, cell))
     return tuple(rows)
-
-
-def _arrivals(name: str, quality: Quality | RobotsQuality) -> tuple[str, Cell]:
-    return name, arrived_cell(quality)
 
 
 def _tightest(result: Result) -> Cell:
@@ -116,30 +115,47 @@ def _sentence(result: Result, asked: tuple[Constraint, ...]) -> str:
     parts = {"mission": _mission_parts, "fleet": _fleet_parts, "plan": _plan_parts}[_kind(result)](
         result, asked
     )
-    broken = with_constraints(result, asked).reasons[len(result.reasons) :]
-    missed = "; ".join(_against(reason) for reason in broken)
-    verdict = f"fits, but misses what the workload asks for ({missed})" if broken else "is feasible"
+    wrong = _shortcomings(result, asked)
+    verdict = f"fits, but {' and '.join(wrong)}" if wrong else "is feasible"
     return f"{head} {verdict}: {'; '.join(part for part in parts if part)}."
 
 
-def _plan_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
+def _shortcomings(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
+    """What a design that fits does not do."""
+    wrong = []
+    if result.mission is not None and not result.mission.reached:
+        wrong.append("the mission ends without its goal")
     arrivals = arrivals_of(result)
-    lost = [] if arrivals is None or all_arrive(arrivals[1]) else [_lost(arrivals[1])]
-    return [*lost, _time_text(result, asked), plan_pace_text(result)]
+    if result.mission is None and arrivals is not None and not all_arrive(arrivals[1]):
+        what, _, _ = arrivals[0].partition(" ")
+        wrong.append(f"only {arrived_cell(arrivals[1]).text} {what} arrive")
+    broken = with_constraints(result, asked).reasons[len(result.reasons) :]
+    missed = "; ".join(_against(reason) for reason in broken)
+    return [*wrong, f"misses what the workload asks for ({missed})"] if broken else wrong
+
+
+def _plan_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
+    name = FIRST["plan"][0]
+    return [f"{FIGURES[name].label} {_time_text(result, name, asked)}", plan_pace_text(result)]
 
 
 def _mission_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     mission = result.mission
     assert mission is not None, "the kind of run says so"
-    span = quantity_text(mission.mission_time_s, "s")
-    ended = mission.ended if mission.reached else f"the mission ends without its goal, {mission.ended},"
     wrong = [
         counted(count, word)
         for count, word in ((mission.contacts, "contact"), (mission.missed_deadlines, "missed deadline"))
         if count
     ]
-    limit = _limit_text(FIRST["mission"][0], asked)
-    return [f"{ended} after {span}{limit}", ", ".join(wrong), _pace(bottleneck_text(mission))]
+    # A mission that ended early has no figure of its time.
+    time = quantity_text(mission.mission_time_s, "s") + _limit_text(FIRST["mission"][0], asked)
+    pace = _first_sentence(bottleneck_text(mission))
+    helps = mission.bottleneck is not None and mission.bottleneck.kind == "lever"
+    return [
+        f"{mission.ended} after {time}",
+        ", ".join(wrong),
+        f"{'what helps first is' if helps else 'the pace is set by'} {pace}" if pace else "",
+    ]
 
 
 def _fleet_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
@@ -149,28 +165,20 @@ def _fleet_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     if isinstance(quality, RobotsQuality):
         number = quality.collisions
         collided = [f"{counted(number, 'pair')} of robots collided" if number else "no robots collided"]
-    limit = _limit_text(FIRST["fleet"][0], asked)
-    ended = f"{fleet.ended} after {quantity_text(fleet.span_s, 's')}{limit}"
-    return [ended, *collided, _pace(pace_text(fleet))]
+    pace = _first_sentence(pace_text(fleet))
+    ended = f"{fleet.ended} after {_time_text(result, FIRST['fleet'][0], asked)}"
+    return [ended, *collided, f"the pace is set by {pace}" if pace else ""]
 
 
-def _time_text(result: Result, asked: tuple[Constraint, ...]) -> str:
-    """The time that matters, and the limit that was asked for it."""
-    figure = FIGURES[FIRST["plan"][0]]
-    return (
-        f"{figure.label} {figure_cell(figure, result.figure(figure)).text}{_limit_text(figure.name, asked)}"
-    )
+def _time_text(result: Result, name: str, asked: tuple[Constraint, ...]) -> str:
+    """The time that matters, and the limit that is asked for it."""
+    figure = FIGURES[name]
+    return figure_cell(figure, result.figure(figure)).text + _limit_text(name, asked)
 
 
 def _limit_text(name: str, asked: tuple[Constraint, ...]) -> str:
     limits = [each.at_most for each in asked if each.figure.name == name and each.at_most is not None]
     return f" where at most {quantity_text(min(limits), FIGURES[name].unit)} is asked for" if limits else ""
-
-
-def _lost(quality: Quality | RobotsQuality) -> str:
-    if isinstance(quality, RobotsQuality):
-        return f"only {quality.robots_arrived} of {quality.robots} robots arrive"
-    return f"only {quality.starts_arrived} of {quality.starts} starts arrive"
 
 
 def _why_not(reasons: tuple[Reason, ...]) -> str:
@@ -183,9 +191,8 @@ def _why_not(reasons: tuple[Reason, ...]) -> str:
 
 def _against(reason: Reason) -> str:
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
-    return f"{label(reason.name)} {demand} against {limit}"
+    return f"{label(reason.name)}: {demand} against {limit}"
 
 
-def _pace(text: str) -> str:
-    """The first sentence of what sets the pace."""
-    return f"the pace is set by {text.partition('. ')[0]}" if text else ""
+def _first_sentence(text: str) -> str:
+    return text.partition(". ")[0]
