@@ -116,13 +116,8 @@ def run(
     if page is not None:
         result_page(result, page, pictures=run_pictures(records.records), command=command_line())
         debug_step("page written")
-    _print(result, point[1], detail, as_json)
-    if trace_file is not None and not result.feasible:
-        click.echo(f"{_name('trace', trace_file)} is not written, as the design is not feasible", err=True)
-    elif trace_file is not None and not as_json and not quiet:
-        click.echo(_name("trace", trace_file))
-    if page is not None and not as_json and not quiet:
-        click.echo(_name("page", page))
+    _print(result, workload_spec, detail, as_json)
+    _print_files(result, trace_file, page, silent=as_json or quiet)
     struck = interrupts.struck()
     if struck is not None:
         interrupts.keep("the mission is complete, but not all of its levers were run")
@@ -131,8 +126,17 @@ def run(
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
-def _name(kind: str, path: Path) -> str:
-    return f"{kind}: {printable(str(path), None)}"
+def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, silent: bool) -> None:
+    """The files that were written, unless ``silent``; a trace that was not written always, on standard error."""
+    files = {"trace": trace_file, "page": page}
+    for name, path in files.items():
+        if path is None:
+            continue
+        text = f"{name}: {printable(str(path), None)}"
+        if name == "trace" and not result.feasible:
+            click.echo(f"{text} is not written, as the design is not feasible and was not run", err=True)
+        elif not silent:
+            click.echo(text)
 
 
 def _print(result: Result, workload: Workload, detail: str, as_json: bool) -> None:

@@ -32,6 +32,16 @@ def test_run_leads_with_the_answer_and_keeps_all_tables(hwsw: Run, specs: Specs)
         assert f"\n{title}\n" not in plain
 
 
+def test_the_time_stands_against_the_constraint_of_the_file(hwsw: Run, specs: Specs) -> None:
+    limits = "  constraints: [{figure: first_plan_s, at_most: 1 s}, {figure: power, at_most: 1 uW}]\n"
+    specs[1].write_text(specs[1].read_text(encoding="utf-8") + limits, encoding="utf-8")
+    for words in ((), ("--set", "relax.iterations=1")):
+        done = hwsw("run", *specs, "-q", *words)
+        assert " where at most 1 s is asked for; " in done.stdout
+        assert "fits, but misses what the workload asks for (power at most: " in done.stdout
+        assert done.exit_code == 0
+
+
 def test_json_is_the_same_at_any_detail(hwsw: Run, specs: Specs) -> None:
     texts = {hwsw("run", *specs, "--json", *words).stdout for words in ((), ("-q",), ("-v",))}
     assert len(texts) == 1
@@ -50,7 +60,7 @@ def test_a_trace_of_a_design_that_is_out_is_reported_as_not_written(
     for words in ((), ("-q",), ("--json",)):
         done = hwsw("run", *specs, *SMALL, "--trace", trace, *words)
         assert done.exit_code == 3
-        assert "no.mcap is not written, as the design is not feasible" in done.stderr
+        assert "no.mcap is not written, as the design is not feasible and was not run" in done.stderr
         assert not list(tmp_path.glob("no.mcap*"))
     assert "Why it is not feasible" in hwsw("run", *specs, *SMALL).stdout
 
