@@ -1,4 +1,4 @@
-"""The headline of a result, and in a sentence what sets the pace of a mission or a fleet and what would change it.
+"""The headline of a result, and in a sentence what sets the pace of a plan, a mission or a fleet and what would help.
 
 The sentence about a fleet rests on the closed forms of ``benchmarks/velocity_obstacle_pace`` of the repository, with
 the mean time in which the robots decide. A result gives the time of a message on the line only where it is longer than
@@ -116,6 +116,13 @@ def bottleneck_text(mission: Mission) -> str:
     if bottleneck.text.startswith(bottleneck.name):
         return bottleneck.text
     return f"{bottleneck.name} ({bottleneck.kind}, {share_text(bottleneck.share)}): {bottleneck.text}"
+
+
+def run_pace_text(result: Result) -> str:
+    """What sets the pace of a mission, a fleet or a plan; "" where it is not known."""
+    if result.mission is not None:
+        return bottleneck_text(result.mission)
+    return plan_pace_text(result) if result.fleet is None else pace_text(result.fleet)
 
 
 def plan_pace_text(result: Result) -> str:
