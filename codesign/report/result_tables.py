@@ -8,10 +8,11 @@ from codesign.figures import FIGURES, Figure, label
 from codesign.planners.interface import RobotsQuality
 from codesign.report.fields import records_table, rows_of, shares_table
 from codesign.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
-from codesign.report.sentences import ARRIVALS, all_arrive, arrivals_of, arrived_cell
+from codesign.report.sentences import ARRIVALS, all_arrive, arrivals_of, arrived_cell, plan_pace_text
 from codesign.report.table import Cell, Column, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
+    PACE,
     axis_text,
     count_cell,
     figure_cell,
@@ -143,6 +144,8 @@ def _times_table(result: Result) -> Table:
             ("starts and targets loaded", quantity_cell(time.map_loaded_s, "s")),
             ("last update over", quantity_cell(time.first_plan_s, "s")),
         ]
+    elif result.mission is None and (pace := plan_pace_text(result)):
+        rows = [*rows, (PACE, word(pace))]
     return pairs("Time from the start of the run", rows)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from codesign.inputs.files import is_path
 from codesign.inputs.host_file import HOSTS
 from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
 from codesign.part import Part
 from codesign.results.result import Result
@@ -74,6 +76,70 @@ def at_hand() -> dict[str, dict[str, str]]:
     }
     broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
     return {**names, "broken plug-ins": broken} if broken else names
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a task, in words: accepted values, default, meaning."""
+
+    task: str
+    name: str
+    accepted: str
+    default: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class PlannerFacts:
+    """A planner as its users see it: parameters of its tasks, styles by name, and policies, the default first.
+
+    ``styles`` of the planning task, and of tasks that are placed by themselves as ``TASK.STYLE``.
+    """
+
+    name: str
+    description: str
+    parameters: tuple[Parameter, ...]
+    styles: dict[str, str]
+    policies: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The facts for JSON."""
+        return asdict(self)
+
+
+def planner_facts(name: str) -> PlannerFacts:
+    """The facts of an installed planner.
+
+    Raises:
+        InputError: no such planner is installed, or it cannot be loaded.
+    """
+    planner = catalog.planner(name)
+    parameters = tuple(
+        Parameter(
+            task,
+            key,
+            _plain(type_text(info.annotation, tuple(info.metadata))),
+            _plain(default_text(info)),
+            _plain(info.description or ""),
+        )
+        for task, model in planner.tasks.items()
+        for key, info in model.model_fields.items()
+    )
+    styles = {
+        style: f"on {each.component_type}: {each.description}"
+        for style, each in catalog.styles_of(name).items()
+    }
+    styles |= {
+        f"{task}.{style}": f"on {component}"
+        for planner_name, task, component, style in catalog.task_styles()
+        if planner_name == name
+    }
+    return PlannerFacts(name, planner.description, parameters, styles, planner.policies)
+
+
+def _plain(text: str) -> str:
+    """A text of the reference pages without the marks of Markdown."""
+    return text.replace("`", "")
 
 
 def load_any(source: str | Path) -> Spec | Part:

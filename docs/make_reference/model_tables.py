@@ -11,8 +11,8 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from codesign.figures import Figure, ResultFigure
+from codesign.inputs.value_types import default_text, type_text
 from docs.make_reference.docstrings import markdown
-from docs.make_reference.value_types import default_text, type_text
 
 CHOOSERS = ("type", "generate")
 """Keys that choose one of several models."""

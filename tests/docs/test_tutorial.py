@@ -152,12 +152,18 @@ def test_the_page_has_what_it_promises() -> None:
         "check",
         "check",
         "run",
+        "run",
         "explore",
         "check",
         "explore",
         "explore",
         "run",
         "run",
+        "init",
+        "run",
+        "list",
+        "list",
+        "show",
     ]
     assert sum(block.language == "text" and not block.file for block in BLOCKS) >= 10
 

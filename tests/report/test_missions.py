@@ -209,7 +209,8 @@ def test_the_page_of_a_mission_says_why_it_ended_and_what_sets_the_pace() -> Non
     assert "What sets the pace:" in html
     # The drive, the time line and the account.
     assert html.count("data:image/png;base64,") == 3
-    assert "What sets the pace" not in result_html(a_result())
+    assert "What sets the pace:</b> planning on fpga takes 91 % of the time" in result_html(a_result())
+    assert "What sets the pace" not in result_html(a_result(slices=67_584))
 
 
 def test_a_drive_is_shown_with_what_happened_where() -> None:
