@@ -102,6 +102,8 @@ class Movable:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")
         section = self.section(name)
+        if axis == PLATFORM_AXIS:
+            return "only an exploration has an axis over platforms", "name the platform in its own place"
         if section is None:
             return self._nothing_named(name, axis)
         accepted = self.keys(name)
