@@ -83,7 +83,7 @@ def test_one_workload_on_three_boards_and_two_maps(file: Path) -> None:
             result.model_dump_json()
         )
         role = "fabric" if point.axes["workload.variant"] == "base" else "host"
-        assert result.component == result.places["relax"] == platform.filled[role]
+        assert result.component == result.places["relax"] == result.roles[role] == platform.filled[role]
 
 
 def test_a_platform_without_a_fabric_is_infeasible_where_a_task_is_placed_on_it(file: Path) -> None:
