@@ -151,6 +151,9 @@ class Result(ResultModel):
     style: str = Field(description="architecture style of the planning task")
     component: str = Field(description="the component that plans")
     places: dict[str, str] = Field(default={}, description="component of each task")
+    roles: dict[str, str] = Field(
+        default={}, description="component or link of the platform that fills each role"
+    )
     external_memory: str | None = Field(
         default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
     )

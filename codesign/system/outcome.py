@@ -36,6 +36,7 @@ def head_fields(system: System) -> dict[str, Any]:
         "style": system.architecture.style,
         "component": system.component,
         "places": dict(system.placement.places),
+        "roles": system.platform.filled,
         "external_memory": None if system.external is None else system.external.name,
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,

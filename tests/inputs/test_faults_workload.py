@@ -171,7 +171,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("fpga.clock: [", "clock: ["),
             "w.yaml:17:12: explore.axes.clock: 'clock' is no axis\n"
-            "  hint: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations",
+            "  hint: write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD or platform, such as relax.iterations",
         ),
     ],
 )
