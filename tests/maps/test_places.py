@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import yaml
+from click.testing import Result
 
 import codesign
 from codesign.errors import SpecError
@@ -117,6 +119,15 @@ def test_a_map_without_a_free_cell_names_its_unknown_cells(folder: Path) -> None
         "problem.map: no cell of the map is free;"
         " 1 of 2 cells unknown: set unknown: free, or check the thresholds of the map"
     )
+
+
+def test_check_counts_the_unknown_cells(folder: Path, hwsw: Callable[..., Result]) -> None:
+    path = workload(folder, {"map": {"file": "floor.pgm"}, "goals": [[4, 10]]})
+    unknown = int((CELLS == "?").sum())
+    for specs in ((path,), ("virtex2pro", path)):
+        out = hwsw("check", *specs).stdout
+        assert f"{unknown} pixels of grey 205 taken as unknown; name floor.yaml in its place" in out
+        assert f"note: problem.map: {unknown} of 72 cells are unknown, and count as blocked" in out
 
 
 def test_metres_need_a_resolution(folder: Path) -> None:
