@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -190,7 +191,7 @@ class Margin:
 
 def _greatest_of(sums: Sequence[Sum], values: Mapping[str, Any]) -> Any:
     totals = [sum(each.at(values) for each in plan) for plan in sums]
-    return totals[0] if len(totals) == 1 else np.maximum.reduce(totals)
+    return reduce(np.maximum, totals)
 
 
 def _negated(plan: Sum) -> Sum:

@@ -165,15 +165,16 @@ def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:
     )
     if state != "depends":
         return verdict
-    names = [name for name in margin.varying() if inputs.by_id[name].measurable]
+    if least.value == most.value == 0:
+        return verdict.model_copy(update={"reason": "both are equal"})
+    names = [name for name in margin.varying() if inputs.by_id[name].measurable and margin.swing(name)]
     flips = {name: flip for name in names if (flip := margin.flip(name)) is not None}
     deciding = max(flips or names, key=margin.swing, default=None)
     if deciding is None:
-        reason = "both are equal" if not value else "it lies within the waits for clock edges"
-        return verdict.model_copy(update={"reason": reason})
-    reason = "" if flips else "no figure changes it by itself; several together may"
+        return verdict.model_copy(update={"reason": "it lies within the waits for clock edges"})
+    reason = "" if flips else "no figure changes it by itself, several together do"
     if not flips and not (least.exact and most.exact):
-        reason = "not proved: bounds of the difference leave it open"
+        reason = "not proved: the bounds of the difference leave it open"
     each = inputs.by_id[deciding]
     decider = Decider(
         name=each.name, platform=each.platform, figure=inputs.figures[deciding], flips_at=flips.get(deciding)
