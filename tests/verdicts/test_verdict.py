@@ -14,7 +14,7 @@ from codesign.figures import FIGURES
 from codesign.results.result import Result
 from codesign.results.terms import is_edges
 from codesign.scenarios import simulate
-from codesign.verdicts import Verdict, need_verdict, winner_verdict
+from codesign.verdicts import Verdict, need_verdict, sensitivity, winner_verdict
 from codesign.verdicts.sums import Inputs, Margin
 
 SEARCHES: tuple[Design, ...] = (
@@ -196,9 +196,26 @@ def test_infeasible_designs_take_no_part() -> None:
     assert winner_verdict([out], "first_plan_s").state == "not assessed"
 
 
-def test_equal_designs_depend_on_nothing() -> None:
-    verdict = winner_verdict([result_of(FPGA)] * 2, "energy_j")
-    assert (verdict.state, verdict.decides, verdict.reason) == ("depends", None, "both are equal")
+def test_equal_designs_are_no_rivals() -> None:
+    waiting = result_of(design("virtex4-pci", "breadth-first"))
+    assert winner_verdict([waiting, waiting.model_copy()], "first_plan_s").equals == (1,)
+    verdict = winner_verdict([result_of(FPGA)] * 3, "energy_j")
+    assert (verdict.state, verdict.winner, verdict.rival) == ("proved", 0, None)
+    assert (verdict.equals, verdict.reason) == ((1, 2), "all others are equal")
+    by_slices = winner_verdict([result_of(FPGA), result_of(ARM), result_of(FPGA)], "cycles")
+    assert by_slices.state == "not assessed"
+
+
+def test_the_figure_that_moves_a_time_most() -> None:
+    first, *others = sensitivity(result_of(ARM), "energy_j")
+    assert first.name == "arm.costs.breadth_first_cell"
+    moved = [
+        with_values(ARM, {first.name: written(end, "s")}).figure(FIGURES["energy_j"])
+        for end in first.figure.interval
+    ]
+    assert moved == pytest.approx([first.least, first.most], rel=1e-9)
+    assert all(first.most - first.least >= other.most - other.least for other in others)
+    assert sensitivity(result_of(ARM), "share_reaching_goal") == ()
 
 
 def test_what_has_no_closed_form_is_never_proved() -> None:
