@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from codesign.figures import FIGURES, Figure, ResultFigure, label
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import ends_text, figure_cell, quantity_text
 from codesign.results.result import Result
-from codesign.verdicts import Fit, Verdict, fit_verdict, sensitivity, winner_verdict
+from codesign.verdicts import Decider, Fit, Verdict, fit_verdict, sensitivity, winner_verdict
 
 HOLDS = "holds within the assumed intervals"
 EXACT = "holds: it rests on no assumed figure"
+_READ = {"W/(slice Hz)": ("W", 1e6, " a slice and MHz")}
+"""Units that nobody writes: the one that is written, its size, and what stands behind it."""
 _SHOWN = ("first_plan_s", "energy_j", "power")
 
 
@@ -23,32 +26,44 @@ def sure_cell(result: Result | None, figure: ResultFigure, value: float | None) 
 def verdict_text(verdict: Verdict) -> str:
     """A verdict in a line."""
     decides = verdict.decides
-    if verdict.state == "not assessed":
-        return f"not assessed: {verdict.reason}"
-    if verdict.state == "proved":
-        if verdict.rival is None and verdict.winner is not None:
-            return verdict.reason
-        return EXACT if verdict.least == verdict.most else HOLDS
-    if verdict.state == "refuted":
-        return "fails within all of the assumed intervals"
-    if decides is None:
-        return verdict.reason
+    if verdict.state == "depends" and decides is not None:
+        return _deciding_text(verdict, decides)
+    alone = verdict.rival is None and verdict.winner is not None
+    proved = verdict.reason if alone else EXACT if verdict.least == verdict.most else HOLDS
+    texts = {
+        "proved": proved,
+        "refuted": "fails within all of the assumed intervals",
+        "depends": verdict.reason,
+        "not assessed": f"not assessed: {verdict.reason}",
+    }
+    return texts[verdict.state]
+
+
+def _deciding_text(verdict: Verdict, decides: Decider) -> str:
+    """What a verdict depends on."""
     stands = figure_text(decides.figure)
     if decides.flips_at is None:
         return f"rests on {decides.name} ({stands}) and others: {verdict.reason}"
-    return f"flips at {decides.name} = {_rounded(decides.flips_at, decides.figure.unit)} ({stands})"
+    return f"flips at {decides.name} = {_flip_text(decides)} ({stands})"
 
 
 def figure_text(figure: Figure) -> str:
     """The status, the value and the interval of a figure: ``assumed 10 ns, 5 to 20``."""
-    value = quantity_text(figure.value, figure.unit)
-    ends = ends_text(value, *figure.interval, figure.unit)
-    return f"{figure.status} {value}, {ends}" if ends else f"{figure.status} {value}"
+    unit, scale, behind = _READ.get(figure.unit, (figure.unit, 1.0, ""))
+    low, high = figure.interval
+    value = quantity_text(figure.value * scale, unit)
+    ends = ends_text(value, low * scale, high * scale, unit)
+    return f"{figure.status} {value}{f', {ends}' if ends else ''}{behind}"
 
 
-def _rounded(value: float, unit: str) -> str:
-    """To four digits: nobody measures more."""
-    return quantity_text(float(f"{value:.4g}"), unit)
+def _flip_text(decides: Decider) -> str:
+    """The value at which a verdict changes, to four digits. Of a number of things the first one behind it."""
+    value, figure = decides.flips_at, decides.figure
+    assert value is not None, "asked of a figure that flips"
+    if isinstance(figure.value, int) and figure.unit == "1":
+        return quantity_text(math.ceil(value) if value > figure.value else math.floor(value), "1")
+    unit, scale, behind = _READ.get(figure.unit, (figure.unit, 1.0, ""))
+    return f"{quantity_text(float(f'{value * scale:.4g}'), unit)}{behind}"
 
 
 def measure_text(verdict: Verdict) -> str:

@@ -125,7 +125,7 @@ def ends_text(value: str, low: float, high: float, unit: str) -> str:
     if low == high:
         return ""
     ends = [quantity_text(_outwards(low, math.floor), unit), quantity_text(_outwards(high, math.ceil), unit)]
-    shared = value.rpartition(" ")[2]
+    shared = value.partition(" ")[2]
     if shared and all(end.endswith(f" {shared}") for end in ends):
         ends = [end.removesuffix(f" {shared}") for end in ends]
     return " to ".join(ends)
