@@ -9,13 +9,13 @@ from codesign.figures import FIGURES, Figure, ResultFigure, label
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import ends_text, figure_cell, quantity_text
 from codesign.results.result import Result
+from codesign.results.terms import priced
 from codesign.verdicts import Decider, Fit, Verdict, fit_verdict, sensitivity, winner_verdict
 
 HOLDS = "holds within the assumed intervals"
 EXACT = "holds: it rests on no assumed figure"
 _READ = {"W/(slice Hz)": ("W", 1e6, " a slice and MHz")}
 """Units that nobody writes: the one that is written, its size, and what stands behind it."""
-_SHOWN = ("first_plan_s", "energy_j", "power")
 
 
 def sure_cell(result: Result | None, figure: ResultFigure, value: float | None) -> Cell:
@@ -107,13 +107,12 @@ def winner_text(names: Sequence[str], results: Sequence[Result | None], figure: 
 def certainty_table(result: Result) -> Table:
     """Each figure that rests on others with an interval: its least and greatest value, and what moves it most."""
     rows = []
-    for name in _SHOWN:
-        figure = FIGURES[name]
+    for figure in filter(priced, FIGURES.values()):
         value, interval = result.figure(figure), result.interval(figure)
         if value is None:
             continue
         if interval is None:
-            reason = "" if result.terms is None else result.terms.open.get(name, "")
+            reason = "" if result.terms is None else result.terms.open.get(figure.name, "")
             rows += [_row(figure, value, None, reason)] if reason else []
             continue
         most = next(iter(sensitivity(result, figure)), None)

@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from codesign.figures import Figure
+from codesign.figures import Figure, ResultFigure
 from codesign.results.model import ResultModel
 
 Interval = tuple[float, float]
@@ -116,7 +116,7 @@ class Terms(ResultModel):
         " of several starts, the greatest sum is the figure"
     )
     draws: tuple[Draw, ...] = Field(
-        description="what is drawn, which with the terms of first_plan_s gives the energy"
+        description="what is drawn, which with the terms of the time gives the energy"
     )
     open: dict[str, str] = Field(default={}, description="by figure: why it is no sum of terms")
 
@@ -125,7 +125,7 @@ class Terms(ResultModel):
         if figure in self.open:
             return ()
         if figure == "energy_j":
-            plans = self.times.get("first_plan_s", ())
+            plans = self.times.get(ENERGY_OVER, ())
             return tuple(
                 merged(_product(term, draw) for term in plan for draw in self.draws if draw.during(term))
                 for plan in plans
@@ -139,6 +139,15 @@ class Terms(ResultModel):
         """
         bounds = [_sum_bounds(plan, self.inputs) for plan in self.plans(figure)]
         return (max(low for low, _ in bounds), max(high for _, high in bounds)) if bounds else None
+
+
+ENERGY_OVER = "first_plan_s"
+"""The time over which the energy of a plan is drawn."""
+
+
+def priced(figure: ResultFigure) -> bool:
+    """Whether a figure rests on figures with intervals: the times and the energy of a plan, and power."""
+    return figure.within in {"time", "energy"} or figure.name == "power"
 
 
 def is_edges(name: str) -> bool:
