@@ -8,11 +8,13 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality
+from codesign.report.certainty import sure_cell, winner_text
 from codesign.report.result_tables import SHORTEST
 from codesign.report.sentences import arrivals_of, arrived_cell
 from codesign.report.table import Cell, Column, Table, left, word
-from codesign.report.wording import ABSENT, figure_cell, quantity_text, yes_cell
+from codesign.report.wording import ABSENT, quantity_text, yes_cell
 from codesign.results.result import Result
 
 _WIDTH_OF_REASON = 28
@@ -36,8 +38,10 @@ def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> T
     for figure in FIGURES.values():
         values = [result.figure(figure) if result else None for result in results]
         if any(value is not None for value in values):
-            rows.append((word(figure.label), *_against(base, figure, values)))
+            rows.append((word(figure.label), *_against(base, figure, results)))
             notes += [SHORTEST] if figure.name == "path_length_ratio_mean" else []
+    names = [name for name, _ in designs]
+    notes += [text for figure in DEFAULT_OBJECTIVES if (text := winner_text(names, results, figure))]
     notes += [f"{name}: {warning}" for name, result in designs for warning in _warnings(result)]
     columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
     return Table("Comparison", columns, tuple(rows), tuple(notes))
@@ -79,11 +83,12 @@ def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
         yield word("" if number else "why infeasible"), *map(word, row)
 
 
-def _against(base: int | None, figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
+def _against(base: int | None, figure: ResultFigure, results: Sequence[Result | None]) -> tuple[Cell, ...]:
+    values = [result.figure(figure) if result else None for result in results]
     unit = None if base is None else values[base]
     cells = []
-    for number, value in enumerate(values):
-        cell = figure_cell(figure, value)
+    for number, (value, result) in enumerate(zip(values, results, strict=True)):
+        cell = sure_cell(result, figure, value)
         if number != base and value is not None and unit:
             cell = Cell(f"{cell.text} (×{value / unit:.3g})", cell.value)
         cells.append(cell)

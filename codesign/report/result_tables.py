@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from codesign.figures import FIGURES, Figure, label
 from codesign.planners.interface import RobotsQuality
+from codesign.report.certainty import certainty_table, sure_cell
 from codesign.report.fields import records_table, rows_of, shares_table
 from codesign.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
 from codesign.report.sentences import ARRIVALS, all_arrive, arrivals_of, arrived_cell, plan_pace_text
@@ -49,6 +50,7 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
         *fleet_tables(result),
         *mission_tables(result),
         *_run_tables(result),
+        *([certainty_table(result)] if result.terms is not None else []),
         resource_table(result),
         clock_and_power_table(result),
         *_energy_tables(result),
@@ -81,7 +83,7 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", figure_cell(FIGURES["precision"], result.precision)))
     if result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
-        rows.append((name, quantity_cell(result.time.first_plan_s, "s")))
+        rows.append((name, sure_cell(result, FIGURES["first_plan_s"], result.time.first_plan_s)))
     rows.append(("feasible", yes_cell(result.feasible)))
     arrivals = arrivals_of(result)
     if arrivals is not None and not all_arrive(arrivals[1]):

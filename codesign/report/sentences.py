@@ -41,7 +41,9 @@ def headline(result: Result) -> Headline:
         return feasible + fleet_headline(result)
     values = ((figure, result.figure(figure)) for figure in DEFAULT_OBJECTIVES)
     return feasible + tuple(
-        (figure_cell(figure, value).text, figure.label) for figure, value in values if value is not None
+        (figure_cell(figure, value, result.interval(figure)).text, figure.label)
+        for figure, value in values
+        if value is not None
     )
 
 
