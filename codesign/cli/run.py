@@ -101,7 +101,7 @@ def run(
     else:
         for table in result_tables(result):
             click.echo(render_text(table))
-        for name, path, written in (("trace", trace_file, result.feasible), ("page", page, True)):
+        for name, path, written in (("trace", trace_file, result.simulated), ("page", page, True)):
             if path is not None and written:
                 click.echo(f"{name}: {printable(str(path), None)}")
     struck = interrupts.struck()

@@ -11,7 +11,8 @@ from pydantic import Field, PrivateAttr, ValidationInfo, WrapValidator, field_va
 
 from codesign.errors import clip, outside_map, show
 from codesign.inputs.fields import Cell
-from codesign.models import RefusalError, SpecModel, choice, raise_all, refusal_details
+from codesign.inputs.task import Change
+from codesign.models import RefusalError, SpecModel, Task, choice, raise_all, refusal_details
 
 MAX_CELLS = 2**24
 
@@ -219,6 +220,27 @@ class ProblemSpec(SpecModel):
         " of cells to a goal. A list [[row, column], ...] names them; the planner's own moves must lead"
         " each of them to a goal.",
     )
+    task: Task = Field(
+        default=Task.PATH,
+        description="What is asked and timed. path: a path from each start; field: an answer in every cell that leads"
+        " to a goal; replan: a path from each start after a change.",
+    )
+    change: Change | None = Field(
+        default=None,
+        description="The change that task replan follows: {blocked, freed}, lists of cells, or {count, seed}, drawn."
+        " The other tasks leave it out.",
+    )
+    arrive: Share = Field(
+        default=1.0,
+        description="Share of the starts that can arrive which have to arrive. A plan of fewer is not feasible.",
+    )
+
+    @model_validator(mode="after")
+    def _has_a_change(self) -> Self:
+        if self.task is Task.REPLAN and self.change is None:
+            hint = "add change: {count: 20, seed: 0}, or name cells: {blocked: [[row, column], ...]}"
+            raise RefusalError("task replan follows a change of the map, and none is given", hint, ("task",))
+        return self
 
     @field_validator("goals", "starts", mode="after")
     @classmethod

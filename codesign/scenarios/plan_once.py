@@ -1,24 +1,36 @@
-"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back."""
+"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back; for each start or every cell."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
+from codesign.inputs.problem import FileMap, ProblemSpec
 from codesign.memo import Memo
+from codesign.models import Task
+from codesign.planners.interface import Problem, Quality
+from codesign.planners.job import Job
 from codesign.records import TrajectoryRecord
-from codesign.results.result import Power
+from codesign.results.result import Power, Reason
+from codesign.results.task import TaskFigures, times_of
 from codesign.scenarios.records import tell_field, tell_map
-from codesign.system.build import Machine
-from codesign.system.chain import Answer, plan_chain
-from codesign.system.outcome import plan_fields, use_fields
+from codesign.scenarios.requests import Requests, requests_of
+from codesign.system.bind import System
+from codesign.system.build import Machine, planner_code
+from codesign.system.chain import Answer
+from codesign.system.outcome import plan_fields, times_until, use_fields
 from codesign.system.scenario import ProgressOfMission, Scenario
 
 TRACED_TRAJECTORIES = 16
 
+ROBOTS = "all robots plan together, until each has arrived or the run is given up"
+
 
 class PlanOnceScenario(Scenario):
-    """One plan, from a map that does not change."""
+    """One plan for each request. The map changes for task ``replan`` alone, between two plans."""
 
     type = "plan_once"
 
@@ -29,30 +41,81 @@ class PlanOnceScenario(Scenario):
         memo: Memo | None,
         _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
-        """The figures of the plan."""
-        answer = plan_once(machine, memo)
-        return plan_fields(machine, answer, memo) | use_fields(machine, boards)
+        """The figures of the task, of the first start's plan, and of the quality for all starts."""
+        system, problem = machine.system, machine.system.problem
+        tell_map(machine, problem.free, problem.resolution)
+        requests = requests_of(machine, boards, memo)
+        first = requests.first
+        _tell_answer(machine, first.answer)
+        fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
+        fields |= {"time": times_until(first.before), "energy": requests.energy}
+        able, arrived = _arrivals(system, first.answer, fields["quality"])
+        fields["task"] = _task_figures(system, requests, arrived / able if able else None)
+        short = _too_few(system, able, arrived)
+        return fields if short is None else {**fields, "feasible": False, "reasons": (short,)}
 
 
-def plan_once(machine: Machine, memo: Memo | None) -> Answer:
-    """Make one plan, and record it for listeners.
+def _tell_answer(machine: Machine, answer: Answer) -> None:
+    """Record the plan and some of its paths for listeners."""
+    if not machine.listening:
+        return
+    problem = answer.problem
+    tell_field(machine, answer.plan)
+    for start in problem.starts[:TRACED_TRAJECTORIES]:
+        points, arrived = machine.system.planner.trajectory(problem, answer.plan, start)
+        machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
-    Raises:
-        LostMessageError: a message of it was lost.
-    """
-    system, problem = machine.system, machine.system.problem
-    tell_map(machine, problem.free, problem.resolution)
-    answers: list[Answer] = []
 
-    def mission() -> Generator[Any, Any, None]:
-        answers.append((yield from plan_chain(machine, problem, memo=memo)))
+def _arrivals(system: System, answer: Answer, quality: Any) -> tuple[int, int]:
+    """How many starts can arrive by the planner's own moves, and how many do; 0 of 0 for robots."""
+    if not isinstance(quality, Quality):
+        return 0, 0
+    with planner_code(system.planner):
+        reach = system.planner.reachable(Job(answer.problem, system.planning))
+    return sum(bool(reach[start]) for start in answer.problem.starts), quality.starts_arrived
 
-    machine.environment.process(mission())
-    machine.environment.run()
-    answer = answers[0]
-    if machine.listening:
-        tell_field(machine, answer.plan)
-        for start in problem.starts[:TRACED_TRAJECTORIES]:
-            points, arrived = system.planner.trajectory(problem, answer.plan, start)
-            machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
-    return answer
+
+def _too_few(system: System, able: int, arrived: int) -> Reason | None:
+    """The reason against a plan by which fewer starts arrive than have to; None where enough do."""
+    spec = system.workload.problem
+    if not isinstance(spec, ProblemSpec):
+        return None
+    needed = math.ceil(spec.arrive * able - 1e-9)
+    if arrived >= needed:
+        return None
+    return Reason(
+        kind="quality",
+        name="starts arrived",
+        demand=arrived,
+        limit=needed,
+        gap=needed - arrived,
+        unit="",
+    )
+
+
+def _task_figures(system: System, requests: Requests, arrive: float | None) -> TaskFigures:
+    """The task, and its times."""
+    times = times_of([request.answer.parts for request in requests.all])
+    problem, spec = system.problem, system.workload.problem
+    if not isinstance(problem, Problem) or not isinstance(spec, ProblemSpec):
+        return TaskFigures(task="robots", text=ROBOTS, starts=1, question=problem.digest, **times)
+    change = problem.change
+    changed = None if change is None else len(change.blocked) + len(change.freed)
+    asked = replace(problem, starts=tuple(sorted(problem.starts)), goals=tuple(sorted(problem.goals)))
+    return TaskFigures(
+        task=problem.task.value,
+        text=system.planner.task_text(problem.task),
+        map=_map_text(spec, problem),
+        question=hashlib.sha256(asked.digest.encode()).hexdigest()[:16],
+        starts=len(problem.starts),
+        changed_cells=changed if problem.task is Task.REPLAN else None,
+        arrive=arrive,
+        **times,
+    )
+
+
+def _map_text(spec: ProblemSpec, problem: Problem) -> str:
+    """The map in words, such as ``maze of 72 × 132 cells, goal (3, 128)``."""
+    what = spec.map.file if isinstance(spec.map, FileMap) else spec.map.generate
+    goals = f"goal {problem.goals[0]}" if len(problem.goals) == 1 else f"{len(problem.goals)} goals"
+    return f"{what} of {problem.rows} × {problem.columns} cells, {goals}"

@@ -127,7 +127,7 @@ def simulate_system(
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)
     fields = system.scenario.run(machine, prepared.held.boards, memo, progress)
-    result = Result(**head, feasible=True, **fields)
+    result = Result(**{**head, "feasible": True, **fields})
     if complete is not None:
         result = complete(result)
     for component in machine.components:

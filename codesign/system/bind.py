@@ -29,6 +29,7 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
+from codesign.system.change import with_task
 from codesign.system.place import Placement, a_type, external_of, memory_faults, place
 from codesign.system.scenario import Draft, Scenario
 
@@ -203,7 +204,9 @@ def _problem(
         faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
     if faults:
         return None, faults
-    return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
+    bare = Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution)
+    asked, faults = with_task(workload, planner, parameters, bare)
+    return None if faults else asked, faults
 
 
 def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:

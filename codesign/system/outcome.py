@@ -114,12 +114,16 @@ def _processor_figures(system: System) -> dict[str, Figure]:
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
     figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine, answer, memo)
-    times = Times(
+    return {"time": times_until(answer), "cycles": machine.cycles(), **figures, "quality": quality}
+
+
+def times_until(answer: Answer) -> Times:
+    """When things were done, until an answer."""
+    return Times(
         map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
         planned_s=answer.planned / PICOSECONDS_PER_SECOND,
         first_plan_s=answer.answered / PICOSECONDS_PER_SECOND,
     )
-    return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
 
 
 def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:

@@ -21,7 +21,7 @@ from codesign.planners.harmonic.plan.parameters import (
     Stop,
 )
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.task_graph import Flow
@@ -92,6 +92,14 @@ class Harmonic(Planner):
             key = "block" if parameters.block is not None else "blocks"
             return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
         return None
+
+    def plans_for_start(self, _job: Job[Problem, RelaxParameters], /) -> bool:
+        """The field leads from every cell."""
+        return False
+
+    def answer_class(self, _job: Job[Problem, RelaxParameters], _start: Cell, /) -> str:
+        """A decision takes as long at one cell as at another."""
+        return "decision"
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""
@@ -200,8 +208,8 @@ def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     from codesign.planners.harmonic.plan.trajectory import Ascent
 
     entry = _ascents.get(plan)
-    if entry is None or entry[0] != problem.digest:
-        entry = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    if entry is None or entry[0] != problem.map_digest:
+        entry = _ascents[plan] = problem.map_digest, Ascent(plan.field, problem.free, problem.goals)
     return entry[1]
 
 
