@@ -318,6 +318,13 @@ class Planner(ABC):
         """
         return start
 
+    def arrival_changes(self, _job: Job[Any, Any], /) -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
+        """Changes of the planning task that may let more starts arrive, in the order in which to try them.
+
+        By parameter, then by the value in words: the raw parameters to change. By default there are none.
+        """
+        return {}
+
     @abstractmethod
     def reachable(self, job: Job[Any, Any]) -> NDArray[np.bool_]:
         """The cells that this planner's own moves lead to a goal: bool rows × columns, goals included.

@@ -3,26 +3,26 @@
 from __future__ import annotations
 
 import hashlib
-import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from codesign.inputs import Platform, Workload
 from codesign.inputs.problem import FileMap, ProblemSpec
 from codesign.memo import Memo
 from codesign.models import Task
-from codesign.planners.interface import Problem, Quality
-from codesign.planners.job import Job
+from codesign.planners.interface import Problem
 from codesign.records import TrajectoryRecord
-from codesign.results.result import Power, Reason
+from codesign.results.result import Power, Result
 from codesign.results.task import TaskFigures, times_of
 from codesign.scenarios.records import tell_field, tell_map
 from codesign.scenarios.requests import Requests, requests_of
 from codesign.system.bind import System
-from codesign.system.build import Machine, planner_code
+from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.outcome import plan_fields, times_until, use_fields
-from codesign.system.scenario import ProgressOfMission, Scenario
+from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
 
 TRACED_TRAJECTORIES = 16
 
@@ -49,10 +49,27 @@ class PlanOnceScenario(Scenario):
         _tell_answer(machine, first.answer)
         fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
         fields |= {"time": times_until(first.before), "energy": requests.energy}
-        able, arrived = _arrivals(system, first.answer, fields["quality"])
-        fields["task"] = _task_figures(system, requests, arrived / able if able else None)
-        short = _too_few(system, able, arrived)
+        arrivals = arrivals_of(system, first.answer.problem, fields["quality"])
+        fields["task"] = _task_figures(system, requests, arrivals)
+        short = arrival_reason(arrivals)
         return fields if short is None else {**fields, "feasible": False, "reasons": (short,)}
+
+    def with_levers(
+        self,
+        result: Result,
+        system: System,
+        _run: Callable[[Platform, Workload], Result],
+        _progress: LeverProgress | None,
+    ) -> Result:
+        """The result with what would let enough starts arrive, each change tried."""
+        if not any(reason.kind == "quality" for reason in result.reasons):
+            return result
+        levers = Trials(system).for_arrivals()
+        reasons = tuple(
+            reason.model_copy(update={"levers": levers}) if reason.kind == "quality" else reason
+            for reason in result.reasons
+        )
+        return result.model_copy(update={"reasons": reasons})
 
 
 def _tell_answer(machine: Machine, answer: Answer) -> None:
@@ -66,34 +83,7 @@ def _tell_answer(machine: Machine, answer: Answer) -> None:
         machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
 
-def _arrivals(system: System, answer: Answer, quality: Any) -> tuple[int, int]:
-    """How many starts can arrive by the planner's own moves, and how many do; 0 of 0 for robots."""
-    if not isinstance(quality, Quality):
-        return 0, 0
-    with planner_code(system.planner):
-        reach = system.planner.reachable(Job(answer.problem, system.planning))
-    return sum(bool(reach[start]) for start in answer.problem.starts), quality.starts_arrived
-
-
-def _too_few(system: System, able: int, arrived: int) -> Reason | None:
-    """The reason against a plan by which fewer starts arrive than have to; None where enough do."""
-    spec = system.workload.problem
-    if not isinstance(spec, ProblemSpec):
-        return None
-    needed = math.ceil(spec.arrive * able - 1e-9)
-    if arrived >= needed:
-        return None
-    return Reason(
-        kind="quality",
-        name="starts arrived",
-        demand=arrived,
-        limit=needed,
-        gap=needed - arrived,
-        unit="",
-    )
-
-
-def _task_figures(system: System, requests: Requests, arrive: float | None) -> TaskFigures:
+def _task_figures(system: System, requests: Requests, arrivals: Arrivals | None) -> TaskFigures:
     """The task, and its times."""
     times = times_of([request.answer.parts for request in requests.all])
     problem, spec = system.problem, system.workload.problem
@@ -109,7 +99,7 @@ def _task_figures(system: System, requests: Requests, arrive: float | None) -> T
         question=hashlib.sha256(asked.digest.encode()).hexdigest()[:16],
         starts=len(problem.starts),
         changed_cells=changed if problem.task is Task.REPLAN else None,
-        arrive=arrive,
+        arrive=arrivals.arrived / arrivals.able if arrivals is not None and arrivals.able else None,
         **times,
     )
 

@@ -6,12 +6,16 @@ Resources are a vector: each kind is held against its own budget, and nothing is
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.styles import Demand, Lever
+from codesign.planners.styles import Demand, Lever, lever_texts
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
+
+TellLevers = Callable[[Iterable[Lever]], tuple[str, ...]]
+"""Puts levers into words; it may try them."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +27,12 @@ class PartFit:
     reasons: tuple[Reason, ...]
 
 
-def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> PartFit:
+def fit(
+    demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None, tell: TellLevers = lever_texts
+) -> PartFit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
+
+    ``tell`` puts levers into words.
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
 
@@ -42,7 +50,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
             limit=use.budget,
             gap=use.gap,
             unit="",
-            levers=_texts(demand.levers.get(use.resource, ())),
+            levers=tell(demand.levers.get(use.resource, ())),
         )
         for use in uses
         if use.gap
@@ -55,7 +63,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
             limit=bound.limit,
             gap=bound.figure.value - bound.limit,
             unit=bound.figure.unit,
-            levers=_texts(bound.levers),
+            levers=tell(bound.levers),
         )
         for bound in demand.bounds
         if bound.limit is not None and bound.figure.value > bound.limit
@@ -89,7 +97,3 @@ def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
     return ResourceUse(
         resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items
     )
-
-
-def _texts(levers: tuple[Lever, ...]) -> tuple[str, ...]:
-    return tuple(f"{lever.parameter}: {lever.advice}" for lever in levers)

@@ -11,13 +11,14 @@ from codesign.inputs.components import DisplayComponent, FpgaComponent, Processo
 from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.planners.job import Job
+from codesign.planners.styles import lever_texts
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import fit
+from codesign.system.fit import TellLevers, fit
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -61,17 +62,17 @@ class SystemFit:
     boards: dict[str, Power]
 
 
-def fit_system(system: System) -> SystemFit:
-    """Hold the design against its parts."""
+def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
+    """Hold the design against its parts. ``tell`` puts the levers of its planning task into words."""
     job, part = system.job, system.part
     demand = system.architecture.demand(job)
     fields, reasons, powers = _apart(system)
     if part is None:
-        held = fit(demand, None, system.clock, None)
+        held = fit(demand, None, system.clock, None, tell)
         fields = {"processor": _processor_figures(system), **fields}
     else:
         limit = system.architecture.clock_limit(job)
-        held = fit(demand, part, system.clock, limit)
+        held = fit(demand, part, system.clock, limit, tell)
         static, dynamic = system.architecture.power(demand, system.clock, part)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}

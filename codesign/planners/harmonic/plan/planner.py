@@ -14,11 +14,13 @@ from codesign.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import (
+    MAX_PRECISION,
     DecideParameters,
     DetectParameters,
     LowerBoundParameters,
     RelaxParameters,
     Stop,
+    Termination,
 )
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
 from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
@@ -100,6 +102,21 @@ class Harmonic(Planner):
     def answer_class(self, _job: Job[Problem, RelaxParameters], _start: Cell, /) -> str:
         """A decision takes as long at one cell as at another."""
         return "decision"
+
+    def arrival_changes(self, job: Job[Problem, RelaxParameters]) -> dict[str, dict[str, dict[str, Any]]]:
+        """More bits in the last stage, up to sixteen times as many; the sound end of a stage."""
+        parameters = job.parameters
+        last = parameters.precisions[-1]
+        # Doublings, with a value between each two.
+        ends = sorted(
+            {min(last * factor // 2, MAX_PRECISION) for factor in (3, 4, 6, 8, 12, 16, 24, 32)} - {last}
+        )
+        changes: dict[str, dict[str, dict[str, Any]]] = {
+            "schedule": {f"end at {end} bits": {"schedule": [*parameters.precisions, end]} for end in ends}
+        }
+        if parameters.termination is not Termination.SOUND:
+            changes["termination"] = {"sound": {"termination": "sound"}}
+        return changes
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""

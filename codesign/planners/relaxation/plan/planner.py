@@ -15,7 +15,12 @@ from codesign.models import TaskParameters
 from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
-from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters, SearchParameters
+from codesign.planners.relaxation.plan.parameters import (
+    DEFAULT_METHOD,
+    Method,
+    RelaxParameters,
+    SearchParameters,
+)
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
@@ -71,6 +76,16 @@ class Relaxation(Planner):
     def answer_class(self, job: Job[Problem, RelaxParameters], start: Cell) -> int:
         """The cells of the path that the search enters."""
         return len(search_of(job.problem, job.plan).follow(start).cells)
+
+    def arrival_changes(self, job: Job[Problem, RelaxParameters]) -> dict[str, dict[str, dict[str, Any]]]:
+        """The default method and run, and the direct solution."""
+        names = ("omega", "r", "tolerance", "boundary", "max_iterations")
+        plain = {name: type(job.parameters).model_fields[name].default for name in names}
+        return {
+            "method": {
+                str(method): {**plain, "method": method.value} for method in (DEFAULT_METHOD, Method.DIRECT)
+            }
+        }
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A step of the search never cuts a corner, with four neighbours or with eight."""
