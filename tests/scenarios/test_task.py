@@ -314,11 +314,8 @@ def test_a_lever_is_tried_before_it_is_advised() -> None:
             assert isinstance(result.quality, Quality)
             assert f"{result.quality.starts_arrived} of 4 starts arrive" in lever
             assert ("fits, and" in lever) is result.feasible
-    assert not any(
-        "tried" in lever or "arrive" in lever
-        for reason in simulate(*large).reasons
-        for lever in reason.levers
-    )
+    untried = [lever for reason in simulate(*large).reasons for lever in reason.levers]
+    assert not any("arrive" in lever for lever in untried)
 
 
 def test_robots_plan_together() -> None:
