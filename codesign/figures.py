@@ -161,16 +161,20 @@ FIGURES: dict[str, ResultFigure] = {
                 "task",
                 f"from a request to its answer, {text} over the starts; of task field, until the component that decides"
                 " holds an answer for every cell",
-                f"plan time, {text}",
+                label,
             )
-            for name, text in (("worst", "worst"), ("mean", "mean"), ("95", "95th percentile"))
+            for name, text, label in (
+                ("worst", "worst", "worst plan time"),
+                ("mean", "mean", "mean plan time"),
+                ("95", "95th percentile", "plan time at 95 %"),
+            )
         ),
         ResultFigure(
             "first_plan_s",
             "time",
             "when the first decision reached the component that asked for it, from the start of the run; of a plan, for"
             " its first start",
-            "first plan",
+            "first plan time",
         ),
         ResultFigure(
             "arrive",
@@ -305,7 +309,7 @@ def label(name: str) -> str:
     """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
 
     >>> label("share_reaching_goal"), label("block_rams"), label("first_plan_s at most")
-    ('share reaching goal', 'block RAMs', 'first plan at most')
+    ('share reaching goal', 'block RAMs', 'first plan time at most')
     """
     return " ".join(
         FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")

@@ -80,7 +80,7 @@ def overview_table(result: Result) -> Table:
         rows.append(("final precision", figure_cell(FIGURES["precision"], result.precision)))
     if result.task is not None:
         rows += [("asked", word(question_text(result.task))), ("done for it", word(result.task.text))]
-        rows.append(("plan time, worst", quantity_cell(result.task.plan_time_worst_s, "s")))
+        rows.append((FIGURES["plan_time_worst_s"].label, quantity_cell(result.task.plan_time_worst_s, "s")))
     elif result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
         rows.append((name, quantity_cell(result.time.first_plan_s, "s")))
