@@ -51,6 +51,11 @@ DEFAULT = (
 @click.option("--goal", metavar="ROW,COLUMN", help="The goal on --map.")
 @click.option("--start", metavar="ROW,COLUMN", help="The start on --map.")
 @click.option(
+    "--task",
+    type=click.Choice(["path", "field", "replan"]),
+    help="What is asked of every design.  [default: the task of --on; path on --map]",
+)
+@click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, in every design that has it."
 )
 @memory_option
@@ -64,6 +69,7 @@ def compare(
     map_file: Path | None,
     goal: str | None,
     start: str | None,
+    task: str | None,
     settings: tuple[str, ...],
     memory: int | None,
     detail: str,
@@ -71,14 +77,16 @@ def compare(
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
 
-    All designs run on the same map: the map of --on, or --map with --goal and --start. By default the shipped designs
-    of harmonic control, wavefront, breadth-first search and relaxation on a host are compared. Where a design cannot
+    All designs are asked the same: the task of --on or --task, on the map of --on, or --map with --goal and --start. By
+    default the shipped designs of harmonic control, wavefront, breadth-first search and relaxation on a host are
+    compared. Where a design cannot
     use the map, its column says why, and the others still run. The exit code is 1 where no design could run.
     """
     import codesign
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.inputs import has_axis
     from codesign.system import problem_from_map, problem_of
+    from codesign.system.inspect import with_task
 
     if map_file is not None:
         if goal is None or start is None:
@@ -88,6 +96,7 @@ def compare(
         problem = problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
+    problem = problem if task is None else with_task(problem, task)
     values = settings_of(settings)
     loaded = []
     for design in designs or DEFAULT:

@@ -133,7 +133,7 @@ def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, 
         if path is None:
             continue
         text = f"{name}: {printable(str(path), None)}"
-        if name == "trace" and not result.feasible:
+        if name == "trace" and not result.simulated:
             click.echo(f"{text} is not written, as the design is not feasible and was not run", err=True)
         elif not silent:
             click.echo(text)

@@ -7,6 +7,7 @@ deciding. Otherwise the effect of doubling is given as a bound.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
@@ -17,6 +18,7 @@ from codesign.report.wording import figure_cell, quantity_text, share_text
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import Mission
 from codesign.results.result import Result
+from codesign.results.task import TaskFigures
 from codesign.units import counted
 
 Headline = tuple[tuple[str, str], ...]
@@ -44,6 +46,37 @@ def headline(result: Result) -> Headline:
         (figure_cell(figure, value, result.interval(figure)).text, figure.label)
         for figure, value in values
         if value is not None
+    )
+
+
+def question_text(task: TaskFigures) -> str:
+    """What was asked, in words, such as ``path from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)``."""
+    asked = _ASKED[task.task].format(
+        starts="one start" if task.starts == 1 else f"each of {task.starts:,} starts",
+        cells=counted(task.changed_cells or 0, "cell"),
+    )
+    return f"{asked}; {task.map}" if task.map else asked
+
+
+_ASKED = {
+    "path": "task path, from {starts}",
+    "field": "task field, an answer in every cell that leads to a goal, judged from {starts}",
+    "replan": "task replan, from {starts} after a change of {cells}",
+    "robots": "the paths of all robots",
+}
+
+
+def asked_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
+    """At the head of results side by side: what was asked of them all, or that they were not asked the same."""
+    tasks = {result.task.question: result.task for result in results if result is not None and result.task}
+    if not tasks:
+        return ()
+    first, *others = (question_text(task) for task in tasks.values())
+    if not others:
+        return (f"asked: {first}",)
+    return (
+        f"{len(tasks)} different questions were asked, as map, goals, starts or task differ: compare results of one"
+        f" question only. The first is {first}",
     )
 
 

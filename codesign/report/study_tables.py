@@ -15,6 +15,7 @@ from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.certainty import sure_cell, verdict_text
 from codesign.report.render import write_csv
+from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
@@ -109,7 +110,8 @@ def front_table(study: Study) -> Table:
     """The points that no other point beats in every objective, best first by the first objective."""
     points = _Points(study, study.objectives, sure=True)
     rows = tuple(points.cells(study.points[position]) for position in _ranked(study, *study.objectives[:1]))
-    return Table("Front", points.columns, rows, (summary(study), *_fixed_notes(study)))
+    asked = asked_notes(point.result for point in study.points)
+    return Table("Front", points.columns, rows, (*asked, summary(study), *_fixed_notes(study)))
 
 
 def best_table(study: Study) -> Table:
@@ -292,14 +294,20 @@ def winners_table(
 def _contest(
     points: Sequence[StudyPoint], objective: ResultFigure, axis: str
 ) -> tuple[str, tuple[Cell, ...]]:
-    """The winner at one setting, and the cells from ``best`` to ``left out``."""
+    """The winner at one setting, and the cells from ``best`` to ``left out``.
+
+    There is none where the questions of the points differ.
+    """
     names_by_loss: dict[float, list[str]] = {}
     compared: list[Result] = []
     out = []
+    differ = len({point.result.task.question for point in points if point.result and point.result.task}) > 1
     for point in points:
         name = axis_text(axis, point.axes.get(axis))
         value = point.figure(objective) if point.feasible and point.unreached is None else None
-        if value is None:
+        if differ:
+            out.append(f"{name}: another question")
+        elif value is None:
             out.append(f"{name}: {_fate(point, objective)}")
         else:
             names_by_loss.setdefault(_loss(objective, value), []).append(name)

@@ -141,13 +141,15 @@ class Terms(ResultModel):
         return (max(low for low, _ in bounds), max(high for _, high in bounds)) if bounds else None
 
 
-ENERGY_OVER = "first_plan_s"
+ENERGY_OVER = "plan_time_mean_s"
 """The time over which the energy of a plan is drawn."""
 
 
 def priced(figure: ResultFigure) -> bool:
     """Whether a figure rests on figures with intervals: the times and the energy of a plan, and power."""
-    return figure.within in {"time", "energy"} or figure.name == "power"
+    return (
+        figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}
+    ) or figure.name == "power"
 
 
 def is_edges(name: str) -> bool:

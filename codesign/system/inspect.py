@@ -20,6 +20,7 @@ from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
+from codesign.models import Task
 from codesign.part import Part
 from codesign.results.result import Result
 from codesign.system import catalog
@@ -62,6 +63,12 @@ def at_hand() -> dict[str, dict[str, str]]:
     workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: planner.description for name, planner in catalog.planners().items()}
+    tasks = {
+        f"{name}, {task}": planner.task_text(task)
+        for name, planner in catalog.planners().items()
+        if planner.problem_model is None
+        for task in Task
+    }
     styles = {
         f"{planner}.{name}": f"on {style.component_type}: {style.description}"
         for (planner, name), style in catalog.architectures().items()
@@ -72,6 +79,7 @@ def at_hand() -> dict[str, dict[str, str]]:
         "parts": parts,
         "hosts": hosts,
         "planners": planners,
+        "tasks": tasks,
         "styles": styles,
     }
     broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
@@ -206,6 +214,18 @@ def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) 
         return validate(ProblemSpec, Document("command line", Path(), tree))
     except SpecError as wrong:
         raise at_options(wrong) from None
+
+
+def with_task(problem: ProblemSpec, task: str) -> ProblemSpec:
+    """The problem with another task.
+
+    Raises:
+        InputError: task ``replan``, and the problem declares no change.
+    """
+    if task == Task.REPLAN and problem.change is None:
+        hint = "name a workload with problem.change by --on, such as change: {count: 20, seed: 0}"
+        raise InputError("task replan follows a change of the map, and none is declared", "--task", hint)
+    return problem.model_copy(update={"task": Task(task)})
 
 
 def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:

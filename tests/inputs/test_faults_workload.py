@@ -197,7 +197,7 @@ def test_workload_mistakes(change: tuple[str, str], expected: str) -> None:
         ),
         (
             "objectives: [time, slices]",
-            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write first_plan_s",
+            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write plan_time_worst_s",
         ),
         (
             "constraints: [{figure: mission_clearance, at_least: 20 cm}]",

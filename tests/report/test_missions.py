@@ -142,7 +142,7 @@ def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
     plan = a_result()
     assert plan.energy is not None
     plan = plan.model_copy(update={"energy": plan.energy.model_copy(update={"not_declared": missing})})
-    of_plan = next(table for table in result_tables(plan) if table.title == "Energy up to the first plan")
+    of_plan = next(table for table in result_tables(plan) if table.title == "Energy of the run")
     told = {row[0].text: row[1].text for row in of_plan.rows}
     assert told["links"] == told["memories"] == "not declared"
     assert of_plan.notes == table.notes

@@ -60,9 +60,9 @@ def texts(table: Any) -> list[list[str]]:
 def test_the_winner_of_each_setting_and_by_how_much() -> None:
     table = winners_table(study(CROSSING))
     assert table is not None
-    assert table.title == "Best variant by setting: least time"
+    assert table.title == "Best variant by setting: least first plan time"
     assert [column.name for column in table.columns] == [
-        "rows", "best", "time", "runner-up", "its time", "times better", "how sure", "left out",
+        "rows", "best", "first plan time", "runner-up", "its first plan time", "times better", "how sure", "left out",
     ]  # fmt: skip
     assert texts(table) == [
         ["10", "on-host", "1 ms", "base", "4 ms", "4", UNPRICED, ""],
@@ -71,7 +71,7 @@ def test_the_winner_of_each_setting_and_by_how_much() -> None:
     ]
     assert table.rows[1][5].value == 2.5
     assert table.notes == (
-        "least time, of 3 settings: on-host in 2, base in 1",
+        "least first plan time, of 3 settings: on-host in 2, base in 1",
         "least slices, of 3 settings: on-host in 3",
     )
     assert "times better" in render_text(table)
@@ -101,7 +101,7 @@ def test_equals_win_together_and_nobody_is_said_too() -> None:
         ["base = b = c", "1 s", "–", "–", "–", UNPRICED, ""],
         ["–", "–", "–", "–", "–", "–", "base: failed; b: infeasible; c: failed"],
     ]
-    assert table.notes[0] == "least time, of 3 settings: a tie in 2, none in 1"
+    assert table.notes[0] == "least first plan time, of 3 settings: a tie in 2, none in 1"
 
 
 def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
@@ -136,8 +136,8 @@ def test_without_a_choice_there_is_no_contest(axis: str) -> None:
 
 def test_the_page_of_a_study_has_the_table() -> None:
     page = study_html(study(CROSSING))
-    assert "Best variant by setting: least time" in page
-    assert "least time, of 3 settings: on-host in 2, base in 1" in page
+    assert "Best variant by setting: least first plan time" in page
+    assert "least first plan time, of 3 settings: on-host in 2, base in 1" in page
     one = {key: value for key, value in CROSSING.items() if key[0] == "base"}
     assert "Best variant by setting" not in study_html(study(one))
 
