@@ -329,25 +329,15 @@ class Planner(ABC):
         return None
 
     def task_text(self, task: Task) -> str:
-        """What the planner does for a task, as a sentence without a full stop.
-
-        By default: one plan serves every start. ``check`` refuses a task that the planner cannot do.
-        """
+        """What the planner does for a task, without a full stop. ``check`` refuses a task that it cannot do."""
         return _TASK_TEXTS[task]
 
     def plans_for_start(self, _job: Job[Any, Any], /) -> bool:
-        """Whether the plan depends on the first start of the problem. By default it does.
-
-        Then every start is simulated from the request to the answer. Where the plan serves every start, one start of
-        each ``answer_class`` is simulated.
-        """
+        """Whether the plan depends on the first start, so that each start is simulated. By default it does."""
         return True
 
     def answer_class(self, _job: Job[Any, Any], start: Cell, /) -> Hashable:
-        """What the time of an answer from ``start`` depends on, for the plan ``job.plan``.
-
-        Starts of one class are answered in the same time by every style. By default each start is a class of its own.
-        """
+        """Starts of one class are answered from ``job.plan`` in the same time. By default each is its own class."""
         return start
 
     def arrival_changes(self, _job: Job[Any, Any], /) -> Mapping[str, Mapping[str, Mapping[str, Any]]]:

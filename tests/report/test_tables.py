@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from report_samples import QUALITY, SampleReproduction, a_result, a_study
+from report_samples import QUALITY, SampleReproduction, a_result, a_study, a_task
 
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.exploration.study import StudyPoint
@@ -26,7 +26,7 @@ from codesign.report import (
 )
 from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
-from codesign.report.study_tables import study_counts, summary
+from codesign.report.study_tables import study_counts, summary, winners_table
 from codesign.report.table import Cell, Column, Table
 from codesign.results.result import DisplayUse, Reason, Result
 
@@ -352,3 +352,33 @@ def test_path_length_ratios_say_what_the_shortest_is() -> None:
 def test_a_row_of_the_wrong_length_is_refused() -> None:
     with pytest.raises(ValueError, match="row 0 of 'T' has 1 cells, not 2"):
         Table("T", (Column("a"), Column("b")), ((Cell("1"),),))
+
+
+def test_results_side_by_side_say_what_was_asked() -> None:
+    planned = [a_result(time_s=time).model_copy(update={"task": a_task()}) for time in (0.001, 0.002)]
+    table = comparison_table([("one", planned[0]), ("two", planned[1])])
+    asked = "asked: task path, from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)"
+    assert table.title == f"Comparison, {asked}"
+    study = a_study()
+    points = tuple(
+        replace(point, result=point.result.model_copy(update={"task": a_task(question=str(point.index % 2))}))
+        for point in study.points
+        if point.result is not None
+    )
+    assert front_table(replace(study, points=points)).notes[0].startswith("2 different questions were asked")
+    winners = winners_table(replace(study, points=points), axis="relax.schedule")
+    assert winners is not None
+    assert {row[-1].text.count("another question") for row in winners.rows} == {2}
+    assert winners.notes[0].endswith("none in 12")
+
+
+def test_figures_of_cells_are_compared_where_every_plan_covers_all_cells() -> None:
+    result = a_result()
+    assert isinstance(result.quality, Quality)
+    quality = replace(result.quality, planned_cells=result.quality.reachable_cells)
+    whole = result.model_copy(update={"quality": quality})
+    stopped = whole.model_copy(update={"quality": replace(quality, planned_cells=1)})
+    shown, without = (comparison_table([("one", whole), ("two", two)]) for two in (whole, stopped))
+    assert "share reaching goal" in {row[0].text for row in shown.rows}
+    assert "share reaching goal" not in {row[0].text for row in without.rows}
+    assert any(note.startswith("left out: share reaching goal") for note in without.notes)
