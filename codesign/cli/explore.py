@@ -115,6 +115,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         reasons_table,
         render_text,
         study_page,
+        winners_certainty_table,
         winners_table,
         write_study_csv,
     )
@@ -127,9 +128,10 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         click.echo(study.to_json())
         return
     click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
-    winners = winners_table(study)
-    if winners is not None:
-        click.echo(render_text(winners))
+    tables = (winners_certainty_table(study), winners_table(study))
+    for table in tables:
+        if table is not None and table.rows:
+            click.echo(render_text(table))
     if study.reasons:
         click.echo(render_text(reasons_table(study)))
     for name, path in (("csv", csv_file), ("page", page)):

@@ -12,6 +12,7 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 from __future__ import annotations
 
 from codesign.report.canvas import Picture
+from codesign.report.certainty import winners_certainty_table
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
@@ -63,6 +64,7 @@ __all__ = [
     "study_page",
     "study_table",
     "timeline_picture",
+    "winners_certainty_table",
     "winners_table",
     "write_csv",
     "write_study_csv",
