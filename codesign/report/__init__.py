@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
+from codesign.report.certainty import winners_certainty_table
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
@@ -80,6 +81,7 @@ __all__ = [
     "study_table",
     "study_tables",
     "timeline_picture",
+    "winners_certainty_table",
     "winners_table",
     "write_csv",
     "write_study_csv",

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from codesign.figures import FIGURES, Figure, ResultFigure, label
 from codesign.report.table import Cell, Table, left, right, word
-from codesign.report.wording import ends_text, figure_cell, quantity_text
+from codesign.report.wording import ABSENT, ends_text, figure_cell, quantity_text
 from codesign.results.result import Result
 from codesign.results.terms import priced
 from codesign.verdicts import Decider, Fit, Verdict, fit_verdict, sensitivity, winner_verdict
+
+if TYPE_CHECKING:
+    from codesign.exploration import Study
 
 HOLDS = "holds within the assumed intervals"
 EXACT = "holds: it rests on no assumed figure"
@@ -29,7 +33,7 @@ def verdict_text(verdict: Verdict) -> str:
     if verdict.state == "depends" and decides is not None:
         return _deciding_text(verdict, decides)
     alone = verdict.rival is None and verdict.winner is not None
-    proved = verdict.reason if alone else EXACT if verdict.least == verdict.most else HOLDS
+    proved = verdict.reason if alone else HOLDS if priced(FIGURES[verdict.figure]) else EXACT
     texts = {
         "proved": proved,
         "refuted": "fails within all of the assumed intervals",
@@ -102,6 +106,24 @@ def winner_text(names: Sequence[str], results: Sequence[Result | None], figure: 
     against = "" if verdict.rival is None else f" against {compared[verdict.rival][0]}"
     measure = measure_text(verdict)
     return f"{text}{against if verdict.state != 'proved' else ''}{f'; {measure}' if measure else ''}"
+
+
+def winners_certainty_table(study: Study) -> Table:
+    """For each objective that rests on intervals the best feasible point, and whether it is the best at every value."""
+    points = [point for point in study.points if point.feasible and point.unreached is None]
+    results = [point.result for point in points if point.result is not None]
+    rows = []
+    for objective in filter(priced, study.objectives):
+        verdict = winner_verdict(results, objective)
+        if verdict.winner is None:
+            continue
+        best = points[verdict.winner]
+        rival = ABSENT if verdict.rival is None else str(points[verdict.rival].index)
+        value = sure_cell(best.result, objective, best.figure(objective))
+        cells = Cell(str(best.index), best.index), value, word(verdict_text(verdict)), word(rival)
+        rows.append((word(objective.aim), *cells))
+    columns = (*left("best"), *right("point", "value"), *left("how sure", "against point"))
+    return Table("How sure the best points are", columns, tuple(rows))
 
 
 def certainty_table(result: Result) -> Table:

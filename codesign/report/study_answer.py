@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codesign.report.certainty import winners_certainty_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
 from codesign.report.study_tables import (
@@ -44,11 +45,12 @@ def study_sentence(study: Study) -> str:
 
 
 def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]:
-    """The front, or the points nearest to feasible; winners and reasons.
+    """The front, or the points nearest to feasible; how sure the best points are; winners and reasons.
 
     ``everything``: also the best points, every point, the reasons of each, and the sources of the figures.
     """
     tables = [front_table(study) if study.feasible else nearest_table(study)]
+    tables.append(winners_certainty_table(study))
     winners = winners_table(study)
     tables += [] if winners is None else [winners]
     tables += [reasons_table(study)] if study.reasons else []

@@ -117,8 +117,8 @@ def front_table(study: Study) -> Table:
 def best_table(study: Study) -> Table:
     """For each objective the point of the front that is best in it, and whether that holds; of equals the first."""
     points = _Points(study, study.objectives, sure=True)
-    compared = [study.points[position] for position in study.feasible]
-    results = [point.result for point in compared if point.result is not None and point.unreached is None]
+    compared = [point for point in study.points if point.feasible and point.unreached is None]
+    results = [point.result for point in compared if point.result is not None]
     rows = []
     for objective in study.objectives:
         for position in _ranked(study, objective)[:1]:

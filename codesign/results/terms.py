@@ -63,9 +63,8 @@ class Monomial:
         for name, power in self.powers.items():
             product = product * _power(values[name], power)
         if self.divide:
-            product = product * np.ceil(
-                self.divide / math.prod((values[name] for name in self.by), start=1.0)
-            )
+            quotient = self.divide / math.prod((values[name] for name in self.by), start=1.0)
+            product = product * -(-quotient // 1)  # rounded up, of a number as of an array
         return product
 
     def bounds(self, inputs: Mapping[str, Figure]) -> Interval:

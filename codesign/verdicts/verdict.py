@@ -110,6 +110,8 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     for rank, number in enumerate(others):
         if rank >= NEAREST and any(each.state != "proved" for each in verdicts):
             break
+        if rank >= NEAREST and _apart(results[winner], results[number], declared):
+            continue
         verdict = _against(results[winner], results[number], declared)
         if verdict.least == verdict.most == 0:
             equals.append(number)
@@ -123,6 +125,13 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
 
 NEAREST = 32
 """Designs nearest to the best one that are always looked at."""
+
+
+def _apart(winner: Result, other: Result, figure: ResultFigure) -> bool:
+    """Whether the intervals of two results do not even touch: then the better one is the better at every value."""
+    ours, theirs = winner.interval(figure), other.interval(figure)
+    assessed = not _unassessed(winner, figure) and not _unassessed(other, figure)
+    return assessed and ours is not None and theirs is not None and ours[1] < theirs[0]
 
 
 def _hardness(verdict: Verdict) -> tuple[int, float]:

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from shipped_plans import design, on_host, result_of
 
 from codesign.exploration.study import Study, StudyPoint
 from codesign.figures import FIGURES, Figure, Status
-from codesign.report import best_table, comparison_table, front_table, render_text, winners_table
+from codesign.report import (
+    best_table,
+    comparison_table,
+    front_table,
+    render_text,
+    winners_certainty_table,
+    winners_table,
+)
 from codesign.report.certainty import (
     EXACT,
     HOLDS,
@@ -105,6 +114,13 @@ def test_the_tables_of_a_study_say_how_sure_its_winners_are() -> None:
     best = best_table(study())
     assert (best.columns[-1].name, best.rows[0][-1].text) == ("how sure", FLIP)
     assert "358.9 us (179 to 718)" in render_text(front_table(study()), 200)
+
+
+def test_the_best_points_of_a_study_and_their_rivals() -> None:
+    table = winners_certainty_table(study())
+    assert [row[1].value for row in table.rows] == [1, 1]
+    assert [cell.text for cell in table.rows[0][2:]] == ["358.9 us (179 to 718)", FLIP, "0"]
+    assert winners_certainty_table(replace(study(), objectives=(FIGURES["slices"],))).rows == ()
 
 
 def test_compare_says_how_sure_its_winner_is() -> None:
