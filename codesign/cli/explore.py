@@ -96,16 +96,26 @@ def explore(
 
 @click.command(short_help="Write the tables and the page of a stored exploration.")
 @click.argument("store", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--condition",
+    "conditions",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Show one condition by itself: by its value, or by its number in the list, from 0.",
+)
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
-def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
+def report(
+    store: Path, conditions: tuple[str, ...], csv_file: Path | None, page: Path | None, as_json: bool
+) -> None:
     """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated."""
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
     check_outputs({"--csv": csv_file, "--html": page}, [store])
-    _deliver(load_study(store), csv_file, page, as_json)
+    chosen = settings_of(conditions, "--condition")
+    _deliver(load_study(store).at(chosen), csv_file, page, as_json)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
@@ -114,6 +124,7 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         nearest_table,
         reasons_table,
         render_text,
+        spread_table,
         study_page,
         winners_table,
         write_study_csv,
@@ -127,6 +138,8 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         click.echo(study.to_json())
         return
     click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
+    if study.feasible and study.world.draws is not None:
+        click.echo(render_text(spread_table(study)))
     winners = winners_table(study)
     if winners is not None:
         click.echo(render_text(winners))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.exploration.space import Space
-from codesign.figures import ResultFigure
 from codesign.inputs import Platform, Workload
-from codesign.inputs.exploration import Constraint, Exploration, declared
+from codesign.inputs.aggregate import rule_as_written
+from codesign.inputs.exploration import Exploration
 
 MAX_STUDY_POINTS = 200_000
 """Most points of one exploration: a study holds them all in memory."""
@@ -28,8 +28,7 @@ class StudyDefinition:
     platform: str
     workload: str
     space: Space
-    objectives: tuple[ResultFigure, ...]
-    constraints: tuple[Constraint, ...]
+    section: Exploration
 
 
 def definition_text(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
@@ -40,7 +39,9 @@ def definition_text(platform: Platform, workload: Workload, section: Exploration
         "workload": workload.model_dump(mode="json"),
         "fingerprint": space.fingerprint,
         "variants": dict(space.variants),
-        "axes": {name: list(values) for name, values in space.axes.items()},
+        "axes": {name: list(values) for name, values in section.axes.items()},
+        "conditions": {name: list(values) for name, values in section.conditions.items()},
+        "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
         "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
     }
@@ -54,17 +55,17 @@ def read_definition(text: str) -> StudyDefinition:
         ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.
     """
     definition = read_json(text)
-    axes = Exploration.model_validate({"axes": definition["axes"]}).axes
+    keys = ("axes", "conditions", "aggregate", "objectives", "constraints")
+    section = Exploration.model_validate({key: definition[key] for key in keys})
     variants = {str(name): str(digest) for name, digest in definition.get("variants", {}).items()}
-    space = Space(axes, str(definition["fingerprint"]), variants)
+    space = Space(section.every_axis, str(definition["fingerprint"]), variants)
     if len(space) > MAX_STUDY_POINTS:
         raise ValueError(f"{len(space)} points")
     return StudyDefinition(
         platform=str(definition["platform"]["name"]),
         workload=str(definition["workload"]["name"]),
         space=space,
-        objectives=tuple(declared(name) for name in definition["objectives"]),
-        constraints=tuple(Constraint.model_validate(limit) for limit in definition["constraints"]),
+        section=section,
     )
 
 

@@ -64,13 +64,14 @@ def explore(
         _check_axes(platform, workload, section)
     parts = parts_digest(platform)
     grid = grid_of(workload)
-    space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
+    axes = section.every_axis
+    space = Space(axes, fingerprint(platform, workload, grid), variant_digests(workload))
     if evaluate is None:
         share = share_of_memory(workers, memory)
         check_some_point(platform, workload, space, grid, share)
         evaluate = Simulator(platform, workload, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
-    tally = Tally(space, section.constraints, where, progress)
+    tally = Tally(space, section, where, progress)
     with _open_store(store) as kept:
         definition = definition_text(platform, workload, section, space)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
@@ -88,7 +89,7 @@ def explore(
                     )
                 kept.put(batch)
                 tally.take(batch)
-    return tally.study(platform.name, workload.name, section.objectives)
+    return tally.study(platform.name, workload.name)
 
 
 def load_study(path: Path | str) -> Study:
@@ -105,9 +106,9 @@ def load_study(path: Path | str) -> Study:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")
         try:
             definition = read_definition(text)
-            tally = Tally(definition.space, definition.constraints, str(path))
+            tally = Tally(definition.space, definition.section, str(path))
             tally.take_kept(store, retry=False)
-            study = tally.study(definition.platform, definition.workload, definition.objectives)
+            study = tally.study(definition.platform, definition.workload)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), OTHER_VERSION
@@ -126,7 +127,7 @@ def _section(workload: Workload) -> Exploration:
         raise InputError(
             f"{section.points:,} points are too many to explore at once",
             "explore.axes",
-            f"at most {MAX_STUDY_POINTS:,}, so that the study fits in memory: take values from the axes,"
+            f"at most {MAX_STUDY_POINTS:,}, so that the study fits in memory: take values from the axes and conditions,"
             " or explore in parts",
         )
     named = "objectives" in section.model_fields_set
@@ -149,11 +150,15 @@ def _check_axes(platform: Platform, workload: Workload, section: Exploration) ->
         SpecError: every fault.
     """
     document = workload.document
-    axes = {name: list(values) for name, values in section.axes.items()}
-    if (document.tree.get("explore") or {}).get("axes", {}) != axes:
+    raw = {
+        key: {name: list(values) for name, values in axes.items()}
+        for key, axes in (("axes", section.axes), ("conditions", section.conditions))
+    }
+    explore = document.tree.get("explore") or {}
+    if any(explore.get(key, {}) != axes for key, axes in raw.items()):
         # A section put in from Python: it stands in no file, and its faults are those of the file as a whole.
         workload = workload.model_copy()
-        workload._document = dataclasses.replace(document, tree={**document.tree, "explore": {"axes": axes}})
+        workload._document = dataclasses.replace(document, tree={**document.tree, "explore": raw})
     cross_check(platform, workload, explored=True)
 
 

@@ -325,8 +325,9 @@ def pin(
             if variants and (moves(axis, SCENARIO) or movable.section(axis.partition(".")[0]) == "mapping")
         }
         axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
+        conditions = {axis: listed for axis, listed in section.conditions.items() if axis not in values}
         # Those settled come first: an axis may move a key inside of one of them.
-        section = section.model_copy(update={"axes": held | axes})
+        section = section.model_copy(update={"axes": held | axes, "conditions": conditions})
     return moved_platform, point.model_copy(update={"explore": section})
 
 

@@ -11,6 +11,7 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 
 from __future__ import annotations
 
+from codesign.report.aggregated import spread_table
 from codesign.report.canvas import Picture
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.front_picture import front_picture
@@ -27,11 +28,11 @@ from codesign.report.study_tables import (
     nearest_table,
     reasons_table,
     study_table,
-    winners_table,
     write_study_csv,
 )
 from codesign.report.table import Cell, Column, Table
 from codesign.report.timelines import account_picture, mission_timeline_picture, timeline_picture
+from codesign.report.winners_table import winners_table
 
 __all__ = [
     "Cell",
@@ -60,6 +61,7 @@ __all__ = [
     "result_page",
     "result_tables",
     "run_pictures",
+    "spread_table",
     "study_page",
     "study_table",
     "timeline_picture",

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def varying_axes(study: Study) -> tuple[str, ...]:
-    """The axes with more than one value, in the order of the workload."""
+    """The decisions with more than one value, in the order of the workload."""
     return tuple(name for name in study.axes if len(axis_levels(study, name)) > 1)
 
 
@@ -28,13 +28,15 @@ def short_names(axes: Sequence[str]) -> tuple[str, ...]:
 
 
 def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
-    """The axes with a single value, and that value."""
-    return tuple((name, levels[0]) for name in study.axes if len(levels := axis_levels(study, name)) == 1)
+    """The axes and conditions with a single value, and that value."""
+    return tuple(
+        (name, levels[0]) for name in study.every_axis if len(levels := axis_levels(study, name)) == 1
+    )
 
 
 def axis_levels(study: Study, name: str) -> list[str]:
     """The values of an axis as texts, in the order of the workload."""
-    return list(dict.fromkeys(map(level_texts(study, name), study.axes[name])))
+    return list(dict.fromkeys(map(level_texts(study, name), study.every_axis[name])))
 
 
 def level_texts(study: Study, name: str) -> Callable[[Any], str]:
@@ -42,7 +44,7 @@ def level_texts(study: Study, name: str) -> Callable[[Any], str]:
 
     Of mappings, such as whole problems and whole scenarios, the text has only what differs among them.
     """
-    values = study.axes.get(name, ())
+    values = study.every_axis.get(name, ())
     mappings = [value for value in values if isinstance(value, Mapping)]
     ranges = all(set(value) == {"first", "step", "last"} for value in mappings)
     if len(mappings) < len(values) or len(values) < 2 or ranges:
