@@ -120,6 +120,7 @@ def report(
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
     from codesign.report import (
+        best_table,
         front_table,
         nearest_table,
         reasons_table,
@@ -138,8 +139,10 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
         click.echo(study.to_json())
         return
     click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
-    if study.feasible and study.world.draws is not None:
-        click.echo(render_text(spread_table(study)))
+    if study.feasible and study.conditions:
+        click.echo(render_text(best_table(study)))
+        if study.world.draws is not None:
+            click.echo(render_text(spread_table(study)))
     winners = winners_table(study)
     if winners is not None:
         click.echo(render_text(winners))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from codesign.errors import InputError, choose_hint, clip, show
-from codesign.exploration.aggregation import told_apart
+from codesign.exploration.aggregation import Floats, told_apart
 from codesign.exploration.designs import Conditions, Design, StudyPoint, designs_of, with_constraints
 from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
@@ -137,29 +137,37 @@ class Study:
 
     @cached_property
     def alike(self) -> Mapping[int, tuple[int, ...]]:
-        """By design of the front, the other designs that no objective tells apart from it over the conditions.
+        """By design of the front, the other designs that no objective tells apart from it over the conditions."""
+        alike = ((index, self.alike_in(index, self.objectives)) for index in self.front)
+        return {index: others for index, others in alike if others}
 
-        A design is not told apart in an objective if it is better in some conditions and worse in others, or equal in
-        all; of drawn seeds, if the interval of confidence of the mean difference holds 0 (``told_apart``). Only
-        feasible designs with every objective count.
+    def alike_in(self, index: int, figures: Sequence[ResultFigure]) -> tuple[int, ...]:
+        """The feasible designs that none of the figures tells apart from a feasible one over the conditions.
+
+        Two designs are not told apart by a figure if each is better in some conditions, or if they are equal in all; of
+        drawn seeds, if the interval of confidence of their mean difference holds 0 (``told_apart``). With fewer than
+        two conditions all are told apart, and a design without one of the figures is told apart from all.
         """
         if len(self.world.each) < 2:
-            return {}
-        values = {
-            name: np.array([self.designs[i].values(name) for i in self.feasible]) for name in self.objectives
-        }
-        complete = ~np.any([np.isnan(each).any(axis=1) for each in values.values()], axis=0)
-        indices = np.array(self.feasible)[complete]
-        alike = {}
-        for index in self.front:
-            apart = indices == index
-            for each in values.values():
-                kept = each[complete]
-                apart |= told_apart(kept[indices == index][0], kept, self.world.draws)
-            others = tuple(int(other) for other in indices[~apart])
-            if others:
-                alike[index] = others
-        return alike
+            return ()
+        place = self.feasible.index(index)
+        apart = np.zeros(len(self.feasible), np.bool_)
+        apart[place] = True
+        for figure in figures:
+            values = self._values(figure)
+            apart |= np.isnan(values).any(axis=1) | told_apart(values[place], values, self.world.draws)
+        return tuple(self.feasible[position] for position in np.flatnonzero(~apart))
+
+    def _values(self, figure: ResultFigure) -> Floats:
+        """What is aggregated of a figure: feasible designs × conditions."""
+        if figure not in self._of_figures:
+            rows = [self.designs[index].values(figure) for index in self.feasible]
+            self._of_figures[figure] = np.array(rows)
+        return self._of_figures[figure]
+
+    @cached_property
+    def _of_figures(self) -> dict[ResultFigure, Floats]:
+        return {}
 
     def at(self, condition: Mapping[str, Any]) -> Study:
         """The study in some of its conditions: of each named condition one value, the others as they are.

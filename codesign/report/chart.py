@@ -37,8 +37,8 @@ def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
     return tuple(dict.fromkeys(named))
 
 
-def chart_data(study: Study, most: int = MOST_POINTS) -> dict[str, Any]:
-    """The distinct designs as columns, ready for JSON; at most so many.
+def chart_data(study: Study, most: int | None = None) -> dict[str, Any]:
+    """The distinct designs as columns, ready for JSON; at most so many, by default ``MOST_POINTS``.
 
     - ``axes``: names, texts of their levels, and the level of each point;
     - ``figures``: label, and of each point the value (scaled to the unit in the label, six digits, None where
@@ -46,7 +46,7 @@ def chart_data(study: Study, most: int = MOST_POINTS) -> dict[str, Any]:
     - ``fronts``: for each ordered pair of figures ("0,1") the points that bound them, by rising first figure,
       as places among the points kept here.
     """
-    kept = _kept(study, most)
+    kept = _kept(study, MOST_POINTS if most is None else most)
     points = [study.designs[position] for position in kept]
     front = set(study.front)
     whys = [why_out(study, design) for design in points]

@@ -155,15 +155,25 @@ def front_table(study: Study) -> Table:
 
 
 def best_table(study: Study) -> Table:
-    """For each objective the design of the front that is best in it; of equals the first."""
+    """For each objective the design of the front that is best in it, of equals the first.
+
+    Over conditions, a further column has the designs that this objective does not tell apart from it.
+    """
     designs = _Designs(study, study.objectives)
     rows = []
     for objective in study.objectives:
         for index in _ranked(study, objective)[:1]:
             design = study.designs[index]
             if design.figure(objective) is not None:
-                rows.append((Cell(aim_text(study, objective), objective.name), *designs.cells(design)))
-    return Table("Best in each objective", (*left("best"), *designs.columns), tuple(rows))
+                row = (Cell(aim_text(study, objective), objective.name), *designs.cells(design))
+                alike = word(designs_text(study.alike_in(index, (objective,))))
+                rows.append((*row, alike) if study.conditions else row)
+    columns = (
+        *left("best"),
+        *designs.columns,
+        *left(*(["not told apart in it from"] if study.conditions else [])),
+    )
+    return Table("Best in each objective", columns, tuple(rows))
 
 
 def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:

@@ -94,7 +94,7 @@ def test_tables_and_json_say_why_it_is_left_out() -> None:
     }
     assert (
         reasons["no figure", "mission_time_s"].nearest,
-        reasons["unreached", "no way for 30 s"].points,
+        reasons["unreached", "no way for 30 s"].designs,
     ) == (
         2,
         1,

@@ -23,18 +23,16 @@
   };
 
   const chooseView = byId("choose-view");
-  if (chooseView) {
-    for (const view of views) chooseView.append(made("option", view.name));
-    chooseView.selectedIndex = shown;
-    chooseView.addEventListener("change", () => {
-      location.hash = `view=${chooseView.selectedIndex}`;
-      location.reload();
-    });
-  }
+  for (const view of views) chooseView.append(made("option", view.name));
+  chooseView.selectedIndex = shown;
+  chooseView.addEventListener("change", () => {
+    location.hash = `view=${chooseView.selectedIndex}`;
+    location.reload();
+  });
 
   // ---- table of all points ----
   const columns = [
-    { name: chooseView ? "design" : "point", right: true, text: (i) => String(data.points[i]), sortable: (i) => data.points[i] },
+    { name: views.length > 1 ? "design" : "point", right: true, text: (i) => String(data.points[i]), sortable: (i) => data.points[i] },
     ...data.axes.map((axis) => ({
       name: axis.name, text: (i) => axis.levels[axis.level[i]], sortable: (i) => axis.level[i],
     })),
@@ -114,7 +112,7 @@
     const headRow = made("thead");
     headRow.append(head);
     byId("points").replaceChildren(headRow, body);
-    byId("row-count").textContent = `${rows.length} ${chooseView ? "designs" : "points"}, page ${page + 1} of ${pages}`;
+    byId("row-count").textContent = `${rows.length} ${views.length > 1 ? "designs" : "points"}, page ${page + 1} of ${pages}`;
     byId("earlier").disabled = page === 0;
     byId("later").disabled = page >= pages - 1;
   };
