@@ -212,7 +212,8 @@ class Study:
                 return listed
         if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
             return values[value]
-        numbered = clip("; ".join(f"{number}: {show(listed)}" for number, listed in enumerate(values)), 400)
+        texts = (clip(json.dumps(listed), 60) for listed in values)
+        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
         raise InputError(
             f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
         )
