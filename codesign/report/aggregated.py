@@ -101,13 +101,11 @@ def same_text(study: Study, index: int) -> str:
 
 
 def alike_note(study: Study) -> tuple[str, ...]:
-    """What the column of designs that are not told apart means, where any design has some."""
-    if not study.alike:
-        return ()
+    """What it means that designs are not told apart."""
     if study.world.draws is None:
-        why = "in each objective, one is better in some conditions and the other in others, or the two are equal"
+        why = "each of the two is better in some conditions, or they are equal in all"
     else:
-        why = "in each objective, the 95 % interval of their difference over the seeds holds 0"
+        why = "the 95 % interval of their mean difference over the seeds holds 0"
     return (f"not told apart: {why}",)
 
 

@@ -149,9 +149,10 @@ def front_table(study: Study) -> Table:
         rows = [(*row, word(same_text(study, index))) for row, index in zip(rows, ranked, strict=True)]
     if study.alike:
         columns = (*columns, *left("not told apart from"))
+        notes += alike_note(study)
         alike = (word(designs_text(study.alike.get(index, ()))) for index in ranked)
         rows = [(*row, cell) for row, cell in zip(rows, alike, strict=True)]
-    return Table("Front", columns, tuple(rows), (*notes, *alike_note(study), *_fixed_notes(study)))
+    return Table("Front", columns, tuple(rows), (*notes, *_fixed_notes(study)))
 
 
 def best_table(study: Study) -> Table:
@@ -173,7 +174,8 @@ def best_table(study: Study) -> Table:
         *designs.columns,
         *left(*(["not told apart in it from"] if study.conditions else [])),
     )
-    return Table("Best in each objective", columns, tuple(rows))
+    notes = alike_note(study) if study.conditions and any(row[-1].text for row in rows) else ()
+    return Table("Best in each objective", columns, tuple(rows), notes)
 
 
 def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
