@@ -89,7 +89,9 @@ class FigureSpread(ResultModel):
 class DesignReason(ResultModel):
     """Why a design is out."""
 
-    condition: int | None = Field(description="the number of the condition; null: all of them together")
+    condition: int | None = Field(
+        description="the number of the combination of conditions, from 0, the last one moving fastest; null: of all"
+    )
     reason: Reason = Field(description="what passes its limit")
 
 
