@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from codesign.exploration.study import with_constraints
+from codesign.exploration.designs import with_constraints
 from codesign.figures import FIGURES, label
-from codesign.inputs.exploration import Constraint
+from codesign.inputs.constraint import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.report.render import printable
 from codesign.report.sentences import (

@@ -109,8 +109,15 @@ def winner_text(names: Sequence[str], results: Sequence[Result | None], figure: 
 
 
 def winners_certainty_table(study: Study) -> Table:
-    """For each objective that rests on intervals the best feasible point, and whether it is the best at every value."""
-    points = [point for point in study.points if point.feasible and point.unreached is None]
+    """For each objective that rests on intervals the best feasible point, and whether it is the best at every value.
+
+    Empty over conditions: there designs are compared, not points.
+    """
+    points = (
+        []
+        if study.conditions
+        else [point for point in study.points if point.feasible and point.unreached is None]
+    )
     results = [point.result for point in points if point.result is not None]
     rows = []
     for objective in filter(priced, study.objectives):
