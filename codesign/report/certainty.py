@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 HOLDS = "holds within the assumed intervals"
 EXACT = "holds: it rests on no assumed figure"
+IF_IT_FITS = ", if the design fits"
 _READ = {"W/(slice Hz)": ("W", 1e6, " a slice and MHz")}
 """Units that nobody writes: the one that is written, its size, and what stands behind it."""
 
@@ -34,6 +35,7 @@ def verdict_text(verdict: Verdict) -> str:
         return _deciding_text(verdict, decides)
     alone = verdict.rival is None and verdict.winner is not None
     proved = verdict.reason if alone else HOLDS if priced(FIGURES[verdict.figure]) else EXACT
+    proved += IF_IT_FITS if verdict.fit is not None and verdict.fit.fits != "yes" else ""
     texts = {
         "proved": proved,
         "refuted": "fails within all of the assumed intervals",
