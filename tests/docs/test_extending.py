@@ -110,7 +110,7 @@ def test_the_plan_is_the_same_in_every_style_and_takes_the_cycles_of_its_law(
     # On the FPGA the way is not tracked; the counts go to the computer, which tracks it.
     busy = told["time"]["planned_s"] - told["time"]["map_loaded_s"]
     assert round(busy * 1e12) >= (32 + int(exact.max())) * 10_000
-    few = run(hwsw, example, "--set", "flood.bits=5")
+    few = run(hwsw, example, "--set", "flood.bits=5", "--set", "workload.problem.arrive=0")
     assert few["quality"]["share_reaching_goal"] < 1.0
     assert few["quality"]["wrong_cells"] == int((exact >= 31).sum())
 
