@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from codesign.exploration.explored import Explored
+from codesign.exploration.identity import canonical_digest
 from codesign.exploration.space import Space
+from codesign.exploration.specs import Specs
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.exploration import Exploration
 from codesign.units import counted
@@ -31,6 +33,7 @@ class StudyDefinition:
     workload: str
     space: Space
     section: Exploration
+    specs: Specs
 
 
 def platform_text(names: Collection[str]) -> str:
@@ -42,14 +45,15 @@ def platform_text(names: Collection[str]) -> str:
     return next(iter(names)) if len(names) == 1 else counted(len(names), "platform")
 
 
-def definition_text(explored: Explored, section: Exploration, space: Space) -> str:
+def definition_text(explored: Explored, section: Exploration, specs: Specs) -> str:
     """The definition as JSON, with the specs for a later reader of the file."""
     # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
     definition = {
         "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
         "workload": explored.workload.model_dump(mode="json"),
-        "fingerprint": space.fingerprint,
-        "contents": dict(space.contents),
+        "documents": specs.text,
+        "identity": dict(specs.identity),
+        "contents": dict(specs.contents),
         "axes": {name: list(values) for name, values in section.axes.items()},
         "conditions": {name: list(values) for name, values in section.conditions.items()},
         "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
@@ -72,7 +76,8 @@ def read_definition(text: str) -> StudyDefinition:
         str(axis): {str(value): str(digest) for value, digest in digests.items()}
         for axis, digests in definition.get("contents", {}).items()
     }
-    space = Space(section.every_axis, str(definition["fingerprint"]), contents)
+    identity = {str(name): str(digest) for name, digest in definition["identity"].items()}
+    space = Space(section.every_axis, canonical_digest(identity), contents)
     names = [str(each["name"]) for each in definition["platforms"].values()]
     if len(space) > MAX_STUDY_POINTS or not names:
         raise ValueError(f"{len(space)} points on {len(names)} platforms")
@@ -81,6 +86,7 @@ def read_definition(text: str) -> StudyDefinition:
         workload=str(definition["workload"]["name"]),
         space=space,
         section=section,
+        specs=Specs(str(definition["documents"]), identity, contents),
     )
 
 

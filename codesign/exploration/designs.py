@@ -5,18 +5,25 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from codesign.errors import clip
+from codesign.errors import InputError, clip
 from codesign.exploration.aggregation import Draws, Floats, Spread, aggregated, interval, spread
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
 from codesign.inputs.constraint import Constraint
+from codesign.records import Listener
 from codesign.results.result import Reason, Result
+from codesign.scenarios import simulate
+
+if TYPE_CHECKING:
+    from codesign.explain import Explanation
+    from codesign.exploration.study import Study
+    from codesign.inputs import Platform, Workload
 
 State = Literal["done", "failed", "missing"]
 
@@ -29,13 +36,14 @@ class StudyPoint:
     """One point: its place in the enumeration, its axis values, and what came of it.
 
     ``result`` is None where the computation failed (``failure`` says why) or was not yet done (``failure``
-    is None too, in a study read from the file of an interrupted exploration).
+    is None too, in a study read from the file of an interrupted exploration). ``study``: that it is a point of.
     """
 
     index: int
     axes: dict[str, Any]
     result: Result | None = None
     failure: str | None = None
+    study: Study | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
@@ -68,6 +76,42 @@ class StudyPoint:
     def figure(self, figure: ResultFigure) -> float | None:
         """One figure, or None where it has none."""
         return None if self.result is None else figure_of(self.result, figure)
+
+    def specs(self) -> tuple[Platform, Workload]:
+        """Platform and workload of the point, as ``codesign.simulate`` takes them.
+
+        Raises:
+            InputError: the point is of no study that was explored; or a map, part or host file has changed since.
+                SpecError: a file is missing; or the point cannot be placed on its platform.
+        """
+        specs = None if self.study is None else self.study.specs
+        if specs is None:
+            raise InputError(f"{self!r} is of no exploration, so nothing is known of its specs")
+        return specs.point(self.axes)
+
+    def run(self, *, listeners: Sequence[Listener] = (), levers: bool = False) -> Result:
+        """Simulate the point again, for its records or its levers; see ``codesign.simulate``.
+
+        Raises:
+            InputError, SpecError: see ``specs``.
+        """
+        platform, workload = self.specs()
+        result = simulate(platform, workload, listeners=listeners, levers=levers)
+        assert self.study is not None, "it has specs"
+        return result if self.study.conditions else with_constraints(result, self.study.constraints)
+
+    def explain(self) -> Explanation:
+        """Why the point is as it is, among the points in the same conditions; see ``Study.explain``."""
+        study = _study_of(self)
+        return study.at({name: self.axes[name] for name in study.conditions}).explain(
+            self.index // len(study.world.each)
+        )
+
+
+def _study_of(row: StudyPoint) -> Study:
+    if row.study is None:
+        raise InputError(f"{row!r} is of no study, so there is nothing to compare it with")
+    return row.study
 
 
 def figure_of(result: Result, figure: ResultFigure) -> float | None:
@@ -142,6 +186,10 @@ class Design:
         axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
         fate = ("feasible" if self.feasible else "infeasible") if self.state == "done" else self.state
         return f"Design({self.index}: {clip(axes)}; {fate})"
+
+    def explain(self) -> Explanation:
+        """Why the design is as it is; see ``Study.explain``."""
+        return _study_of(self.points[0]).explain(self.index)
 
     @cached_property
     def state(self) -> State:

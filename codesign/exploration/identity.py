@@ -32,29 +32,39 @@ _NO_PART_IN_RESULTS = frozenset(
 )
 
 
-def fingerprint(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None = None) -> str:
-    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, files, and code.
+def identity_of(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None) -> dict[str, str]:
+    """Digests of platform, parts, workload without its variants and its ``explore`` section, map, files, and code.
 
-    ``platform``: None where an axis chooses it. ``grid``: the map, where it was read already; by default it is read. A
-    problem without a map stands in the workload.
+    ``platform``: None where an axis chooses it. ``grid``: the map; None of a problem without one, which stands in the
+    workload.
+    """
+    cells: list[Any] = []
+    if grid is not None:
+        digest = hashlib.sha256(grid.free.tobytes()).hexdigest()
+        cells = [grid.free.shape, digest, grid.resolution, grid.origin]
+    return {
+        "platform": "" if platform is None else platform_digest(platform),
+        "workload": workload.digest(),
+        "map": canonical_digest(cells),
+        "files": _digest_of_files(file for file in workload.files if file != workload.map_file),
+        "code": code_digest(),
+    }
+
+
+def fingerprint(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None = None) -> str:
+    """SHA-256 over ``identity_of``; the map is read where ``grid`` is not given.
 
     Raises:
         MapError: the map cannot be read or made.
     """
     from codesign.system.problem_map import grid_of
 
-    grid = grid_of(workload) if grid is None else grid
-    cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
-    identity = [
-        None if platform is None else platform_digest(platform),
-        workload.digest(),
-        None if grid is None else grid.free.shape,
-        cells,
-        None if grid is None else (grid.resolution, grid.origin),
-        _digest_of_files(file for file in workload.files if file != workload.map_file),
-        code_digest(),
-    ]
-    return hashlib.sha256(canonical(identity).encode()).hexdigest()
+    return canonical_digest(identity_of(platform, workload, grid_of(workload) if grid is None else grid))
+
+
+def canonical_digest(value: Any) -> str:
+    """SHA-256, hex, over the canonical JSON of a value."""
+    return hashlib.sha256(canonical(value).encode()).hexdigest()
 
 
 def platform_digest(platform: Platform) -> str:
@@ -66,7 +76,7 @@ def platform_digest(platform: Platform) -> str:
     folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     costs = {name: HOSTS.load(path).digest() for name, path in hosts.items()}
-    return hashlib.sha256(canonical([platform.digest(), parts, costs]).encode()).hexdigest()
+    return canonical_digest([platform.digest(), parts, costs])
 
 
 def contents_of(explored: Explored) -> dict[str, dict[str, str]]:

@@ -18,9 +18,10 @@ from codesign.exploration.definition import (
 )
 from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
 from codesign.exploration.explored import Explored
-from codesign.exploration.identity import contents_of, files_read, fingerprint
+from codesign.exploration.identity import canonical_digest, contents_of, files_read, identity_of
 from codesign.exploration.simulator import Simulator, check_some_point
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
+from codesign.exploration.specs import Specs
 from codesign.exploration.store import FileStore, MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
@@ -75,15 +76,16 @@ def explore(
     files = files_read(explored)
     grid = grid_of(workload)
     axes = section.every_axis
-    space = Space(axes, fingerprint(explored.single, workload, grid), contents_of(explored))
+    specs = Specs.of(explored, identity_of(explored.single, workload, grid), contents_of(explored))
+    space = Space(axes, canonical_digest(specs.identity), specs.contents)
     if evaluate is None:
         share = share_of_memory(workers, memory)
         check_some_point(explored, space, grid, share)
         evaluate = Simulator(explored, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
-    tally = Tally(space, section, where, progress)
+    tally = Tally(space, section, where, progress, specs)
     with _open_store(store) as kept:
-        definition = definition_text(explored, section, space)
+        definition = definition_text(explored, section, specs)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
         groups = _groups(tally.take_kept(kept), explored, space, workers)
         several = workers > 1 and len(groups) > 1
@@ -112,7 +114,7 @@ def load_study(path: Path | str) -> Study:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")
         try:
             definition = read_definition(text)
-            tally = Tally(definition.space, definition.section, str(path))
+            tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
             tally.take_kept(store, retry=False)
             study = tally.study(definition.platform, definition.workload)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:

@@ -19,6 +19,8 @@ from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
 from codesign.exploration.rows import study_columns
 from codesign.exploration.same import same_designs
+from codesign.exploration.sensitivity import axis_effects
+from codesign.exploration.specs import Specs
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule
 from codesign.inputs.constraint import Constraint
@@ -27,6 +29,8 @@ from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from codesign.explain import AxisEffect, Explanation
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class Study:
     """Every design of an exploration, and every point: a design in one condition.
 
     Attributes:
+        specs: what the points are made of; None of a study that was put together by hand.
         axes: the values of each decision. conditions: those of each condition; without any, a design is one point.
         objectives: span the front of the designs. constraints: what a feasible design keeps.
         points: ``points[i].index`` is ``i``. Conditions move fastest: design ``d`` has the points from ``d`` times the
@@ -71,6 +76,10 @@ class Study:
     points: tuple[StudyPoint, ...]
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     aggregate: Mapping[str, Rule] = field(default_factory=dict)
+    specs: Specs | None = field(default=None, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "points", tuple(replace(point, study=self) for point in self.points))
 
     @property
     def every_axis(self) -> dict[str, tuple[Any, ...]]:
@@ -280,6 +289,22 @@ class Study:
         short = [self.designs[index] for index in self.distinct if self.designs[index].out]
         short.sort(key=lambda design: (max(_relative_gap(out.reason) for out in design.out), design.index))
         return tuple(design.index for design in short[:count])
+
+    def sensitivity(self, *figures: ResultFigure) -> tuple[AxisEffect, ...]:
+        """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
+        return axis_effects(self, figures or self.objectives)
+
+    def explain(self, index: int) -> Explanation:
+        """Why a design is as it is: time, energy, what keeps it out, its neighbours, and how sure that is.
+
+        ``index``: of a design; without conditions a design is a point.
+
+        Raises:
+            InputError: there is no such design, it failed, or it was not computed.
+        """
+        from codesign.exploration.explain_design import explain_design
+
+        return explain_design(self, index)
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""

@@ -11,6 +11,7 @@ from codesign.exploration.definition import OTHER_VERSION, read_json
 from codesign.exploration.designs import StudyPoint, with_constraints
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space
+from codesign.exploration.specs import Specs
 from codesign.exploration.store import Entry, EntryState, Store
 from codesign.exploration.study import Study
 from codesign.inputs.exploration import Exploration
@@ -48,8 +49,10 @@ class Tally:
         section: Exploration,
         where: str | None,
         progress: Callable[[Progress], None] | None = None,
+        specs: Specs | None = None,
     ) -> None:
         self.space = space
+        self.specs = specs
         self.section = section
         # With conditions, it is a design that keeps a constraint, by what all of its points come to.
         self._constraints = () if section.conditions else section.constraints
@@ -99,6 +102,7 @@ class Tally:
             tuple(self.outcomes),
             dict(section.conditions),
             dict(section.aggregate),
+            self.specs,
         )
 
     def _take(self, entry: Entry) -> None:

@@ -15,8 +15,9 @@ from codesign.inputs.document import Document
 from codesign.inputs.plain_tree import document_from
 from codesign.inputs.yaml_tree import parse_document, read_document
 
-Source = str | Path | Mapping[str, Any]
-"""How a user names or gives a spec: a shipped name, a path, YAML text (of several lines), or a dict."""
+Source = str | Path | Mapping[str, Any] | Document
+"""How a user names or gives a spec: a shipped name, a path, YAML text (of several lines), or a dict; or its document,
+read before."""
 
 
 def data_folder(name: str) -> Path:
@@ -76,6 +77,8 @@ def read_spec(source: Source, folder: str) -> Document:
         InputError: no such name. SpecError: the file, text or dict cannot be read.
     """
     kind = folder.removesuffix("s")
+    if isinstance(source, Document):
+        return source
     if isinstance(source, Mapping):
         return document_from(source, f"{kind} dict")
     if isinstance(source, str) and "\n" in source:

@@ -26,11 +26,13 @@ class Lever:
     """A change that would close a gap: the parameter to move, and to which value (or in which direction).
 
     ``changes``: raw parameters of the planning task by which the change is tried, where it changes the plan.
+    ``axes``: raw values by axis that make the change, where it leaves the plan as it is and has one value.
     """
 
     parameter: str
     advice: str
     changes: Mapping[str, Any] = field(default_factory=dict)
+    axes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def text(self) -> str:

@@ -17,7 +17,7 @@ from small_maps import AXES_TEXT, Specs, put_map
 import codesign
 from codesign.errors import InputError, SpecError, StoreError
 from codesign.exploration import EntryState, FileStore, MemoryStore, Progress, Space, explore, load_study
-from codesign.exploration.identity import _sources, code_digest, fingerprint
+from codesign.exploration.identity import _sources, canonical_digest, code_digest, fingerprint
 from codesign.exploration.space import canonical
 from codesign.exploration.store import Entry
 from codesign.figures import FIGURES
@@ -245,7 +245,7 @@ def test_a_result_of_another_version(platform: Platform, workload: Workload, tmp
     file = tmp_path / "points.sqlite"
     explore(platform, workload, workers=1, store=file, evaluate=Fake())
     with FileStore(file) as store:
-        key = json.loads(str(store.latest()))["fingerprint"]
+        key = canonical_digest(json.loads(str(store.latest()))["identity"])
         point = Space(AXES, key).point(0)
         store.put([Entry(point.key, EntryState.DONE, '{"schema_version": 99}')])
     with pytest.raises(StoreError, match="this version cannot read"):

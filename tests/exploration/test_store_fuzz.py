@@ -22,6 +22,7 @@ from small_maps import put_map
 import codesign
 from codesign.errors import EXIT_FAILED, CodesignError, StoreError
 from codesign.exploration import Entry, EntryState, FileStore, Space, explore, load_study
+from codesign.exploration.identity import canonical_digest
 from codesign.exploration.store import _checksum as checksum
 
 Hwsw = Callable[..., Invoked]
@@ -264,7 +265,7 @@ def kept(specs: Specs, tmp_path: Path) -> tuple[Path, str, str]:
         definition = store.latest()
     assert definition is not None
     known = json.loads(definition)
-    return file, definition, Space(known["axes"], known["fingerprint"]).point(0).key
+    return file, definition, Space(known["axes"], canonical_digest(known["identity"])).point(0).key
 
 
 @pytest.mark.parametrize(

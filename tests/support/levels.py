@@ -30,6 +30,7 @@ LEVELS: list[list[str]] = [
     ["planners", "components"],
     ["results"],
     ["verdicts"],
+    ["explain"],
     ["system"],
     ["scenarios"],
     ["exploration", "calibrate", "testing"],

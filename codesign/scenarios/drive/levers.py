@@ -57,7 +57,7 @@ def levers_of(system: System, result: Result) -> tuple[MissionLever, ...]:
     """
     mission = result.mission
     assert mission is not None, "the caller looks"
-    levers = [*_of_components(system, result), *_of_links(system, result)]
+    levers = list(drive_levers(system, result))
     scenario = drive_of(system.workload)
     if scenario.replan.when_busy is WhenBusy.RESTART:
         path, after = f"{SCENARIO}.replan.when_busy", WhenBusy.FINISH.value
@@ -66,6 +66,12 @@ def levers_of(system: System, result: Result) -> tuple[MissionLever, ...]:
         path = f"{SCENARIO}.control_period"
         levers.append(_double(path, scenario.control_period, Dimension.TIME, "ps"))
     return tuple(levers)
+
+
+def drive_levers(system: System, result: Result) -> Iterator[MissionLever]:
+    """The levers that move how fast components and links work, of any run."""
+    yield from _of_components(system, result)
+    yield from _of_links(system, result)
 
 
 def with_levers(

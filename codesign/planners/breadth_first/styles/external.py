@@ -70,7 +70,7 @@ def capacity(problem: Problem, parameters: SearchParameters, memory: ExternalMem
     """The bits that move out, against the capacity of the memory."""
     outside = contents(problem, parameters)
     need = sum(outside.values())
-    levers = [Lever(f"{memory.name}.capacity", f"at least {need:,} bits")]
+    levers = [Lever(axis := f"{memory.name}.capacity", f"at least {need:,} bits", axes={axis: f"{need} bit"})]
     if parameters.queue_words is None:
         levers.append(Lever("search.queue_words", "a circular queue, shorter than the map"))
     return Line.bound(

@@ -158,12 +158,12 @@ def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[s
             (name, value), *others = changes.items()
             also = "".join(f", with {other} {word}" for other, word in others)
             text = "" if total <= budget else ", still too many"
-            advice.append(Lever(f"search.{name}", f"{value}{also}: {total:,} block RAMs{text}"))
+            axes = {f"search.{key}": str(word) for key, word in changes.items()}
+            advice.append(Lever(f"search.{name}", f"{value}{also}: {total:,} block RAMs{text}", axes=axes))
     queue = _largest_queue(shape, parameters, part, budget)
     if queue:
-        advice.append(
-            Lever("search.queue_words", f"at most {queue:,} words fit; a search that needs more is refused")
-        )
+        text = f"at most {queue:,} words fit; a search that needs more is refused"
+        advice.append(Lever("search.queue_words", text, axes={"search.queue_words": queue}))
     side = largest_side(parameters, part)
     advice.append(
         Lever("problem.map", f"at most {side} × {side} cells fit {part.name} with these parameters")
@@ -203,14 +203,17 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
                 "the search of this problem, exact",
                 (
                     Lever(
-                        "search.queue_words", f"at least {queue_depth:,}; {enough:,} is the next power of two"
+                        "search.queue_words",
+                        f"at least {queue_depth:,}; {enough:,} is the next power of two",
+                        axes={"search.queue_words": enough},
                     ),
                 ),
             )
         )
     if parameters.display is not VgaController.NONE:
         pixels = f"{published.PAPER}, section 3.2: map and directions side by side on 800×600 pixels"
-        advice = (Lever("search.display", "none: the map is larger than the screen"),)
+        none = {"search.display": str(VgaController.NONE)}
+        advice = (Lever("search.display", "none: the map is larger than the screen", axes=none),)
         for name, demand, limit in (
             ("rows on the screen", problem.rows, published.DISPLAY_ROWS),
             ("columns on the screen", problem.columns, published.DISPLAY_COLUMNS // 2),
@@ -222,18 +225,17 @@ def bounds(problem: Problem, parameters: SearchParameters, queue_depth: int | No
 def _ports(parameters: SearchParameters) -> Line:
     on_chip = parameters.memory is not MemoryPlace.EXTERNAL
     search = timing.SEARCH_ADDRESSES[parameters.micro_architecture] if on_chip else 0
-    levers = [Lever("search.display", "copy: the display reads a copy of its own; none: it is left out")]
+    none = {"search.display": str(VgaController.NONE)}
+    text = "copy: the display reads a copy of its own; none: it is left out"
+    levers = [Lever("search.display", text, axes={"search.display": str(VgaController.COPY)})]
     if not on_chip:
-        levers.append(Lever("search.memory", "process_external: the cells stay on the chip"))
+        inside = {"search.memory": str(MemoryPlace.PROCESS_EXTERNAL)}
+        levers.append(Lever("search.memory", "process_external: the cells stay on the chip", axes=inside))
     elif search == PORTS:
-        levers.append(
-            Lever("search.micro_architecture", "two_cycles or three_cycles: the search takes one port")
-        )
-        levers.append(
-            Lever(
-                "search.display", "none, and a display of the platform beside the FPGA: it stalls the search"
-            )
-        )
+        text, axis = "two_cycles or three_cycles: the search takes one port", "search.micro_architecture"
+        levers.append(Lever(axis, text, axes={axis: "two_cycles"}))
+        text = "none, and a display of the platform beside the FPGA: it stalls the search"
+        levers.append(Lever("search.display", text, axes=none))
     return Line.bound(
         name="ports of the cells' block RAM",
         demand=search + (parameters.display is VgaController.SHARED),

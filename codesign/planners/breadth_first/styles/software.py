@@ -51,7 +51,11 @@ def heap_bound(cells: int) -> Line:
         f" {JAVA_BYTES_A_CELL_HIGH:,.0f} bytes a cell in 64 MB",
         levers=(
             Lever("problem.map", f"at most about {side} × {side} cells"),
-            Lever("search.style", "software (arrays), or state_machine on an FPGA"),
+            Lever(
+                "search.style",
+                "software (arrays), or state_machine on an FPGA",
+                axes={"search.style": "software"},
+            ),
         ),
     )
 

@@ -58,6 +58,7 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Line:
     words = parameters.speeds * parameters.directions
     _, depth = resources.array_rams(parameters, part)
     most = depth // parameters.directions
+    narrower = Lever("avoid.speeds", f"at most {most} with these directions", axes={"avoid.speeds": most})
     return Line.bound(
         name="velocities of the array",
         demand=words,
@@ -65,7 +66,9 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Line:
         unit="words",
         status=Status.ASSUMED,
         source=f"block RAM of {part.name}, the shape that is deep enough",
-        levers=() if words <= depth else (Lever("avoid.speeds", f"at most {most} with these directions"),),
+        levers=()
+        if words <= depth
+        else (Lever("avoid.speeds", f"at most {most} with these directions", axes={"avoid.speeds": most}),),
     )
 
 
@@ -83,8 +86,12 @@ def unit_bounds(style: Style, parameters: AvoidParameters) -> tuple[Line, ...]:
             status=Status.PUBLISHED,
             source=f"{PAPER}, section III: one datapath does the work of either unit in turn",
             levers=(
-                Lever(f"avoid.{name}", "1, or left out"),
-                Lever("avoid.style", f"{Style.PIPELINED} or {Style.HYBRID} can have more"),
+                Lever(f"avoid.{name}", "1, or left out", axes={f"avoid.{name}": 1}),
+                Lever(
+                    "avoid.style",
+                    f"{Style.PIPELINED} or {Style.HYBRID} can have more",
+                    axes={"avoid.style": str(Style.PIPELINED)},
+                ),
             ),
         )
         for name, count in counts.items()
@@ -103,9 +110,9 @@ def _unit_levers(style: Style, robots: int, parameters: AvoidParameters, part: P
     fits = (
         f"fit {part.name}, {cycles} cycles a trial in place of {cycles_of_trial(style, robots, parameters)}"
     )
-    return [
-        Lever("avoid.update_units", f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}")
-    ]
+    text = f"{lanes.update_units}, with {lanes.detect_units} detect_units, {fits}"
+    axes = {"avoid.update_units": lanes.update_units, "avoid.detect_units": lanes.detect_units}
+    return [Lever("avoid.update_units", text, axes=axes)]
 
 
 def _style_levers(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> list[Lever]:
@@ -115,7 +122,8 @@ def _style_levers(style: Style, robots: int, parameters: AvoidParameters, part: 
     for other in (Style.PIPELINED, Style.SEQUENTIAL):
         if other is not style and not shortages(other, robots, plain, part):
             cycles = cycles_of_trial(other, robots, plain)
-            style_levers.append(Lever("avoid.style", f"{other} fits {part.name}, {cycles} cycles a trial"))
+            text = f"{other} fits {part.name}, {cycles} cycles a trial"
+            style_levers.append(Lever("avoid.style", text, axes={"avoid.style": str(other)}))
     return style_levers
 
 

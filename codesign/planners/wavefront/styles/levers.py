@@ -47,18 +47,21 @@ def resource_levers(items: tuple[Line, ...], part: Part, other: Alternatives) ->
     if not short:
         return {}
     shared = [
-        Lever("propagate.style", f"{style} fits {part.name}")
+        Lever("propagate.style", f"{style} fits {part.name}", axes={"propagate.style": style})
         for style, array in other.whole.items()
         if not short_resources(array, part)
     ]
     tile = largest_tile(other.tiled, other.map_shape, part)
     if tile is not None:
-        shared.append(Lever("propagate.tile", f"style tiled with [{tile[0]}, {tile[1]}] fits {part.name}"))
+        axes = {"propagate.style": "tiled", "propagate.tile": list(tile)}
+        text = f"style tiled with [{tile[0]}, {tile[1]}] fits {part.name}"
+        shared.append(Lever("propagate.tile", text, axes=axes))
     if not shared:
         shared.append(Lever("propagate.style", f"no style and no tile fits {part.name}"))
     if other.spare_bits is not None:
         asked, enough = other.spare_bits
-        shared.append(Lever("propagate.register_bits", f"{enough} are enough, {asked} are asked for"))
+        axis, text = "propagate.register_bits", f"{enough} are enough, {asked} are asked for"
+        shared.append(Lever(axis, text, axes={axis: enough}))
     return {
         kind: (*shared, Lever("part", f"take one with at least {need:,} {label(kind)}"))
         for kind, need in short.items()
@@ -73,6 +76,7 @@ def register_bound(needed: int, given: int, largest: int) -> Line:
             Lever(
                 "propagate.register_bits",
                 f"at least {needed} bits hold {largest} and infinity, {largest + 1}",
+                axes={"propagate.register_bits": needed},
             ),
             Lever("problem", f"a map whose largest potential is at most {2**given - 2}"),
         )

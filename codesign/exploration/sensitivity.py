@@ -1,0 +1,134 @@
+"""Which axis moves which figure, and how much of its spread: shares of the variance over the feasible designs.
+
+On a full grid, where every combination of the axes has the figure, the shares are the indices of Sobol, exactly:
+
+- main: Var(E[y | x_i]) / Var(y), what the axis moves by itself;
+- total: E[Var(y | all other axes)] / Var(y), what it moves by itself and together with others.
+
+Designs that are out leave holes in the grid. Then the same two questions are asked of the designs that are there:
+
+- main: how much variance the additive model μ + Σ a_i(x_i), fitted by least squares, loses without the axis;
+- total: the variance inside the groups of designs that differ in this axis alone, which is left where all other axes
+  are known.
+
+On a full grid both are the indices above, because the axes are then orthogonal. With holes they need not add up:
+what two axes move only together counts for neither main share. An axis with few pairs (``paired``) says little: a group
+of one design has no variance, so its total share is a lower bound.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.explain import AxisEffect
+from codesign.figures import ResultFigure
+
+if TYPE_CHECKING:
+    from codesign.exploration.study import Study
+
+NO_SPREAD = 1e-12
+"""A figure does not vary if its standard deviation is below this share of its largest value."""
+
+Levels = NDArray[np.intp]
+Values = NDArray[np.float64]
+
+
+def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEffect, ...]:
+    """The effect of each axis with several values on each figure, over the feasible designs that have it.
+
+    Over conditions the figures are the aggregated ones. Axes are in the order of the study, the figures of each in the
+    order given.
+    """
+    names = [name for name, values in study.axes.items() if len(values) > 1]
+    effects = []
+    for figure in figures:
+        held = [
+            (design, value)
+            for design in study.designs
+            if design.feasible and design.unreached is None and (value := design.figure(figure)) is not None
+        ]
+        places = {
+            name: {json.dumps(value): place for place, value in enumerate(study.axes[name])} for name in names
+        }
+        levels = np.array(
+            [[places[name][json.dumps(design.axes[name])] for name in names] for design, _ in held], np.intp
+        ).reshape(len(held), len(names))
+        values = np.array([value for _, value in held], np.float64)
+        shares = variance_shares(levels, values)
+        effects += [
+            AxisEffect(axis=name, figure=figure.name, main=main, total=total, paired=paired)
+            for name, (main, total, paired) in zip(names, shares, strict=True)
+        ]
+    order = {name: place for place, name in enumerate(names)}
+    return tuple(sorted(effects, key=lambda effect: order[effect.axis]))
+
+
+def variance_shares(levels: Levels, values: Values) -> list[tuple[float | None, float | None, float]]:
+    """The main share, the total share, and the share of designs with a partner, of each axis.
+
+    Args:
+        levels: designs × axes, the number of the value of each axis. values: of each design, finite.
+
+    >>> grid = np.array([(a, b) for a in range(2) for b in range(2)])
+    >>> variance_shares(grid, np.array([0.0, 1.0, 2.0, 3.0]))  # y = 2 a + b
+    [(0.8, 0.8, 1.0), (0.2, 0.2, 1.0)]
+    """
+    count, axes = levels.shape
+    if not count:
+        return [(None, None, 0.0)] * axes
+    centred = values - values.mean()
+    whole = float(centred @ centred)
+    varies = whole > count * (NO_SPREAD * float(np.abs(values).max())) ** 2
+    explained = _explained(levels, centred) if varies else 0.0
+    shares: list[tuple[float | None, float | None, float]] = []
+    for axis in range(axes):
+        others = np.delete(levels, axis, axis=1)
+        inside, paired = _inside_groups(others, centred)
+        main = (explained - _explained(others, centred)) / whole if varies else None
+        total = inside / whole if varies else None
+        shares.append((_share(main), _share(total), paired))
+    return shares
+
+
+def _share(value: float | None) -> float | None:
+    """A share without the last bits of its sums, which could make 0 a little less."""
+    return None if value is None else min(max(round(value, 12), 0.0), 1.0)
+
+
+def _inside_groups(others: Levels, centred: Values) -> tuple[float, float]:
+    """The sum of squares inside the groups of equal rows, and the share of the rows in groups of several."""
+    _, group = (
+        np.unique(others, axis=0, return_inverse=True) if others.shape[1] else (None, np.zeros(len(centred)))
+    )
+    number = np.asarray(group, np.intp).reshape(-1)
+    sizes = np.bincount(number)
+    means = np.bincount(number, centred) / sizes
+    left = centred - means[number]
+    return float(left @ left), float((sizes[number] > 1).mean())
+
+
+def _explained(levels: Levels, centred: Values) -> float:
+    """The sum of squares that the additive model explains, by its normal equations.
+
+    A column of the model says whether a design has one value of one axis. The products of two columns are counts.
+    """
+    if not levels.shape[1]:
+        return 0.0
+    sizes = levels.max(axis=0) + 1
+    begins = np.concatenate([[0], np.cumsum(sizes)])
+    columns = levels + begins[:-1]
+    width = int(begins[-1])
+    products = np.zeros((width, width))
+    for left in range(levels.shape[1]):
+        for right in range(levels.shape[1]):
+            products += np.bincount(
+                columns[:, left] * width + columns[:, right], minlength=width * width
+            ).reshape(width, width)
+    sums = np.bincount(columns.reshape(-1), np.repeat(centred, levels.shape[1]), minlength=width)
+    fitted = np.linalg.lstsq(products, sums, rcond=1e-10)[0]
+    return float(fitted @ sums)
