@@ -18,8 +18,10 @@ from typing import TYPE_CHECKING, cast
 from codesign.kernel_cache import provide_kernel_cache
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
+    from typing import Any
 
+    from codesign.explanation import Explanation
     from codesign.exploration import Progress, Study
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from codesign.trace import McapListener, Trace
 
 __version__ = "0.1.0"
-__all__ = ["explore", "load_platform", "load_workload", "open_trace", "simulate"]
+__all__ = ["explain", "explore", "load_platform", "load_workload", "open_trace", "simulate"]
 
 provide_kernel_cache()
 
@@ -135,6 +137,25 @@ def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> 
         "codesign": __version__,
     }
     return McapListener(trace, identity)
+
+
+def explain(
+    platform: Platform | Source, workload: Workload | Source, settings: Mapping[str, Any] | None = None
+) -> Explanation:
+    """Why a run takes its time and energy, why it is out, what would be better, and how sure that is.
+
+    The run is simulated, and so is each of its levers and each step to a next value, by itself. ``settings``: raw
+    values by axis, put into platform and workload first. A study has ``Study.explain(index)``.
+
+    Raises:
+        SpecError: platform, workload and map do not belong together, or an axis is none.
+    """
+    from codesign.exploration.explain_design import explain_run
+    from codesign.system import point_of
+
+    asked = _workload(workload)
+    point = point_of(_platform(platform), asked, settings or {})
+    return explain_run(*point, asked, settings)
 
 
 def explore(

@@ -38,6 +38,10 @@ COMMANDS = {
         "codesign.cli.explore:explore",
         "Evaluate every point of a workload's exploration, and find the front.",
     ),
+    "explain": (
+        "codesign.cli.explain:explain",
+        "Say why a design of an exploration, or a run, is as it is.",
+    ),
     "compare": (
         "codesign.cli.compare:compare",
         "Compare designs of any planner on one map.",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,11 +18,11 @@ from codesign.cli.options import (
     output_options,
     settings_of,
 )
-from codesign.errors import EXIT_INFEASIBLE, printable
+from codesign.errors import EXIT_INFEASIBLE, InputError, printable
 
 if TYPE_CHECKING:
     from codesign.cli.progress import Show
-    from codesign.inputs import Workload
+    from codesign.inputs import Constraint, Platform, Workload
     from codesign.results.result import Result
     from codesign.system import MissionProgress
 
@@ -31,8 +31,10 @@ _QUIET_SECONDS = 5.0
 
 
 @click.command(short_help="Simulate one design point.")
-@click.argument("platform")
-@click.argument("workload")
+@click.argument("specs", nargs=-1, required=True, metavar="PLATFORM WORKLOAD | STUDY")
+@click.option(
+    "--point", type=int, metavar="INDEX", help="Run this point of STUDY, a file of hwsw explore, again."
+)
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
 )
@@ -57,8 +59,8 @@ _QUIET_SECONDS = 5.0
 @output_options("Print the sentence alone.", "Print all tables after the sentence and its figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
-    platform: str,
-    workload: str,
+    specs: tuple[str, ...],
+    point: int | None,
     settings: tuple[str, ...],
     trace_file: Path | None,
     page: Path | None,
@@ -69,6 +71,8 @@ def run(
     as_json: bool,
 ) -> None:
     """Simulate WORKLOAD on PLATFORM (names or YAML files), and print the answer: one sentence and five figures.
+
+    With --point, simulate a point of an explored study, from the specs that the study holds.
 
     -v adds all tables: costs, quality of the plan, resources, and the sources of the figures. For the exit code alone,
     use -q and send the output to /dev/null.
@@ -87,22 +91,20 @@ def run(
 
     debug_step("modules loaded")
     values = settings_of(settings)
-    workload_spec = codesign.load_workload(workload)
+    platform, workload_spec, asked = _specs_of(specs, point)
     check_outputs(
-        {"--trace": trace_file, "--html": page},
-        (platform, workload, workload_spec.map_file),
-        plain=["--trace"],
+        {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
     )
-    point = point_of(codesign.load_platform(platform), workload_spec, values)
+    moved = point_of(platform, workload_spec, values)
     debug_step("files read and checked")
     records = MemoryListener()
     quiet = detail == SENTENCE
-    long = outlook(point[1])
+    long = outlook(moved[1])
     if long is not None and not quiet:
         click.echo(long, err=True)
     with progress_shown(after_s=_QUIET_SECONDS, quiet=quiet) as show, compiling_shown(show):
         result = codesign.simulate(
-            *point,
+            *moved,
             granularity=granularity,
             trace=trace_file,
             listeners=() if page is None else (records,),
@@ -116,7 +118,7 @@ def run(
     if page is not None:
         result_page(result, page, pictures=run_pictures(records.records), command=command_line())
         debug_step("page written")
-    _print(result, workload_spec, detail, as_json)
+    _print(result, asked, detail, as_json)
     _print_files(result, trace_file, page, silent=as_json or quiet)
     struck = interrupts.struck()
     if struck is not None:
@@ -124,6 +126,30 @@ def run(
         raise struck
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def _specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Sequence[Constraint]]:
+    """Platform and workload, of two sources or of a point of a study; and the constraints that are asked for."""
+    import codesign
+    from codesign.units import counted
+
+    if point is None:
+        if len(specs) != 2:
+            hint = "name a platform and a workload, or a file of hwsw explore with --point INDEX"
+            raise InputError(f"{counted(len(specs), 'argument')}", "run", hint)
+        workload = codesign.load_workload(specs[1])
+        section = workload.explore
+        return codesign.load_platform(specs[0]), workload, () if section is None else section.constraints
+    if len(specs) != 1:
+        hint = "name the file of hwsw explore alone: the study holds platform and workload"
+        raise InputError(f"{counted(len(specs), 'argument')}", "run --point", hint)
+    from codesign.exploration import load_study
+
+    study = load_study(specs[0])
+    platform, workload = study.point(point).specs()
+    if study.specs is not None and study.specs.note:
+        click.echo(f"note: {study.specs.note}", err=True)
+    return platform, workload, study.constraints
 
 
 def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, silent: bool) -> None:
@@ -139,14 +165,14 @@ def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, 
             click.echo(text)
 
 
-def _print(result: Result, workload: Workload, detail: str, as_json: bool) -> None:
+def _print(result: Result, asked: Sequence[Constraint], detail: str, as_json: bool) -> None:
     """The answer, and the reasons of a design that is not feasible; with ``TABLES`` all tables."""
     from codesign.report import answer, render_text, result_reasons_table, result_tables
 
     if as_json:
         click.echo(result.model_dump_json(indent=2))
         return
-    lead = answer(result, () if workload.explore is None else workload.explore.constraints)
+    lead = answer(result, asked)
     if detail == SENTENCE:
         click.echo(lead.sentence_text)
         return

@@ -21,7 +21,7 @@ from codesign.results.result import Reason, Result
 from codesign.scenarios import simulate
 
 if TYPE_CHECKING:
-    from codesign.explain import Explanation
+    from codesign.explanation import Explanation
     from codesign.exploration.study import Study
     from codesign.inputs import Platform, Workload
 

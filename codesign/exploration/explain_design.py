@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError
-from codesign.explain import Explanation, Moved, Sure, WhyOut, why_energy, why_time
+from codesign.explanation import Explanation, Moved, Sure, WhyOut, why_energy, why_time
 from codesign.exploration.designs import Design, Out, StudyPoint, figure_of, with_constraints
 from codesign.exploration.moves import Bench, gains_of, levers_for, ranked, steps_of
 from codesign.figures import ResultFigure, label
@@ -16,7 +16,6 @@ from codesign.memo import Memo
 from codesign.results.result import Result
 from codesign.results.terms import priced
 from codesign.scenarios import scenario_of, simulate
-from codesign.units import format_count
 from codesign.verdicts import Verdict, need_verdict, sensitivity, winner_verdict
 
 if TYPE_CHECKING:
@@ -131,12 +130,10 @@ def explain_design(study: Study, index: int) -> Explanation:
 
 
 def _design_of(study: Study, index: int) -> Design:
-    kind, last = "design" if study.conditions else "point", len(study.designs) - 1
-    if not 0 <= index <= last:
-        nearest = min(max(index, 0), last)
-        hint = f"the study has {kind}s 0 to {format_count(last)}; the nearest is {format_count(nearest)}"
-        raise InputError(f"there is no {kind} {index}", hint=hint)
-    design = study.designs[index]
+    from codesign.exploration.study import checked_index
+
+    kind = "design" if study.conditions else "point"
+    design = study.designs[checked_index(kind, index, len(study.designs))]
     if design.state == "missing":
         hint = "run the same hwsw explore again: it continues where it stopped"
         raise InputError(f"{kind} {index} was not computed", hint=hint)
@@ -231,7 +228,8 @@ def _neighbour(
     value: Any,
 ) -> Moved:
     figures = {figure: other.figure(figure) for figure in study.objectives}
-    asked_the_same = _question(design) == _question(other)
+    questions = {_question(design), _question(other)} - {None}
+    asked_the_same = len(questions) < 2
     better, worse = gains_of(own, figures, study.world.maximise) if asked_the_same else ((), ())
     return Moved(
         what=axis,

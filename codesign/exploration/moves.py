@@ -9,9 +9,9 @@ from enum import Enum
 from typing import Any, Literal, get_args, get_origin
 
 from codesign.errors import CodesignError
-from codesign.explain import Moved
+from codesign.explanation import Moved
 from codesign.exploration.designs import figure_of
-from codesign.figures import ResultFigure, label
+from codesign.figures import FIGURES, ResultFigure, label
 from codesign.inputs import Platform, Workload, design_point, list_parts, load_part
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
@@ -223,10 +223,19 @@ def steps_of(bench: Bench) -> tuple[Moved, ...]:
 
 
 def ranked(neighbours: Any) -> tuple[Moved, ...]:
-    """Neighbours that are better first: feasible ones, those that gain something and lose nothing, the most gains."""
+    """Neighbours that are better first: feasible ones, those that gain something and lose nothing, the most gains.
 
-    def rank(each: Moved) -> tuple[bool, bool, int, int]:
-        return not each.feasible, not each.dominates, len(each.worse) - len(each.better), len(each.worse)
+    Of equals the best by the first objective.
+    """
+
+    def rank(each: Moved) -> tuple[bool, bool, int, int, float]:
+        losses = (
+            (-value if FIGURES[name].maximise else value)
+            for name, value in each.figures.items()
+            if value is not None
+        )
+        gained = len(each.worse) - len(each.better)
+        return not each.feasible, not each.dominates, gained, len(each.worse), next(losses, math.inf)
 
     return tuple(sorted(neighbours, key=rank))
 

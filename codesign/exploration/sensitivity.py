@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.explain import AxisEffect
+from codesign.explanation import AxisEffect
 from codesign.figures import ResultFigure
 
 if TYPE_CHECKING:
@@ -61,7 +61,14 @@ def axis_effects(study: Study, figures: Sequence[ResultFigure]) -> tuple[AxisEff
         values = np.array([value for _, value in held], np.float64)
         shares = variance_shares(levels, values)
         effects += [
-            AxisEffect(axis=name, figure=figure.name, main=main, total=total, paired=paired)
+            AxisEffect(
+                axis=name,
+                figure=figure.name,
+                main=main,
+                total=total,
+                complete=len(held) == len(study.designs),
+                paired=paired,
+            )
             for name, (main, total, paired) in zip(names, shares, strict=True)
         ]
     order = {name: place for place, name in enumerate(names)}

@@ -30,7 +30,7 @@ from codesign.units import counted, format_count
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from codesign.explain import AxisEffect, Explanation
+    from codesign.explanation import AxisEffect, Explanation
 
 
 @dataclass(frozen=True)
@@ -290,6 +290,14 @@ class Study:
         short.sort(key=lambda design: (max(_relative_gap(out.reason) for out in design.out), design.index))
         return tuple(design.index for design in short[:count])
 
+    def point(self, index: int) -> StudyPoint:
+        """The point of that index.
+
+        Raises:
+            InputError: there is none.
+        """
+        return self.points[checked_index("point", index, len(self.points))]
+
     def sensitivity(self, *figures: ResultFigure) -> tuple[AxisEffect, ...]:
         """How much of the spread of each figure each axis moves; by default of each objective. See ``axis_effects``."""
         return axis_effects(self, figures or self.objectives)
@@ -321,6 +329,19 @@ class Study:
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
+
+
+def checked_index(kind: str, index: int, count: int) -> int:
+    """The index of a point or design of which there are ``count``.
+
+    Raises:
+        InputError: it is out of range; with the range and the nearest one.
+    """
+    if 0 <= index < count:
+        return index
+    nearest = format_count(min(max(index, 0), count - 1))
+    hint = f"the study has {kind}s 0 to {format_count(count - 1)}; the nearest is {nearest}"
+    raise InputError(f"there is no {kind} {clip(str(index), 40)}", hint=hint)
 
 
 def _relative_gap(reason: Reason) -> float:

@@ -16,6 +16,12 @@ from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
 from codesign.report.certainty import winners_certainty_table
 from codesign.report.comparison_tables import comparison_table
+from codesign.report.explain_tables import (
+    effects_table,
+    explanation_json,
+    explanation_sentence,
+    explanation_tables,
+)
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
 from codesign.report.page import reproduction_page, result_page, study_page
@@ -55,6 +61,10 @@ __all__ = [
     "best_table",
     "comparison_table",
     "drive_picture",
+    "effects_table",
+    "explanation_json",
+    "explanation_sentence",
+    "explanation_tables",
     "findings_table",
     "front_picture",
     "front_table",

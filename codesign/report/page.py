@@ -21,6 +21,7 @@ from codesign.planners.reproduction import Reproduction
 from codesign.report.aggregated import condition_text, rules_text, spread_table
 from codesign.report.axes import fixed_axes
 from codesign.report.chart import MOST_POINTS, bokeh_script, chart_data, chart_figures, chart_plots
+from codesign.report.explain_tables import effects_table
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.sentences import headline, run_pace_text
@@ -74,6 +75,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
     feasible = bool(study.feasible)
     return _rendered(
         "study.html.j2",
+        effects=effects_table(study.sensitivity(), study.objectives),
         title=f"{study.workload} on {study.platform}",
         counts=study_counts(study),
         fixed=fixed_axes(study),

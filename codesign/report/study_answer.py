@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from codesign.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.report.certainty import winners_certainty_table
+from codesign.report.explain_tables import effects_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
 from codesign.report.study_tables import (
@@ -57,5 +58,7 @@ def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]
     tables += [reasons_table(study)] if study.reasons else []
     if everything:
         results = [point.result for point in study.points if point.result is not None]
-        tables += [best_table(study), study_table(study), infeasible_table(study), sources_table(results)]
+        effects = effects_table(study.sensitivity(), study.objectives)
+        tables += [best_table(study), effects, study_table(study), infeasible_table(study)]
+        tables.append(sources_table(results))
     return tuple(table for table in tables if table.rows)

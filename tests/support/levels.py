@@ -30,7 +30,7 @@ LEVELS: list[list[str]] = [
     ["planners", "components"],
     ["results"],
     ["verdicts"],
-    ["explain"],
+    ["explanation"],
     ["system"],
     ["scenarios"],
     ["exploration", "calibrate", "testing"],

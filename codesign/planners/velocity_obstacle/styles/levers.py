@@ -66,9 +66,7 @@ def array_bound(parameters: AvoidParameters, part: Part) -> Line:
         unit="words",
         status=Status.ASSUMED,
         source=f"block RAM of {part.name}, the shape that is deep enough",
-        levers=()
-        if words <= depth
-        else (Lever("avoid.speeds", f"at most {most} with these directions", axes={"avoid.speeds": most}),),
+        levers=() if words <= depth else (narrower,),
     )
 
 

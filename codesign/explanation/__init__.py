@@ -4,8 +4,8 @@ What stands here is records, and pure functions of results. Designs of a study, 
 explained by ``codesign.exploration``.
 """
 
-from codesign.explain.records import Amount, AxisEffect, Explanation, Moved, Sure, Why, WhyOut
-from codesign.explain.shares import why_energy, why_time
+from codesign.explanation.records import Amount, AxisEffect, Explanation, Moved, Sure, Why, WhyOut
+from codesign.explanation.shares import why_energy, why_time
 
 __all__ = [
     "Amount",

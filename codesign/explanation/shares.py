@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 
-from codesign.explain.records import Amount, Why
+from codesign.explanation.records import Amount, Why
 from codesign.figures import FIGURES, Figure
 from codesign.results.ledger import SPENT
 from codesign.results.result import Result

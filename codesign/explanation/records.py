@@ -93,6 +93,7 @@ class AxisEffect(ResultModel):
     total: float | None = Field(
         description="share of the variance that is left where all other axes are known"
     )
+    complete: bool = Field(description="whether every combination of the axes is feasible and has the figure")
     paired: float = Field(
         description="share of the designs with a feasible partner that differs in this axis alone"
     )
