@@ -49,7 +49,7 @@ def explain(
     With a file of hwsw explore and the INDEX of a design: the design among its neighbours. With PLATFORM and WORKLOAD:
     the run, and what it is with each lever and each next value. Each lever is run by itself, for the whole design.
     """
-    from codesign.report import explanation_json, explanation_sentence, explanation_tables, render_text
+    from codesign.report import explanation_sentence, explanation_tables, render_text
 
     debug_step("modules loaded")
     explanation = (
@@ -59,7 +59,7 @@ def explain(
     )
     debug_step("explained")
     if as_json:
-        click.echo(explanation_json(explanation))
+        click.echo(explanation.model_dump_json(indent=2))
         return
     click.echo(explanation_sentence(explanation))
     if detail == SENTENCE:

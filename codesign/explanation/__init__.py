@@ -4,7 +4,16 @@ What stands here is records, and pure functions of results. Designs of a study, 
 explained by ``codesign.exploration``.
 """
 
-from codesign.explanation.records import Amount, AxisEffect, Explanation, Moved, Sure, Why, WhyOut
+from codesign.explanation.records import (
+    Amount,
+    AxisEffect,
+    Explanation,
+    Moved,
+    Sure,
+    Why,
+    WhyOut,
+    explanation_schema,
+)
 from codesign.explanation.shares import why_energy, why_time
 
 __all__ = [
@@ -15,6 +24,7 @@ __all__ = [
     "Sure",
     "Why",
     "WhyOut",
+    "explanation_schema",
     "why_energy",
     "why_time",
 ]

@@ -115,7 +115,7 @@ class Explanation(ResultModel):
         default=None, description="whether no other design of the study dominates it; None of a run"
     )
     objectives: dict[str, float | None] = Field(description="the objectives, by name")
-    result: Result = Field(description="the result that is explained")
+    result: Result = Field(exclude=True, description="the result that is explained; no part of the JSON")
     time: Why | None = Field(default=None, description="what the time is made of")
     energy: Why | None = Field(default=None, description="what the energy is made of")
     out: tuple[WhyOut, ...] = Field(default=(), description="why the design is out")
@@ -133,3 +133,11 @@ class Explanation(ResultModel):
         fate = "feasible" if self.feasible else f"out for {len(self.out)} reasons"
         better = sum(each.dominates for each in self.neighbours)
         return f"Explanation({self.workload} on {self.platform}{number}: {fate}, {better} better neighbours)"
+
+
+def explanation_schema() -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of what ``hwsw explain --json`` prints."""
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        **Explanation.model_json_schema(mode="serialization"),
+    }

@@ -45,7 +45,9 @@ def explain_run(
     objectives = section.objectives if section is not None and named else scenario_of(workload).objectives
     limits = () if section is None else section.constraints
     memo = Memo()
-    result = with_constraints(simulate(platform, workload, memo=memo, levers=True), limits)
+    # A mission tries its own levers; those of a plan are tried one by one below.
+    drives = workload.scenario.type != "plan_once"
+    result = with_constraints(simulate(platform, workload, memo=memo, levers=drives), limits)
     bench = Bench(platform, workload, result, objectives, lambda moved: with_constraints(moved, limits), memo)
     verdicts = {
         limit.figure: need_verdict(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, Literal, get_args, get_origin
 
@@ -16,13 +16,13 @@ from codesign.inputs import Platform, Workload, design_point, list_parts, load_p
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
-from codesign.part import Part
 from codesign.planners.interface import Problem
 from codesign.planners.styles import Lever
 from codesign.results.result import Reason, Result
 from codesign.scenarios import bind, simulate
 from codesign.scenarios.drive.levers import drive_levers
 from codesign.system.bind import System
+from codesign.system.outcome import fit_system
 from codesign.system.problem_map import grid_of
 from codesign.system.trials import MOST_TRIED, Trials
 
@@ -65,12 +65,21 @@ class Bench:
         return ""
 
     def moved(
-        self, what: str, setting: Mapping[str, Any], reason: Reason | None = None, before: Any = None
+        self,
+        what: str,
+        setting: Mapping[str, Any],
+        reason: Reason | None = None,
+        before: Any = None,
+        after: Any = None,
     ) -> Moved:
-        """The design with these axes set. ``reason``: that it is a lever for."""
+        """The design with these axes set.
+
+        ``reason``: that it is a lever for. ``before``, ``after``: as a reader is shown them.
+        """
         why = self.cheap
         outcome = self._run(setting) if not why else f"not tried: {why}"
-        after = next(iter(setting.values())) if len(setting) == 1 else dict(setting)
+        if after is None:
+            after = next(iter(setting.values())) if len(setting) == 1 else dict(setting)
         if isinstance(outcome, str):
             return Moved(what=what, before=before, after=after, note=outcome)
         goes = None if reason is None else not any(_same(reason, other) for other in outcome.reasons)
@@ -135,10 +144,16 @@ def gains_of(
 
 def levers_for(bench: Bench, reason: Reason) -> tuple[Moved, ...]:
     """Each lever of a reason by itself: those that make the design feasible first, then those that end the reason."""
-    tried = [
-        Moved(what=text, note=NOT_TRIED) if setting is None else bench.moved(text, setting, reason)
-        for text, setting in _settings(bench, reason)
-    ]
+    if reason.kind == "constraint":
+        tried = [
+            bench.moved(axis, {axis: value}, reason, before, after)
+            for axis, value, before, after in _steps(bench)
+        ]
+    else:
+        tried = [
+            Moved(what=text, note=NOT_TRIED) if setting is None else bench.moved(text, setting, reason)
+            for text, setting in _settings(bench, reason)
+        ]
     return tuple(sorted(tried, key=lambda each: (not each.feasible, not each.goes, bool(each.note))))
 
 
@@ -155,14 +170,11 @@ def _settings(bench: Bench, reason: Reason) -> Iterator[tuple[str, dict[str, Any
             value = next((value for value, trial in served if trial is not None and trial.serves), "")
             value = value or list(values)[-1]
             yield f"{task}.{key}: {value}", {f"{task}.{name}": raw for name, raw in values[value].items()}
-    elif reason.kind == "constraint":
-        for text, setting, _ in _steps(bench):
-            yield text, setting
     declared = _declared(system)
     for text in reason.levers:
         lever = next((each for each in declared if text.startswith(each.text)), None)
         if lever is not None:
-            yield from _of_lever(bench, lever, text)
+            yield from _of_lever(bench, reason, lever, text)
         elif reason.kind in ("resource", "bound", "mapping"):
             yield text, None
 
@@ -175,14 +187,18 @@ def _declared(system: System) -> list[Lever]:
     return sorted(levers, key=lambda lever: -len(lever.text))
 
 
-def _of_lever(bench: Bench, lever: Lever, text: str) -> Iterator[tuple[str, dict[str, Any] | None]]:
+def _of_lever(
+    bench: Bench, reason: Reason, lever: Lever, text: str
+) -> Iterator[tuple[str, dict[str, Any] | None]]:
     system, task = bench.system, bench.system.planner.planning_task
     if lever.changes or lever.axes:
         yield text, {f"{task}.{key}": value for key, value in lever.changes.items()} | dict(lever.axes)
     elif lever.parameter == "part":
-        part = _next_part(bench.own, system)
-        name = None if part is None else f"part: {part}, the smallest that ships with all that is asked for"
-        yield (text, None) if name is None else (name, {f"{system.component}.part": part})
+        part = _next_part(system, reason)
+        if part is None:
+            yield f"{text}; none of those that ship", None
+        else:
+            yield f"part: {part}, the smallest that ships", {f"{system.component}.part": part}
     elif lever.parameter.endswith(".component"):
         others = [
             name
@@ -197,19 +213,20 @@ def _of_lever(bench: Bench, lever: Lever, text: str) -> Iterator[tuple[str, dict
         yield text, None
 
 
-def _next_part(own: Result, system: System) -> str | None:
-    """The part with the fewest slices that has all resources which the design asks for, of its family if one has."""
+def _next_part(system: System, reason: Reason) -> str | None:
+    """The part with the fewest slices that the design fits, of its own family first; else one that ends the reason."""
     present = system.part
-    parts = [load_part(name) for name in list_parts()]
-    fitting = [part for part in parts if _has_all(part, own) and part.full_name != own.part]
     family = "" if present is None else present.family
-    fitting.sort(key=lambda part: (part.family != family, part.resources["slices"].value, part.full_name))
-    return fitting[0].full_name if fitting else None
-
-
-def _has_all(part: Part, own: Result) -> bool:
-    budgets = {name: figure.value for name, figure in part.resources.items()}
-    return all(budgets.get(use.resource, 0) >= use.demand for use in own.resources)
+    parts = [part for part in map(load_part, list_parts()) if part != present]
+    parts.sort(key=lambda part: (part.family != family, part.resources["slices"].value, part.full_name))
+    helpful = None
+    for part in parts:
+        reasons = fit_system(replace(system, part=part)).reasons
+        if not reasons:
+            return part.full_name
+        if helpful is None and not any(_same(reason, other) for other in reasons):
+            helpful = part.full_name
+    return helpful
 
 
 def steps_of(bench: Bench) -> tuple[Moved, ...]:
@@ -218,7 +235,10 @@ def steps_of(bench: Bench) -> tuple[Moved, ...]:
         return _of_mission(bench.own)
     if bench.cheap:
         return ()
-    moved = [bench.moved(text, setting, before=before) for text, setting, before in _steps(bench)]
+    moved = [
+        bench.moved(axis, {axis: value}, before=before, after=after)
+        for axis, value, before, after in _steps(bench)
+    ]
     return ranked(each for each in moved if not each.note)
 
 
@@ -264,11 +284,11 @@ def _of_mission(own: Result) -> tuple[Moved, ...]:
     return ranked(moved)
 
 
-def _steps(bench: Bench) -> Iterator[tuple[str, dict[str, Any], Any]]:
-    """The axis of each step, its setting, and the value before."""
+def _steps(bench: Bench) -> Iterator[tuple[str, Any, Any, Any]]:
+    """The axis of each step, its raw value, and the values before and after as a reader is shown them."""
     for lever in drive_levers(bench.system, bench.own):
         if not lever.refused:
-            yield lever.path, {lever.path: lever.value}, lever.before
+            yield lever.path, lever.value, lever.before, lever.after
     task = bench.system.planner.planning_task
     parameters = bench.system.parameters[task]
     unused = set(parameters.unused(bench.system.external is not None))
@@ -277,7 +297,7 @@ def _steps(bench: Bench) -> Iterator[tuple[str, dict[str, Any], Any]]:
         if name in unused or raw[name] is None:
             continue
         for value in _other_values(raw[name], info.annotation, parameters):
-            yield f"{task}.{name}", {f"{task}.{name}": value}, raw[name]
+            yield f"{task}.{name}", value, raw[name], value
 
 
 def _other_values(value: Any, annotation: Any, parameters: TaskParameters) -> list[Any]:

@@ -18,7 +18,6 @@ from codesign.report.certainty import winners_certainty_table
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.explain_tables import (
     effects_table,
-    explanation_json,
     explanation_sentence,
     explanation_tables,
 )
@@ -62,7 +61,6 @@ __all__ = [
     "comparison_table",
     "drive_picture",
     "effects_table",
-    "explanation_json",
     "explanation_sentence",
     "explanation_tables",
     "findings_table",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -223,7 +222,7 @@ def _neighbours_table(explanation: Explanation, most: int) -> Table:
     index_column = () if explanation.index is None else right("design")
     title = "Steps to the next value" if explanation.index is None else "Neighbours: one axis differs"
     columns = (*index_column, *left("axis", "change", "it is"), *_figure_columns(figures))
-    notes = (f"{counted(left_out, 'more')}: -v",) if left_out > 0 else ()
+    notes = (f"{left_out} more: -v",) if left_out > 0 else ()
     return Table(title, columns, tuple(rows), notes, frozenset(strong))
 
 
@@ -313,10 +312,3 @@ def _effect_cell(effect: AxisEffect) -> Cell:
 def _tenth(share: float) -> str:
     """A share to a tenth of a percent."""
     return "0 %" if not share else "<0.1 %" if share < LITTLE else f"{100 * share:.1f} %"
-
-
-def explanation_json(explanation: Explanation) -> str:
-    """The explanation as JSON, without the result that it explains."""
-    return json.dumps(
-        explanation.model_dump(mode="json", exclude={"result"}), ensure_ascii=False, allow_nan=False, indent=2
-    )
