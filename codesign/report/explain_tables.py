@@ -136,7 +136,7 @@ def _reasons_table(explanation: Explanation) -> Table:
 def _levers_table(explanation: Explanation, most: int) -> Table:
     """Each lever by itself: whether its reason goes, what the whole design is then, and its objectives."""
     rows = []
-    figures = [FIGURES[name] for name in explanation.objectives]
+    figures = _differing(explanation, [lever for each in explanation.out for lever in each.levers])
     left_out = 0
     for each in explanation.out:
         left_out += max(0, len(each.levers) - most)
@@ -150,6 +150,15 @@ def _levers_table(explanation: Explanation, most: int) -> Table:
     columns = (*left("reason", "lever", "reason goes", "design then"), *_figure_columns(figures))
     notes = (f"{counted(left_out, 'more lever')}: -v",) if left_out else ()
     return Table("Each lever by itself", columns, tuple(rows), notes)
+
+
+def _differing(explanation: Explanation, moved: Sequence[Moved]) -> list[ResultFigure]:
+    """The objectives that are not the same everywhere."""
+    values = {
+        name: {own, *(each.figures[name] for each in moved if name in each.figures)}
+        for name, own in explanation.objectives.items()
+    }
+    return [FIGURES[name] for name, held in values.items() if len(held) > 1]
 
 
 def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
@@ -204,7 +213,7 @@ def _status(figures: dict[str, Any]) -> str:
 
 def _neighbours_table(explanation: Explanation, most: int) -> Table:
     """What differs in one thing: whether it is better, in what, and what its objectives come to."""
-    figures = [FIGURES[name] for name in explanation.objectives]
+    figures = _differing(explanation, explanation.neighbours)
     rows, strong = [], set()
     for number, each in enumerate(explanation.neighbours[:most]):
         if each.dominates:
