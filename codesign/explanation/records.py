@@ -9,6 +9,7 @@ from pydantic import Field
 from codesign.figures import Figure
 from codesign.results.model import ResultModel
 from codesign.results.result import Reason, Result
+from codesign.units import counted
 from codesign.verdicts import Swing, Verdict
 
 
@@ -130,9 +131,10 @@ class Explanation(ResultModel):
 
     def __repr__(self) -> str:
         number = "" if self.index is None else f" {self.index}"
-        fate = "feasible" if self.feasible else f"out for {len(self.out)} reasons"
+        fate = "feasible" if self.feasible else f"out for {counted(len(self.out), 'reason')}"
         better = sum(each.dominates for each in self.neighbours)
-        return f"Explanation({self.workload} on {self.platform}{number}: {fate}, {better} better neighbours)"
+        neighbours = counted(better, "better neighbour")
+        return f"Explanation({self.workload} on {self.platform}{number}: {fate}, {neighbours})"
 
 
 def explanation_schema() -> dict[str, Any]:

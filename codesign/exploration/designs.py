@@ -19,6 +19,7 @@ from codesign.inputs.constraint import Constraint
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
 from codesign.scenarios import simulate
+from codesign.units import format_count
 
 if TYPE_CHECKING:
     from codesign.explanation import Explanation
@@ -363,3 +364,16 @@ def unsatisfied(
             Reason(kind="constraint", name=name, demand=demand, limit=limit, gap=gap, unit=figure.unit)
         )
     return reasons
+
+
+def checked_index(kind: str, index: int, count: int) -> int:
+    """The index of a point or design of which there are ``count``.
+
+    Raises:
+        InputError: it is out of range; with the range and the nearest one.
+    """
+    if 0 <= index < count:
+        return index
+    nearest = format_count(min(max(index, 0), count - 1))
+    hint = f"the study has {kind}s 0 to {format_count(count - 1)}; the nearest is {nearest}"
+    raise InputError(f"there is no {kind} {clip(str(index), 40)}", hint=hint)

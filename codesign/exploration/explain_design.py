@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError
 from codesign.explanation import Explanation, Moved, Sure, WhyOut, why_energy, why_time
-from codesign.exploration.designs import Design, Out, StudyPoint, figure_of, with_constraints
+from codesign.exploration.designs import (
+    Design,
+    Out,
+    StudyPoint,
+    checked_index,
+    figure_of,
+    with_constraints,
+)
 from codesign.exploration.moves import Bench, gains_of, levers_for, ranked, steps_of
 from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload
@@ -132,8 +139,6 @@ def explain_design(study: Study, index: int) -> Explanation:
 
 
 def _design_of(study: Study, index: int) -> Design:
-    from codesign.exploration.study import checked_index
-
     kind = "design" if study.conditions else "point"
     design = study.designs[checked_index(kind, index, len(study.designs))]
     if design.state == "missing":
@@ -241,8 +246,8 @@ def _neighbour(
         feasible=other.feasible,
         out=tuple(dict.fromkeys(label(out.reason.name) for out in _outs(study, other))),
         figures={figure.name: each for figure, each in figures.items()},
-        better=better if other.feasible else (),
-        worse=worse if other.feasible else (),
+        better=better if design.feasible and other.feasible else (),
+        worse=worse if design.feasible and other.feasible else (),
         note="" if asked_the_same else OTHER_QUESTION,
     )
 

@@ -112,7 +112,8 @@ def _same(reason: Reason, other: Reason) -> bool:
 def compared(own: Result, other: Result, objectives: Sequence[ResultFigure]) -> Moved:
     """Another result against that of the design, by the objectives."""
     figures = {figure: figure_of(other, figure) for figure in objectives}
-    gains, losses = gains_of({figure: figure_of(own, figure) for figure in objectives}, figures)
+    both = own.feasible and other.feasible
+    gains, losses = gains_of({figure: figure_of(own, figure) for figure in objectives if both}, figures)
     return Moved(
         what="",
         feasible=other.feasible,

@@ -14,7 +14,14 @@ import numpy as np
 from codesign.data_frames import data_frame
 from codesign.errors import InputError, choose_hint, clip, show
 from codesign.exploration.aggregation import Floats, told_apart
-from codesign.exploration.designs import Conditions, Design, StudyPoint, designs_of, with_constraints
+from codesign.exploration.designs import (
+    Conditions,
+    Design,
+    StudyPoint,
+    checked_index,
+    designs_of,
+    with_constraints,
+)
 from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
 from codesign.exploration.rows import study_columns
@@ -329,19 +336,6 @@ class Study:
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
-
-
-def checked_index(kind: str, index: int, count: int) -> int:
-    """The index of a point or design of which there are ``count``.
-
-    Raises:
-        InputError: it is out of range; with the range and the nearest one.
-    """
-    if 0 <= index < count:
-        return index
-    nearest = format_count(min(max(index, 0), count - 1))
-    hint = f"the study has {kind}s 0 to {format_count(count - 1)}; the nearest is {nearest}"
-    raise InputError(f"there is no {kind} {clip(str(index), 40)}", hint=hint)
 
 
 def _relative_gap(reason: Reason) -> float:

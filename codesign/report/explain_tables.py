@@ -19,6 +19,7 @@ _FEW = 6
 """Rows of a table without -v; the rest is summed, or counted in a note."""
 
 _MANY = 100
+EQUAL = "equal"
 _IN_SENTENCE = 2
 LITTLE = 0.001
 """A share below this is little: 0.1 %."""
@@ -215,7 +216,8 @@ def _neighbours_table(explanation: Explanation, most: int) -> Table:
     """What differs in one thing: whether it is better, in what, and what its objectives come to."""
     figures = _differing(explanation, explanation.neighbours)
     rows, strong = [], set()
-    for number, each in enumerate(explanation.neighbours[:most]):
+    telling = [each for each in explanation.neighbours if most > _FEW or not _is_equal(explanation, each)]
+    for number, each in enumerate(telling[:most]):
         if each.dominates:
             strong.add(number)
         index = () if explanation.index is None else (Cell(str(each.index), each.index),)
@@ -235,6 +237,10 @@ def _neighbours_table(explanation: Explanation, most: int) -> Table:
     return Table(title, columns, tuple(rows), notes, frozenset(strong))
 
 
+def _is_equal(explanation: Explanation, moved: Moved) -> bool:
+    return _relation(explanation, moved) == EQUAL
+
+
 def _relation(explanation: Explanation, moved: Moved) -> str:
     if moved.note:
         return moved.note
@@ -244,7 +250,7 @@ def _relation(explanation: Explanation, moved: Moved) -> str:
         return "feasible"
     parts = [f"better in {_labels(moved.better)}"] if moved.better else []
     parts += [f"worse in {_labels(moved.worse)}"] if moved.worse else []
-    return "; ".join(parts) or "equal"
+    return "; ".join(parts) or EQUAL
 
 
 def _against_cell(figure: ResultFigure, own: float | None, there: float | None) -> Cell:
