@@ -22,6 +22,8 @@ def why_time(result: Result) -> Why | None:
     """What the time that matters is made of; None where the design was not run."""
     if result.mission is not None:
         return _of_mission(result)
+    if result.fleet is not None:
+        return _of_fleet(result)
     value = result.figure(FIGURES[WORST])
     if value is not None and result.terms is not None and (plans := result.terms.times.get(WORST, ())):
         slowest = max(plans, key=lambda plan: math.fsum(term.seconds for term in plan))
@@ -59,6 +61,24 @@ def _of_mission(result: Result) -> Why:
     latency = ", ".join(f"{SPENT[each.kind]} at {each.where}" for each in mission.latency[:2])
     note = f"most of the time of plans is {latency}" if latency else ""
     return _why("mission_time_s", shares, note)
+
+
+def _of_fleet(result: Result) -> Why | None:
+    """The time of a fleet by what its updates wait for."""
+    fleet = result.fleet
+    assert fleet is not None, "the caller looks"
+    if result.time is None:
+        return None
+    shares: list[Share] = [(*_FLEET[name], share * fleet.span_s, {}) for name, share in fleet.shares.items()]
+    rest = result.time.first_plan_s - math.fsum(seconds for _, _, seconds, _ in shares)
+    return _why("first_plan_s", [*shares, ("fleet", "all else", max(0.0, rest), {})])
+
+
+_FLEET = {
+    "fpga": ("FPGAs", "robots decide"),
+    "line": ("line", "updates wait for it"),
+    "time_step": ("time step", "updates wait for it"),
+}
 
 
 def why_energy(result: Result) -> Why | None:

@@ -51,7 +51,8 @@ def _time_text(explanation: Explanation) -> str:
         return ""
     figure, first = FIGURES[why.figure], why.parts[0]
     value = figure_cell(figure, why.value).text
-    return f"{share_text(first.share)} of the {figure.label} of {value} is {first.what} on {first.where}"
+    share = share_text(min(first.share, 1.0))
+    return f"{first.where} ({first.what}) takes {share} of the {figure.label} of {value}"
 
 
 def _best_text(explanation: Explanation) -> str:
