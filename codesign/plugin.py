@@ -28,6 +28,7 @@ from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Ser
 from codesign.planners.styles import (
     Architecture,
     Demand,
+    Designs,
     Exchange,
     FleetUpdates,
     Lever,
@@ -49,6 +50,7 @@ __all__ = [
     "RESOURCES",
     "Architecture",
     "Demand",
+    "Designs",
     "Exchange",
     "ExternalMemoryLaw",
     "FieldRecord",

@@ -1,0 +1,13 @@
+"""The parameters that are worth a try: paths that a robot can follow, and tiles that fit the part."""
+
+from __future__ import annotations
+
+from codesign.planners.styles import Designs
+
+DESIGNS: Designs = tuple(({"stop": stop, "corner_cutting": False},) for stop in ("starts", "whole_map"))
+"""A robot cannot pass between two obstacles that touch at a corner."""
+
+TILE_SIDES = (8, 16, 24, 32, 48, 64, 96, 128, 192, 256)
+MOST_TILES = 3
+"""How many tiles are tried, the largest that fit: a larger tile is visited less often, a smaller one has a faster
+clock."""
