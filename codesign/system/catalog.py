@@ -17,6 +17,8 @@ from typing import Any
 from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.inputs import SpecModel, Workload
+from codesign.inputs.document import Document
+from codesign.inputs.faults import validate
 from codesign.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
@@ -106,6 +108,19 @@ def load_workload(source: str | Path) -> Workload:
         return spec.load_workload(source, task_models(), problem_models())
     except SpecError as wrong:
         raise SpecError(_blame_plug_in(fault) for fault in wrong.faults) from None
+
+
+def workload_of(tree: Mapping[str, Any], folder: Path | None = None) -> Workload:
+    """The workload of a tree that stands in no file, checked against the installed planners.
+
+    ``folder``: where relative paths start; by default the current one.
+
+    Raises:
+        SpecError: all its faults, without a place.
+    """
+    context = {"tasks": task_models(), "problems": problem_models()}
+    document = Document("workload", folder or Path(), dict(tree), context=context)
+    return validate(Workload, document).with_document(document)
 
 
 def _blame_plug_in(fault: Fault) -> Fault:

@@ -1,0 +1,71 @@
+"""The boards of the catalogue: which are asked about, what they cost, and what they draw while they wait."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from codesign.errors import InputError
+from codesign.inputs import Platform, list_platforms, load_platform
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.inputs.files import is_path
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A platform that is asked about. ``source``: its shipped name or its file, as ``hwsw run`` takes it."""
+
+    source: str
+    platform: Platform
+
+    @property
+    def name(self) -> str:
+        """Its name in results."""
+        return self.platform.name
+
+    @property
+    def price_usd(self) -> float | None:
+        """Its price; None where the platform declares none."""
+        return None
+
+    @property
+    def idle_w(self) -> float:
+        """The power that it draws while no plan is computed, W.
+
+        Static power of every FPGA, and idle power of every processor, memory and link with a declared power.
+        """
+        platform = self.platform
+        watts = 0.0
+        for spec in platform.components.values():
+            if isinstance(spec, FpgaComponent):
+                watts += spec.chip.static_power.value
+            elif isinstance(spec, ProcessorComponent | MemoryComponent) and spec.power is not None:
+                watts += spec.power.idle.value
+        return watts + sum(
+            link.power.idle.value for link in platform.links.values() if link.power is not None
+        )
+
+
+def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:
+    """The boards of these shipped names or files; by default every shipped platform.
+
+    Raises:
+        InputError: no such board, none at all, or one is named twice. SpecError: the faults of a file.
+    """
+    if sources is None:
+        sources = list_platforms()
+    if not sources:
+        raise InputError("no board is named", "--boards", "write --boards zynq,arty-a7, or leave it out")
+    boards: dict[str, Board] = {}
+    for source in sources:
+        board = Board(source, load_platform(source))
+        if board.name in boards:
+            what = f"board {board.name} is named twice"
+            raise InputError(what, "--boards", "name it once, or give one of the files another name:")
+        boards[board.name] = board
+    return tuple(boards.values())
+
+
+def is_file(board: Board) -> bool:
+    """Whether the board is a file of the user, not a shipped platform."""
+    return is_path(board.source)
