@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from enum import StrEnum
+from typing import NamedTuple
 
 
 class Spent(StrEnum):
@@ -35,11 +36,36 @@ SPENT = {
 """The same in words."""
 
 
+class Work(NamedTuple):
+    """A kind of work, whatever it costs.
+
+    - ``where``: the component or link. ``what``: the phase, or the message.
+    - ``unit``: what is counted: ``CYCLES`` of an FPGA, ``BEGINS`` of its work, a kernel of a processor, or messages of
+      this many bits. ``RETRIES`` are messages that were sent again.
+    """
+
+    where: str
+    what: str
+    unit: str | int
+
+
+CYCLES, BEGINS, RETRIES = "cycles", "begins", "retries"
+
+
 class Ledger:
-    """Picoseconds by what they were spent on, and by the component or link where."""
+    """Picoseconds by what they were spent on, and by the component or link where.
+
+    ``work``: the same in units, in the order in which each kind of work was first done.
+    """
 
     def __init__(self) -> None:
         self.spent: Counter[tuple[Spent, str]] = Counter()
+        self.work: dict[Work, int] = {}
+
+    def count(self, where: str, what: str, unit: str | int, amount: int) -> None:
+        """Add work."""
+        work = Work(where, what, unit)
+        self.work[work] = self.work.get(work, 0) + amount
 
     def book(self, what: Spent, where: str, picoseconds: int) -> None:
         """Add a span; one of no time leaves no entry."""
@@ -47,11 +73,11 @@ class Ledger:
             self.spent[what, where] += picoseconds
 
     def add(self, other: Ledger) -> None:
-        """Add all that another ledger holds."""
+        """Add the time that another ledger holds."""
         self.spent.update(other.spent)
 
     def copy(self) -> Ledger:
-        """A ledger with the same entries. A change of one leaves the other as it is."""
+        """A ledger with the same times. A change of one leaves the other as it is."""
         copied = Ledger()
         copied.add(self)
         return copied

@@ -17,6 +17,7 @@ from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel
+from codesign.results.terms import Terms
 
 
 class ResourceItem(ResultModel):
@@ -189,6 +190,10 @@ class Result(ResultModel):
     )
     mission: Mission | None = Field(default=None, description="figures of a drive")
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
+    terms: Terms | None = Field(
+        default=None,
+        description="what the time and the energy of a plan are made of, and the figures they rest on",
+    )
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
 
     def figure(self, figure: ResultFigure) -> float | None:
@@ -196,6 +201,16 @@ class Result(ResultModel):
         if figure.of_whole_path and self.mission is not None and not self.mission.reached:
             return None
         return figure.value(self) if figure.value is not None else _total(_held(self, figure.path))
+
+    def interval(self, figure: ResultFigure) -> tuple[float, float] | None:
+        """The least and the greatest value of a declared figure, inside the intervals of all figures that it rests on.
+
+        None where it rests on none, or is no sum of terms (``Terms.open``).
+        """
+        if figure.name == "power" and self.power is not None:
+            ends = (self.power.static.interval, self.power.dynamic.interval)
+            return sum(low for low, _ in ends), sum(high for _, high in ends)
+        return None if self.terms is None else self.terms.interval(figure.name)
 
 
 def _held(record: Any, path: str) -> Any:

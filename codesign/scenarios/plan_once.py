@@ -13,6 +13,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer, plan_chain
 from codesign.system.outcome import plan_fields, use_fields
 from codesign.system.scenario import ProgressOfMission, Scenario
+from codesign.system.terms import plan_terms
 
 TRACED_TRAJECTORIES = 16
 
@@ -31,7 +32,8 @@ class PlanOnceScenario(Scenario):
     ) -> dict[str, Any]:
         """The figures of the plan."""
         answer = plan_once(machine, memo)
-        return plan_fields(machine, answer, memo) | use_fields(machine, boards)
+        terms = {"terms": plan_terms(machine, answer.ledger, boards)}
+        return plan_fields(machine, answer, memo) | use_fields(machine, boards) | terms
 
 
 def plan_once(machine: Machine, memo: Memo | None) -> Answer:

@@ -17,7 +17,7 @@ from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
 from codesign.records import Listener, Record, TaskRecord
-from codesign.results.ledger import Ledger, Spent
+from codesign.results.ledger import BEGINS, CYCLES, Ledger, Spent
 from codesign.system.assemble import building_order, component_of, display_of, link_of, refused
 from codesign.system.bind import System
 from codesign.system.messages import Content, LostMessageError, Messages, Routes
@@ -246,11 +246,16 @@ class Machine:
         with self._turns[name].turn(priority) as turn:
             yield turn
             while True:
-                busy = fpga.busy
+                busy, before = fpga.busy, dict(fpga.phases)
+                ledger.count(name, "", BEGINS, 1)
                 try:
                     exchange, output = yield from fpga.execute(_until_exchange(steps), self.granularity)
                 finally:
                     ledger.book(Spent.COMPUTE, name, fpga.busy - busy)
+                    for phase, use in fpga.phases.items():
+                        if use is not before.get(phase):
+                            earlier = before[phase].cycles if phase in before else 0
+                            ledger.count(name, phase, CYCLES, use.cycles - earlier)
                 if exchange is None:
                     return output
                 yield from self._exchange(exchange, ledger, priority)
@@ -301,6 +306,7 @@ class Machine:
                 yield from processor.execute(wanted, units, step.phase, priority=priority)
                 spent = processor.duration(wanted, units)
                 ledger.book(Spent.COMPUTE, name, spent)
+                ledger.count(name, step.phase, wanted, units)
                 ended[step.phase] = ended.get(step.phase, 0) + spent
             record = step.record(begin, self.now, processor.name) if self.listening and step.record else None
             # The processor has reported its own record of the task.

@@ -12,7 +12,7 @@ from codesign.errors import CodesignError
 from codesign.inputs import Platform
 from codesign.inputs.components import DisplayComponent, MemoryComponent
 from codesign.planners.task_graph import Flow
-from codesign.results.ledger import Ledger, Spent
+from codesign.results.ledger import RETRIES, Ledger, Spent
 
 if TYPE_CHECKING:
     from codesign.components import Link
@@ -105,6 +105,9 @@ class Messages:
             if ledger is not None:
                 ledger.book(Spent.WAIT, link.name, delivery.queued)
                 ledger.book(Spent.TRANSFER, link.name, delivery.transferred)
+                ledger.count(link.name, flow.name, bits, delivery.attempts)
+                if delivery.attempts > 1:
+                    ledger.count(link.name, flow.name, RETRIES, delivery.attempts - 1)
             if delivery.reason is not None:
                 raise LostMessageError(
                     f"message {flow.name!r} from {flow.sender} to {flow.receiver} was lost: {delivery.reason}",

@@ -28,6 +28,7 @@ LEVELS: list[list[str]] = [
     [f"planners.{room}" for room in ROOMS],
     ["planners", "components"],
     ["results"],
+    ["verdicts"],
     ["system"],
     ["scenarios"],
     ["exploration", "calibrate", "testing"],

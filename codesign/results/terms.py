@@ -1,0 +1,200 @@
+"""The terms of the time and the energy of a plan, and the inputs that each rests on: a result is priced anew by them.
+
+A plan is a chain: the map over a link, steps on a component, the answer over a link. Each part of it takes a
+``Monomial`` of the figures of platform, part and laws: cycles over a clock, units times the cost of a kernel, words
+over the clock of a bus. Their sum is the simulated time but for the rounding to picoseconds: less than 1 ps for each
+message, and for each time that an FPGA takes up work. So other values of the figures need no simulation.
+
+An input is named as the platform names it (``arm.costs.wavefront_cell``). A name with a space is no key of a platform:
+``part XC7Z020.power.dynamic`` is a figure of a part, ``law wavefront.array.power.activity`` one of a law. ``axi edges``
+is how many clock periods the chain waited for edges. That number has bounds, and depends on all that comes before it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from codesign.figures import Figure
+from codesign.results.model import ResultModel
+
+Interval = tuple[float, float]
+When = Literal["always", "busy", "waiting"]
+Plan = tuple["Term", ...]
+"""The terms of one plan, in the order of the chain."""
+
+
+def _power(value: Any, power: int) -> Any:
+    """A power; that of 0 to a negative exponent is infinite."""
+    if isinstance(value, np.ndarray):
+        with np.errstate(divide="ignore"):
+            return value.astype(np.float64) ** power
+    return math.inf if power < 0 and not value else value**power
+
+
+@dataclass(frozen=True)
+class Monomial:
+    """``amount`` times powers of inputs, times a quotient that is rounded up, where it has one.
+
+    >>> Monomial(2.0, {"clock": -1, "setup": 1}, 10, ("width",)).at({"clock": 4.0, "setup": 3.0, "width": 4.0})
+    4.5
+    """
+
+    amount: Annotated[float, Field(description="the factor that is no input")]
+    powers: Annotated[dict[str, int], Field(description="the exponent of each input, by name")]
+    divide: Annotated[
+        int, Field(description="divided by the product of the inputs in by, rounded up; 0: no factor")
+    ] = 0
+    by: Annotated[tuple[str, ...], Field(description="names of inputs; see divide")] = ()
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The names of its inputs, each once."""
+        return tuple(dict.fromkeys((*self.powers, *self.by)))
+
+    def at(self, values: Mapping[str, Any]) -> Any:
+        """Its value where each input has the given one: a number, or an array where the inputs are arrays."""
+        product: Any = self.amount
+        for name, power in self.powers.items():
+            product = product * _power(values[name], power)
+        if self.divide:
+            product = product * np.ceil(
+                self.divide / math.prod((values[name] for name in self.by), start=1.0)
+            )
+        return product
+
+    def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
+        """The least and the greatest value inside the intervals of the inputs."""
+        ends: tuple[dict[str, float], dict[str, float]] = ({}, {})
+        for name in self.inputs:
+            low, high = inputs[name].interval
+            falls = self.powers.get(name, -1) < 0
+            ends[falls][name], ends[not falls][name] = low, high
+        return self.at(ends[0]), self.at(ends[1])
+
+
+@dataclass(frozen=True)
+class Term(Monomial):
+    """A part of a plan's time, s."""
+
+    where: Annotated[str, Field(description="the component or link")] = ""
+    what: Annotated[str, Field(description="the phase, or the message")] = ""
+    seconds: Annotated[float, Field(description="at the values of the inputs, s")] = 0.0
+    works: Annotated[bool, Field(description="whether the component or link works in it, or waits")] = True
+
+
+@dataclass(frozen=True)
+class Draw(Monomial):
+    """A part of what a component or a link draws, W."""
+
+    where: Annotated[str, Field(description="the component or link")] = ""
+    when: Annotated[
+        When, Field(description="at all times, only while it works, or only while it does not")
+    ] = "always"
+    watts: Annotated[float, Field(description="at the values of the inputs, W")] = 0.0
+    beside: Annotated[
+        str, Field(description="the component that it works and waits with; by default itself")
+    ] = ""
+
+    def during(self, term: Term) -> bool:
+        """Whether it is drawn in a part of the time."""
+        busy = term.works and term.where == (self.beside or self.where)
+        return self.when == "always" or busy == (self.when == "busy")
+
+
+class Terms(ResultModel):
+    """Time and energy of a plan as sums of products of inputs."""
+
+    inputs: dict[str, Figure] = Field(description="what the terms rest on, by name")
+    times: dict[str, tuple[Plan, ...]] = Field(
+        description="the terms of each time by the name of its figure, in the order of the chain. Of several lists, as"
+        " of several starts, the greatest sum is the figure"
+    )
+    draws: tuple[Draw, ...] = Field(
+        description="what is drawn, which with the terms of first_plan_s gives the energy"
+    )
+    open: dict[str, str] = Field(default={}, description="by figure: why it is no sum of terms")
+
+    def plans(self, figure: str) -> tuple[tuple[Monomial, ...], ...]:
+        """The sums that a figure is the greatest of; none where it is no sum of terms."""
+        if figure in self.open:
+            return ()
+        if figure == "energy_j":
+            plans = self.times.get("first_plan_s", ())
+            return tuple(
+                merged(_product(term, draw) for term in plan for draw in self.draws if draw.during(term))
+                for plan in plans
+            )
+        return self.times.get(figure, ())
+
+    def interval(self, figure: str) -> Interval | None:
+        """The least and the greatest value of a figure inside the intervals of all inputs; None without terms.
+
+        Exact where each input moves all terms that it is in the same way, else an interval that holds both.
+        """
+        bounds = [_sum_bounds(plan, self.inputs) for plan in self.plans(figure)]
+        return (max(low for low, _ in bounds), max(high for _, high in bounds)) if bounds else None
+
+
+def is_edges(name: str) -> bool:
+    """Whether an input is a number of clock periods waited, which nobody can measure by itself."""
+    return name.endswith(" edges")
+
+
+def _sum_bounds(plan: Iterable[Monomial], inputs: Mapping[str, Figure]) -> Interval:
+    bounds = [monomial.bounds(inputs) for monomial in plan]
+    return math.fsum(low for low, _ in bounds), math.fsum(high for _, high in bounds)
+
+
+def _product(term: Monomial, draw: Monomial) -> Monomial:
+    powers = dict(term.powers)
+    for name, power in draw.powers.items():
+        powers[name] = powers.get(name, 0) + power
+    kept = {name: power for name, power in powers.items() if power}
+    return Monomial(term.amount * draw.amount, kept, term.divide, term.by)
+
+
+def merged(monomials: Iterable[Monomial]) -> tuple[Monomial, ...]:
+    """The same sum with one monomial for each product of inputs."""
+    sums: dict[Any, Monomial] = {}
+    for each in monomials:
+        key = frozenset(each.powers.items()), each.divide, each.by
+        amount = each.amount + (sums[key].amount if key in sums else 0.0)
+        sums[key] = Monomial(amount, each.powers, each.divide, each.by)
+    return tuple(each for each in sums.values() if each.amount)
+
+
+def mean_of(plans: Sequence[Plan]) -> Plan:
+    """The terms of the mean time of several plans: like parts of the chain are one term."""
+    sums: dict[Any, Term] = {}
+    share = 1.0 / len(plans)
+    for term in (term for plan in plans for term in plan):
+        key = term.where, term.what, frozenset(term.powers.items()), term.divide, term.by
+        old = sums.get(key)
+        amount, seconds = (0.0, 0.0) if old is None else (old.amount, old.seconds)
+        sums[key] = replace(term, amount=amount + share * term.amount, seconds=seconds + share * term.seconds)
+    return tuple(sums.values())
+
+
+def worst_of(plans: Iterable[Plan]) -> tuple[Plan, ...]:
+    """The plans of which one is the slowest at any values of the inputs: those that no other exceeds in every term."""
+    kept: list[tuple[dict[Any, float], Plan]] = []
+    for plan in plans:
+        amounts: dict[Any, float] = {}
+        for term in plan:
+            key = frozenset(term.powers.items()), term.divide, term.by
+            amounts[key] = amounts.get(key, 0.0) + term.amount
+        if any(_exceeds(other, amounts) for other, _ in kept):
+            continue
+        kept = [(other, each) for other, each in kept if not _exceeds(amounts, other)]
+        kept.append((amounts, plan))
+    return tuple(plan for _, plan in kept)
+
+
+def _exceeds(more: Mapping[Any, float], less: Mapping[Any, float]) -> bool:
+    return all(more.get(key, 0.0) >= amount for key, amount in less.items())

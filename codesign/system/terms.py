@@ -1,0 +1,291 @@
+"""The terms of a plan's time and energy, from the work that its chain did and the figures of platform, part and laws.
+
+A time is no sum of products where things meet in time: a display takes cycles of a memory, a link is down at certain
+times or delivers late, tasks of the user's own use the same components, or one of several links side by side is chosen.
+``Terms.open`` says so, and nothing is priced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from codesign.figures import Figure, Status
+from codesign.inputs.components import (
+    BusyPower,
+    FpgaComponent,
+    MemoryComponent,
+    ProcessorComponent,
+    ProcessorPower,
+)
+from codesign.inputs.links import BusLink, SerialLink
+from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
+from codesign.results.result import Power
+from codesign.results.terms import Draw, Monomial, Plan, Term, Terms, When
+from codesign.units import PICOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from codesign.part import Part
+    from codesign.system.bind import System
+    from codesign.system.build import Machine
+
+WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
+"""What a component or a link does while it does not work."""
+
+SAME = 1e-9
+"""Two figures of a law that differ by less than this share are one: each went through some roundings."""
+
+
+def plan_terms(machine: Machine, ledger: Ledger, boards: Mapping[str, Power]) -> Terms:
+    """The terms of one plan.
+
+    Args:
+        machine: after the run.
+        ledger: of the chain of the plan.
+        boards: the power of each FPGA; see ``energy.board_powers``.
+    """
+    open_ = _open(machine, ledger)
+    if open_:
+        return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys(("first_plan_s", "energy_j"), open_))
+    pricing = _Pricing(machine)
+    plan = pricing.plan(ledger)
+    draws = tuple(pricing.draws(boards))
+    reason = _open_energy(machine.system)
+    without = {"energy_j": reason} if reason else {}
+    return Terms(inputs=pricing.inputs, times={"first_plan_s": (plan,)}, draws=draws, open=without)
+
+
+def _open(machine: Machine, ledger: Ledger) -> str:
+    """Why the time of the plan is no sum of terms; "" where it is one."""
+    system = machine.system
+    fpga = machine.planning_component if system.part is not None else None
+    memories = [] if fpga is None else [fpga.block_ram, fpga.external]
+    if any(memory is not None and memory.claims is not None for memory in memories):
+        return (
+            "a display takes cycles of the memory that the design works in: how many depends on when it works"
+        )
+    if system.workload.tasks:
+        return "tasks of the workload's own use the same components and links"
+    used = {work.where for work in ledger.work}
+    reasons = (_open_link(machine, name) for name in machine.links if name in used)
+    return next(filter(None, reasons), "")
+
+
+def _open_link(machine: Machine, name: str) -> str:
+    """Why the time of the messages of a link is no sum of terms; "" where it is one."""
+    links = machine.system.platform.links
+    if links[name].outages:
+        return f"link {name} is down at certain times"
+    if machine.links[name].late:
+        return f"messages of link {name} arrive late"
+    ends = set(links[name].between)
+    if sum(len(ends & set(link.between)) > 1 for link in links.values()) > 1:
+        return f"of link {name} and those beside it each message takes the fastest"
+    return ""
+
+
+def _open_energy(system: System) -> str:
+    """Why the energy is no sum of terms though the time is one; "" where it is."""
+    memory = None if system.external is None else system.platform.components[system.external.name]
+    if system.external is None or not isinstance(memory, MemoryComponent) or memory.power is None:
+        return ""
+    low, high = _access_ratio(memory)
+    name = system.external.name
+    return f"the share of the time in which {name} works depends on its accesses" if low < high else ""
+
+
+class _Pricing:
+    """Collects the inputs that terms rest on."""
+
+    def __init__(self, machine: Machine) -> None:
+        self.machine, self.system = machine, machine.system
+        self.inputs: dict[str, Figure] = {}
+        self.values: dict[str, float] = {}
+
+    def input(self, name: str, figure: Figure) -> str:
+        """The name of an input, after it was put among the inputs."""
+        if name not in self.inputs:
+            self.inputs[name], self.values[name] = figure, figure.value
+        return name
+
+    def term(
+        self, work: Work, amount: float, powers: dict[str, int], divide: int = 0, by: tuple[str, ...] = ()
+    ) -> Term:
+        """A term with its seconds; ``Work.unit`` is no matter."""
+        seconds = Monomial(amount, powers, divide, by).at(self.values)
+        return Term(amount, powers, divide, by, work.where, work.what, seconds, work.what not in WAITS)
+
+    def plan(self, ledger: Ledger) -> Plan:
+        """The terms of a chain."""
+        terms: list[Term] = []
+        waits: list[str] = []
+        for work, amount in ledger.work.items():
+            if work.unit in (BEGINS, RETRIES):
+                waits += [work.where]
+                continue
+            terms += self._of_work(work, amount)
+            waits += [work.where]
+        for where in dict.fromkeys(waits):
+            terms += self._waiting(where, ledger)
+        return tuple(term for term in terms if term.amount)
+
+    def _of_work(self, work: Work, amount: int) -> Iterator[Term]:
+        platform, name = self.system.platform, work.where
+        if name in platform.links:
+            yield from self._messages(work, amount)
+            return
+        spec = platform.components[name]
+        if isinstance(spec, ProcessorComponent):
+            cost = spec.costs[str(work.unit)].per(PICOSECONDS_PER_SECOND, "s")
+            yield self.term(work, amount, {self.input(f"{name}.costs.{work.unit}", cost): 1})
+        elif isinstance(spec, FpgaComponent) and work.unit == CYCLES:
+            powers = {self.input(f"{name}.clock", spec.clock): -1}
+            yield self.term(work, amount, powers | self._accesses(name))
+
+    def _accesses(self, fpga: str) -> dict[str, int]:
+        """The factor of cycles that rest on an external memory."""
+        memory = self.system.external
+        if memory is None or fpga != self.system.component:
+            return {}
+        spec = self.system.platform.components[memory.name]
+        assert isinstance(spec, MemoryComponent), "what is named as external memory is one"
+        low, high = _access_ratio(spec)
+        source = f"latency_cycles ({spec.latency_cycles.source}) and row_cycles of {memory.name}: bounds of all cycles"
+        ratio = Figure(1.0, "1", spec.latency_cycles.status, source, low, high)
+        return {self.input(f"law {memory.name}.access_cycles", ratio): 1} if low < high else {}
+
+    def _messages(self, work: Work, amount: int) -> Iterator[Term]:
+        from codesign.components import Serial
+
+        name = work.where
+        spec, link = self.system.platform.links[name], self.machine.links[name]
+        bits = int(work.unit) + link.errors.checksum_bits
+        if isinstance(link, Serial):
+            assert isinstance(spec, SerialLink), "a serial line is made of one"
+            baud = self.input(f"{name}.baud", spec.baud)
+            yield self.term(work, amount * float(link.frames(int(work.unit)) * link.frame_bits), {baud: -1})
+        elif isinstance(spec, BusLink):
+            clock, width = self.input(f"{name}.clock", spec.clock), self.input(f"{name}.width", spec.width)
+            burst = self.input(f"{name}.burst_words", spec.burst_words)
+            setup = self.input(f"{name}.setup_cycles", spec.setup_cycles)
+            yield self.term(work, amount, {clock: -1}, bits, (width,))
+            yield self.term(work, amount, {setup: 1, clock: -1}, bits, (width, burst))
+
+    def _waiting(self, name: str, ledger: Ledger) -> Iterator[Term]:
+        """The waits at a component or link: for messages sent again, and for the edges of its clock."""
+        spent = ledger.spent[Spent.WAIT, name]
+        if not spent:
+            return
+        platform = self.system.platform
+        spec = platform.links[name] if name in platform.links else platform.components[name]
+        again = sum(
+            amount for each, amount in ledger.work.items() if each.where == name and each.unit == RETRIES
+        )
+        if again:
+            timeouts = again * self.machine.links[name].errors.timeout
+            spent -= timeouts
+            yield self.term(Work(name, WAIT_RETRIES, ""), timeouts / PICOSECONDS_PER_SECOND, {})
+        wait = Work(name, WAIT, "")
+        if isinstance(spec, FpgaComponent | BusLink):
+            begins = sum(
+                amount
+                for each, amount in ledger.work.items()
+                if each.where == name and (each.unit == BEGINS or isinstance(each.unit, int))
+            )
+            periods = spent / PICOSECONDS_PER_SECOND * spec.clock.value
+            source = "clock periods waited until the next edge, at most one each time"
+            edges = Figure(periods, "1", Status.CALIBRATED, source, 0, max(begins, periods))
+            powers = {self.input(f"{name} edges", edges): 1, self.input(f"{name}.clock", spec.clock): -1}
+            yield self.term(wait, 1.0, powers)
+        else:
+            yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})
+
+    def draws(self, boards: Mapping[str, Power]) -> Iterator[Draw]:
+        """What every FPGA, processor, memory and link draws."""
+        platform = self.system.platform
+        for name, power in boards.items():
+            yield from self._board(name, power)
+        for name, component in platform.components.items():
+            if isinstance(component, ProcessorComponent):
+                yield from self._busy_or_waiting(name, component.power)
+            elif isinstance(component, MemoryComponent) and component.power is not None:
+                yield from self._memory(name, component.power)
+        for name, link in platform.links.items():
+            if link.power is not None:
+                yield from self._busy_or_waiting(name, link.power)
+
+    def _draw(self, where: str, when: When, amount: float, powers: dict[str, int], beside: str = "") -> Draw:
+        watts = Monomial(amount, powers).at(self.values)
+        return Draw(amount, powers, 0, (), where, when, watts, beside)
+
+    def _busy_or_waiting(self, name: str, power: ProcessorPower | BusyPower) -> Iterator[Draw]:
+        yield self._draw(name, "busy", 1.0, {self.input(f"{name}.power.busy", power.busy): 1})
+        yield self._draw(name, "waiting", 1.0, {self.input(f"{name}.power.idle", power.idle): 1})
+
+    def _memory(self, name: str, power: BusyPower) -> Iterator[Draw]:
+        """A memory works in a share of the FPGA's cycles, and only beside the FPGA that plans."""
+        component = self.machine.by_name[name]
+        fpga = self.system.component
+        busy = self.machine.by_name[fpga].busy
+        share = component.busy / busy if component.busy and busy else 0.0
+        idle = self.input(f"{name}.power.idle", power.idle)
+        if not share:
+            yield self._draw(name, "always", 1.0, {idle: 1})
+            return
+        yield self._draw(name, "waiting", 1.0, {idle: 1}, fpga)
+        yield self._draw(name, "busy", 1.0 - share, {idle: 1}, fpga)
+        yield self._draw(name, "busy", share, {self.input(f"{name}.power.busy", power.busy): 1}, fpga)
+
+    def _board(self, name: str, power: Power) -> Iterator[Draw]:
+        """Static power at all times, and dynamic power while the design works, which rises with the clock."""
+        spec, law = self.system.platform.components[name], self._law(name)
+        assert isinstance(spec, FpgaComponent), "boards are FPGAs"
+        part = spec.chip
+        static = power.static == part.static_power
+        source = f"part {part.name}.power.static" if static else f"law {law}.power.static"
+        yield self._draw(name, "always", 1.0, {self.input(source, power.static): 1})
+        if not power.dynamic.value:
+            return
+        amount, powers = self._dynamic(law, power.dynamic, part)
+        clock = self.input(f"{name}.clock", spec.clock)
+        yield self._draw(name, "busy", amount / spec.clock.value, {**powers, clock: 1})
+
+    def _law(self, name: str) -> str:
+        """The planner and the style on an FPGA."""
+        system = self.system
+        if name == system.component:
+            return f"{system.planner.name}.{system.architecture.style}"
+        styles = (
+            style for task, style in system.placement.styles.items() if system.placement.places[task] == name
+        )
+        style = next(styles, None)
+        return name if style is None else f"{style.planner}.{style.style}"
+
+    def _dynamic(self, law: str, dynamic: Figure, part: Part) -> tuple[float, dict[str, int]]:
+        """Dynamic power as an amount times inputs: the part's power a slice and Hz, where the law quotes it."""
+        rate = part.dynamic_power
+        low, high = rate.interval
+        if rate.source not in dynamic.source or not low:
+            return 1.0, {self.input(f"law {law}.power.dynamic", dynamic): 1}
+        amount = dynamic.value / rate.value
+        powers = {self.input(f"part {part.name}.power.dynamic", rate): 1}
+        least, most = dynamic.interval[0] / (low * amount), dynamic.interval[1] / (high * amount)
+        if least < 1 - SAME or most > 1 + SAME:
+            text = f"activity of the design over that of the law, {law}: {dynamic.source}"
+            activity = Figure(1.0, "1", dynamic.status, text, min(1.0, least), max(1.0, most))
+            powers[self.input(f"law {law}.power.activity", activity)] = 1
+        return amount, powers
+
+
+def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:
+    """Bounds of the cycles of any accesses over those at the declared values.
+
+    All cycles are a · latency + b · row + c with a, b and c at least 0, or the greater of such a sum and a constant. So
+    they grow by no more than the figure that grows most, and shrink by no more than the one that shrinks most.
+    """
+    ratios = [1.0]
+    for figure in (memory.latency_cycles, memory.row_cycles):
+        if figure is not None and figure.value:
+            value = max(1, figure.value)
+            ratios += [max(1, end) / value for end in figure.interval]
+    return min(ratios), max(ratios)

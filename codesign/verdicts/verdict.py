@@ -1,0 +1,181 @@
+"""Whether a need holds, and whether a design wins, at every value inside the intervals; or the figure that decides."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from pydantic import Field
+
+from codesign.figures import FIGURES, Figure, ResultFigure
+from codesign.results.model import ResultModel
+from codesign.results.result import Result
+from codesign.results.terms import Monomial
+from codesign.verdicts.sums import Inputs, Margin
+
+State = Literal["proved", "refuted", "depends", "not assessed"]
+
+
+class Decider(ResultModel):
+    """The figure that decides: known exactly, it would move the margin most."""
+
+    name: str = Field(description="as an axis names it; of a part or a law with that word before it")
+    platform: str = Field(description="the platform that declares it; empty for a figure of a part or a law")
+    figure: Figure = Field(description="its value, interval, status and source")
+    flips_at: float | None = Field(
+        default=None,
+        description="the value at which the verdict changes, all other figures at their own, in the unit of the figure;"
+        " None where no figure changes it by itself",
+    )
+
+
+class Verdict(ResultModel):
+    """Whether something holds at every value inside the intervals of all figures that it rests on.
+
+    - ``proved``: at every value. ``refuted``: at none. ``depends``: at some, and ``decides`` names the figure to
+      measure first. ``not assessed``: there is no closed form; ``reason`` says why.
+    """
+
+    state: State = Field(description="proved, refuted, depends or not assessed")
+    figure: str = Field(description="name of the figure that it is about")
+    holds: bool | None = Field(default=None, description="whether it holds at the figures' own values")
+    margin: float | None = Field(
+        default=None, description="by how much it holds at the figures' own values, in the unit of the figure"
+    )
+    least: float | None = Field(default=None, description="the least margin, or a lower bound of it")
+    most: float | None = Field(default=None, description="the greatest margin, or an upper bound of it")
+    decides: Decider | None = Field(
+        default=None, description="the figure that decides, where it depends on one"
+    )
+    reason: str = Field(default="", description="why it is not assessed, or what it depends on besides")
+    winner: int | None = Field(default=None, description="of a comparison: the position of the best design")
+    rival: int | None = Field(default=None, description="the position of the design that decides against it")
+
+
+def need_verdict(
+    result: Result, figure: ResultFigure | str, limit: float, *, at_least: bool = False
+) -> Verdict:
+    """Whether a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it."""
+    declared = FIGURES[str(figure)]
+    value = result.figure(declared)
+    reason = _unassessed(result, declared)
+    if value is None:
+        return Verdict(state="not assessed", figure=declared.name, reason=f"there is no {declared.label}")
+    margin = value - limit if at_least else limit - value
+    if reason:
+        return Verdict(
+            state="not assessed", figure=declared.name, holds=margin >= 0, margin=margin, reason=reason
+        )
+    if declared.name not in _PRICED:
+        state: State = "proved" if margin >= 0 else "refuted"
+        return Verdict(
+            state=state, figure=declared.name, holds=margin >= 0, margin=margin, least=margin, most=margin
+        )
+    inputs = Inputs()
+    figures = inputs.sums(result, declared.name)
+    bound = ((Monomial(limit, {}),),)
+    ours, theirs = (bound, figures) if at_least else (figures, bound)
+    return _judged(declared, Margin(ours, theirs, inputs.by_id), inputs)
+
+
+def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Verdict:
+    """Whether the best of several results by a figure is the best at every value inside all intervals.
+
+    Results that share an input have one value of it. Those that are infeasible or have no such figure take no part.
+    ``winner`` and ``rival`` are positions in ``results``.
+    """
+    declared = FIGURES[str(figure)]
+    values = [result.figure(declared) if result.feasible else None for result in results]
+    sign = -1.0 if declared.maximise else 1.0
+    ranked = sorted((sign * value, number) for number, value in enumerate(values) if value is not None)
+    if not ranked:
+        return Verdict(state="not assessed", figure=declared.name, reason=f"no design has {declared.label}")
+    winner = ranked[0][1]
+    verdicts = [
+        _against(results[winner], results[number], declared).model_copy(
+            update={"winner": winner, "rival": number}
+        )
+        for _, number in ranked[1:]
+    ]
+    if not verdicts:
+        return Verdict(
+            state="proved", figure=declared.name, holds=True, winner=winner, reason="no other design"
+        )
+    return min(verdicts, key=_hardness)
+
+
+_PRICED = ("first_plan_s", "energy_j", "power")
+"""The figures that rest on figures with intervals."""
+
+
+def _hardness(verdict: Verdict) -> tuple[int, float]:
+    """The first verdict is the one that says least for the winner: then the one that the smallest change flips."""
+    order = ("not assessed", "depends", "refuted", "proved")
+    decides, change = verdict.decides, float("inf")
+    if decides is not None and decides.flips_at is not None:
+        change = abs(decides.flips_at - decides.figure.value) / (abs(decides.figure.value) or 1.0)
+    return order.index(verdict.state), change
+
+
+def _against(winner: Result, other: Result, figure: ResultFigure) -> Verdict:
+    reason = _unassessed(winner, figure) or _unassessed(other, figure)
+    ours, theirs = winner.figure(figure), other.figure(figure)
+    assert ours is not None, "those without the figure take no part"
+    assert theirs is not None, "those without the figure take no part"
+    margin = ours - theirs if figure.maximise else theirs - ours
+    if reason:
+        return Verdict(state="not assessed", figure=figure.name, holds=True, margin=margin, reason=reason)
+    if figure.name not in _PRICED:
+        return Verdict(
+            state="proved" if margin else "depends",
+            figure=figure.name,
+            holds=True,
+            margin=margin,
+            least=margin,
+            most=margin,
+            reason="" if margin else "both are equal",
+        )
+    inputs = Inputs()
+    sides = inputs.sums(winner, figure.name), inputs.sums(other, figure.name)
+    return _judged(figure, Margin(*sides, inputs.by_id), inputs)
+
+
+def _unassessed(result: Result, figure: ResultFigure) -> str:
+    """Why there is no verdict about a figure of a result; "" where there is one."""
+    if result.mission is not None or result.fleet is not None:
+        kind = "mission" if result.mission is not None else "fleet"
+        return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
+    if figure.name in _PRICED:
+        if figure.name == "power" and result.power is None:
+            return ""
+        if result.terms is None:
+            return "the result has no terms"
+        return result.terms.open.get(figure.name, "")
+    if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
+        return "the cycles rest on figures of processor or memory"
+    return ""
+
+
+def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:
+    least, most = margin.least(), margin.reversed.least()
+    value = float(margin.at())
+    state: State = "proved" if least.value > 0 else "refuted" if most.value > 0 else "depends"
+    verdict = Verdict(
+        state=state, figure=figure.name, holds=value >= 0, margin=value, least=least.value, most=-most.value
+    )
+    if state != "depends":
+        return verdict
+    names = [name for name in margin.varying() if inputs.by_id[name].measurable]
+    flips = {name: flip for name in names if (flip := margin.flip(name)) is not None}
+    deciding = max(flips or names, key=margin.swing, default=None)
+    if deciding is None:
+        reason = "both are equal" if not value else "it lies within the waits for clock edges"
+        return verdict.model_copy(update={"reason": reason})
+    reason = "" if flips else "no figure changes it by itself; several together may"
+    if not flips and not (least.exact and most.exact):
+        reason = "not proved: bounds of the difference leave it open"
+    each = inputs.by_id[deciding]
+    decider = Decider(
+        name=each.name, platform=each.platform, figure=inputs.figures[deciding], flips_at=flips.get(deciding)
+    )
+    return verdict.model_copy(update={"decides": decider, "reason": reason})
