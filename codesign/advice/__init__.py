@@ -5,20 +5,25 @@ needs, with the reason why the cheaper ones do not.
 
 The stages, one module each: ``needs`` (the question), ``boards`` (the catalogue), ``candidates`` (the designs of a
 board), ``trials`` (what a design comes to), ``cache`` (trials kept on disk), ``search`` (which designs are tried, in
-which order), ``answer`` (boards side by side), ``sentence`` (the verdict in words), ``files`` (the winner as a file).
+which order), ``answer`` (boards side by side), ``certainty`` (how sure it is), ``sentence`` (the verdict in words),
+``files`` (the winner as a file).
+
+Of the designs that suffice on a board, the simplest is named: software before a circuit, a circuit before a split. The
+board costs the same with each of them. The fastest stands beside it.
 
 Mean power, not power while planning, is held against ``--power``: a battery sees the mean.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from codesign.advice.answer import Advice, Design, advice_schema, judged, met_alone
+from codesign.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
 from codesign.advice.boards import Board, boards_of
 from codesign.advice.cache import cache_folder, kept_trials
 from codesign.advice.candidates import Candidate
+from codesign.advice.certainty import Certainty, certainty_of
 from codesign.advice.files import command_of, write_design
 from codesign.advice.needs import Needs, Question, ask, parse_needs, problem_section
 from codesign.advice.search import BUDGET_S, Findings, Progress, search
@@ -62,15 +67,17 @@ def advise(
     needs = question.needs
     advice, best = judged(boards, findings, needs)
     winner = advice[0] if advice[0].suffices else None
-    command, confidence = None, ""
+    command, certainty, next_certainty = None, None, None
     if winner is not None:
         candidate = best[winner.board]
-        confidence = _confirmed(laboratory, candidate, winner.design)
+        certainty = _confirmed(laboratory, candidate, winner.design)
         folder = cache_folder() / "advice" / laboratory.key(candidate)[:12] if write is None else write
         command = command_of(candidate, write_design(candidate, question, folder, portable=write is not None))
+        next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
     return Advice(
-        verdict=verdict(advice, needs, met_alone(boards, findings, needs), confidence),
-        confidence=confidence,
+        verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, next_certainty),
+        certainty=certainty,
+        next_certainty=next_certainty,
         needs=needs,
         rows=question.grid.rows,
         columns=question.grid.columns,
@@ -86,7 +93,7 @@ def advise(
     )
 
 
-def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | None) -> str:
+def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | None) -> Certainty:
     """How sure the recommendation is, by a run of its design, which has to come to the figures of its trial.
 
     Raises:
@@ -101,7 +108,17 @@ def _confirmed(laboratory: Laboratory, candidate: Candidate, design: Design | No
             str(cache_folder()),
             "remove this folder, and report it",
         )
-    return ""
+    return certainty_of(result, candidate.board, laboratory.question.needs)
+
+
+def _of_next(
+    laboratory: Laboratory, best: Mapping[str, Candidate], cheaper: Sequence[BoardAdvice]
+) -> Certainty | None:
+    """How sure it is that the next cheaper board does not suffice; None where that is no matter of its figures."""
+    if not cheaper or {short.need for short in cheaper[0].shortfalls} != {"rate"}:
+        return None
+    candidate = best[cheaper[0].board]
+    return certainty_of(laboratory.result(candidate), candidate.board, laboratory.question.needs)
 
 
 def _left(findings: Findings) -> tuple[str, ...]:

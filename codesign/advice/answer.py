@@ -10,6 +10,7 @@ from pydantic import Field
 
 from codesign.advice.boards import Board
 from codesign.advice.candidates import Candidate, Where
+from codesign.advice.certainty import Certainty
 from codesign.advice.needs import Needs
 from codesign.advice.search import Findings, Tried
 from codesign.advice.trials import Shortfall, Trial
@@ -36,13 +37,16 @@ class Design(ResultModel):
 
 
 class BoardAdvice(ResultModel):
-    """A board with its best design: the fastest that suffices, or else the one that is nearest to it."""
+    """A board with its best design: the simplest that suffices, or else the one that is nearest to it."""
 
     board: str = Field(description="name of the platform")
     price_usd: float | None = Field(description="its price, USD; None where the platform declares none")
     idle_w: float = Field(description="power while no plan is computed, W")
     suffices: bool = Field(description="whether a design on it meets every need")
     design: Design | None = Field(description="its best design; None where no planner has a style for it")
+    fastest: Design | None = Field(
+        description="its fastest design whose plans serve, whatever the other needs; None where none serves"
+    )
     margin: float | None = Field(
         description="rate over the rate that is asked for; None where it was not run"
     )
@@ -55,7 +59,12 @@ class Advice(ResultModel):
 
     schema_version: Literal[1] = Field(default=1, description="version of this form")
     verdict: str = Field(description="the answer in a sentence")
-    confidence: str = Field(description="how sure the answer is")
+    certainty: Certainty | None = Field(
+        description="how sure it is that the recommended design meets the needs; None where none does"
+    )
+    next_certainty: Certainty | None = Field(
+        description="how sure it is that the next cheaper board is too slow; None where it fails by something else"
+    )
     needs: Needs = Field(description="what was asked for")
     rows: int = Field(description="rows of the map that is planned on")
     columns: int = Field(description="columns of the map that is planned on")
@@ -90,7 +99,7 @@ def judged(
         chosen = min(tried, key=lambda each: _order(each, board, needs), default=None)
         if chosen is not None:
             best[board.name] = chosen[0]
-        advice.append(_of_board(board, chosen, needs, len(tried)))
+        advice.append(_of_board(board, chosen, tried, needs))
     return sorted(advice, key=cost_order), best
 
 
@@ -169,54 +178,55 @@ def met_alone(boards: Sequence[Board], findings: Findings, needs: Needs) -> dict
 
 
 def _order(tried: Tried, board: Board, needs: Needs) -> tuple[int, float, float]:
-    """The best design first: it suffices and is fast; else it runs and serves, and is nearest to the needs."""
-    trial = tried[1]
+    """The best design first: it suffices and is simple; else it runs and serves, and is nearest to the needs."""
+    candidate, trial = tried
     short = shortfalls_of(trial, board, needs)
     time = math.inf if trial.time_s is None else trial.time_s
     worst = max((shortfall.ratio for shortfall in short), default=0.0)
     kinds = {shortfall.need for shortfall in short}
     if not short:
-        return 0, time, worst
+        return 0, _SIMPLE.index(candidate.placement), time
     stages = ("refused", "fit", "arrive")
     return 4 - next((index for index, kind in enumerate(stages) if kind in kinds), 3), worst, time
 
 
-def _of_board(board: Board, chosen: Tried | None, needs: Needs, designs: int) -> BoardAdvice:
-    if chosen is None:
-        return BoardAdvice(
-            board=board.name,
-            price_usd=board.price_usd,
-            idle_w=board.idle_w,
-            suffices=False,
-            design=None,
-            margin=None,
-            shortfalls=(Shortfall(need="refused", name="no planner has a style for its components"),),
-            designs=0,
-        )
-    candidate, trial = chosen
-    short = shortfalls_of(trial, board, needs)
-    rate = None if trial.time_s is None else 1 / max(trial.time_s, 1e-12)
-    binds, share = _binding(trial, short, board, needs)
+_SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
+"""Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
+
+
+def _of_board(board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs) -> BoardAdvice:
+    serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
+    fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
+    design = None if chosen is None else _design(chosen, board, needs)
+    nothing = Shortfall(need="refused", name="no planner has a style for its components")
+    short = (nothing,) if chosen is None else shortfalls_of(chosen[1], board, needs)
     return BoardAdvice(
         board=board.name,
         price_usd=board.price_usd,
         idle_w=board.idle_w,
         suffices=not short,
-        design=Design(
-            planner=candidate.planner.name,
-            style=candidate.style.style,
-            placement=candidate.placement,
-            mapping={task: dict(mapped) for task, mapped in candidate.mapping.items()},
-            settings=dict(candidate.settings),
-            trial=trial,
-            rate_hz=rate,
-            mean_power_w=mean_power(trial, board, needs),
-            binds=binds,
-            binds_share=share,
-        ),
-        margin=None if rate is None else rate / needs.rate_hz,
+        design=design,
+        fastest=None if fastest is None else _design(fastest, board, needs),
+        margin=None if design is None or design.rate_hz is None else design.rate_hz / needs.rate_hz,
         shortfalls=short,
-        designs=designs,
+        designs=len(tried),
+    )
+
+
+def _design(tried: Tried, board: Board, needs: Needs) -> Design:
+    candidate, trial = tried
+    binds, share = _binding(trial, shortfalls_of(trial, board, needs), board, needs)
+    return Design(
+        planner=candidate.planner.name,
+        style=candidate.style.style,
+        placement=candidate.placement,
+        mapping={task: dict(mapped) for task, mapped in candidate.mapping.items()},
+        settings=dict(candidate.settings),
+        trial=trial,
+        rate_hz=None if trial.time_s is None else 1 / max(trial.time_s, 1e-12),
+        mean_power_w=mean_power(trial, board, needs),
+        binds=binds,
+        binds_share=share,
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from codesign.errors import InputError
+from codesign.figures import Figure
 from codesign.inputs import Platform, list_platforms, load_platform
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.files import is_path
@@ -30,20 +31,26 @@ class Board:
 
     @property
     def idle_w(self) -> float:
-        """The power that it draws while no plan is computed, W.
+        """The power that it draws while no plan is computed, W."""
+        return sum(figure.value for figure in self._idle)
 
-        Static power of every FPGA, and idle power of every processor, memory and link with a declared power.
-        """
-        platform = self.platform
-        watts = 0.0
-        for spec in platform.components.values():
-            if isinstance(spec, FpgaComponent):
-                watts += spec.chip.static_power.value
-            elif isinstance(spec, ProcessorComponent | MemoryComponent) and spec.power is not None:
-                watts += spec.power.idle.value
-        return watts + sum(
-            link.power.idle.value for link in platform.links.values() if link.power is not None
+    @property
+    def idle_interval_w(self) -> tuple[float, float]:
+        """The least and the greatest of it inside the intervals of the figures, W."""
+        return sum(figure.interval[0] for figure in self._idle), sum(
+            figure.interval[1] for figure in self._idle
         )
+
+    @property
+    def _idle(self) -> list[Figure]:
+        """Static power of every FPGA, and idle power of every processor, memory and link with a declared power."""
+        components, links = self.platform.components.values(), self.platform.links.values()
+        figures = [spec.chip.static_power for spec in components if isinstance(spec, FpgaComponent)]
+        drawing = [
+            spec.power for spec in components if isinstance(spec, ProcessorComponent | MemoryComponent)
+        ]
+        drawing += [link.power for link in links]
+        return figures + [power.idle for power in drawing if power is not None]
 
 
 def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:

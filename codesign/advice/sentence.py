@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from codesign.advice.answer import BoardAdvice, Design, cheaper_than
+from codesign.advice.certainty import Certainty
 from codesign.advice.needs import Needs
 from codesign.advice.trials import Shortfall
 from codesign.units import (
@@ -21,19 +22,31 @@ _MOST_NAMED = 3
 
 
 def verdict(
-    boards: Sequence[BoardAdvice], needs: Needs, alone: Mapping[str, tuple[str, ...]], confidence: str
+    boards: Sequence[BoardAdvice],
+    needs: Needs,
+    alone: Mapping[str, tuple[str, ...]],
+    certainty: Certainty | None,
+    next_certainty: Certainty | None,
 ) -> str:
-    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. ``confidence``: how sure it is."""
+    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are those of ``Advice``."""
     best = boards[0]
-    if not best.suffices or best.design is None:
+    if certainty is None or best.design is None:
         return _nothing(boards, needs, alone)
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
     text = (
-        f"{best.board} suffices: {design_text(best.design)} answers in {_amount(time, 's')},"
+        f"{best.board} suffices: {design_text(best.design)} answers in {_time(time, certainty)},"
         f" {margin_text(best)} {rate_text(needs)} asks"
     )
-    return f"{text}{f'; {confidence}' if confidence else ''}; {_cheaper(best, boards, needs)}"
+    return f"{text}; {certainty.text}; {_cheaper(best, boards, needs, next_certainty)}"
+
+
+def _time(time: float, certainty: Certainty) -> str:
+    """A time with its interval."""
+    low, high = certainty.time_low_s, certainty.time_high_s
+    if low is None or high is None or low == high:
+        return _amount(time, "s")
+    return f"{_amount(time, 's')} ({_amount(low, 's')} to {_amount(high, 's')})"
 
 
 def design_text(design: Design) -> str:
@@ -78,7 +91,9 @@ def cost_text(board: BoardAdvice) -> str:
     return f"price not known, {format_power(board.idle_w if power is None else power)}"
 
 
-def _cheaper(best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs) -> str:
+def _cheaper(
+    best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs, next_certainty: Certainty | None
+) -> str:
     cheaper = cheaper_than(best, boards)
     what = "cheaper" if best.price_usd is not None else "of less mean power"
     if not cheaper:
@@ -88,6 +103,8 @@ def _cheaper(best: BoardAdvice, boards: Sequence[BoardAdvice], needs: Needs) -> 
         # Only a board without a price may come after one with a price.
         return f"{first.board} suffices too ({cost_text(first)})"
     why = _main_reason(first, needs)
+    if next_certainty is not None:
+        why += f" ({next_certainty.text})"
     return f"nothing {what} does: the next, {first.board} ({cost_text(first)}), fails: {why}"
 
 

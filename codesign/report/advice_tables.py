@@ -7,20 +7,28 @@ from codesign.advice.needs import Needs
 from codesign.advice.sentence import design_text, shortfall_text
 from codesign.figures import label
 from codesign.report.table import Cell, Table, left, right, word
-from codesign.report.wording import ABSENT, axis_text, count_cell, quantity_cell, share_text, yes_cell
+from codesign.report.wording import (
+    ABSENT,
+    axis_text,
+    count_cell,
+    quantity_cell,
+    quantity_text,
+    share_text,
+    yes_cell,
+)
 
 _KEYS = {"component", "style"}
 
 
 def advice_table(advice: Advice) -> Table:
-    """A row for each board: its best design, what it comes to, and what binds or excludes it."""
+    """A row for each board: its simplest design that suffices or the nearest, what it comes to, and what binds or excludes it."""
     columns = (
         *left("board", "suffices"),
         *right("price", unit="USD"),
         *right("rate", unit="Hz"),
         *right("margin"),
         *right("power", unit="W"),
-        *left("design", "parameters", "binds"),
+        *left("design", "parameters", "binds, or fails by", "fastest"),
     )
     notes = [
         f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free; {advice.starts} starts."
@@ -52,7 +60,16 @@ def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
         word(ABSENT if design is None else design_text(design)),
         word(ABSENT if design is None else _parameters(design)),
         word(_binds(board, needs)),
+        word(_fastest(board)),
     )
+
+
+def _fastest(board: BoardAdvice) -> str:
+    """The fastest design, where it is another one."""
+    fastest = board.fastest
+    if fastest is None or fastest == board.design or fastest.rate_hz is None:
+        return ABSENT
+    return f"{quantity_text(fastest.rate_hz, 'Hz')}: {design_text(fastest)}"
 
 
 def _parameters(design: Design) -> str:
@@ -67,4 +84,4 @@ def _binds(board: BoardAdvice, needs: Needs) -> str:
     design = board.design
     if design is None or design.binds_share is None:
         return ABSENT
-    return f"{label(design.binds)}: {share_text(design.binds_share)} of the limit"
+    return f"{label(design.binds)}: {share_text(float(f'{design.binds_share:.3g}'))} of the limit"

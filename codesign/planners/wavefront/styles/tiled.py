@@ -27,7 +27,7 @@ from codesign.planners.wavefront.plan.plan import (
     stop_cells,
 )
 from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
-from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
+from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_TILES, TILE_SIDES
@@ -58,15 +58,20 @@ class Tiled(ArrayStyle):
         return beyond_map("propagate.tile", "tile", job.parameters.tile_shape(*map_shape), map_shape)
 
     def designs(self, job: Job[Problem, Any]) -> Designs:
-        """The largest squares that fit the part, cut to the map; the smallest of all where none fits."""
+        """The largest squares that fit the part, cut to the map; the smallest of all where none fits.
+
+        The register is that of the plan: visits may need a bit more, which a run shows.
+        """
         rows, columns = job.problem.shape
+        sized = sizing_parameters(job.problem, PropagateParameters(corner_cutting=False))
+        bits = register_bits(cached_plan(job.problem, sized).largest_potential)
         tiles = dict.fromkeys((min(side, rows), min(side, columns)) for side in TILE_SIDES)
         fitting: list[tuple[int, int]] = []
         smallest = next(iter(tiles))
         for tile in reversed(tiles):
             if tile_count((rows, columns), tile) > MAX_TILES or len(fitting) == MOST_TILES:
                 continue
-            parameters = PropagateParameters(tile=tile, corner_cutting=False)
+            parameters = PropagateParameters(tile=tile, register_bits=bits, corner_cutting=False)
             if not short_resources(self.items(replace(job, parameters=parameters)), job.chip):
                 fitting.append(tile)
         return tuple(
