@@ -21,7 +21,7 @@ _KEYS = {"component", "style"}
 
 
 def advice_table(advice: Advice) -> Table:
-    """A row for each board: its simplest design that suffices or the nearest, what it comes to, and what binds or excludes it."""
+    """A row for each board: its design, what that comes to, and what binds or excludes it."""
     columns = (
         *left("board", "suffices"),
         *right("price", unit="USD"),
