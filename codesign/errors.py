@@ -160,19 +160,25 @@ def choose_hint(word: str, accepted: Iterable[str]) -> str:
     return f"did you mean {near}? {listed}" if near else listed
 
 
-def outside_map(cell: Sequence[int], shape: Sequence[int], name: str = "cell") -> tuple[str, str]:
+def outside_map(
+    cell: Sequence[int], shape: Sequence[int], name: str = "cell", first: Sequence[int] = ()
+) -> tuple[str, str]:
     """The fault of a cell outside of a map of this shape, and the remedy.
+
+    ``first``: the first cell of a map that is cropped.
 
     >>> outside_map((40, 0), (40, 60), "goal")
     ('goal (40, 0) is outside of the map of 40 × 60 cells', '(row, column) from (0, 0) to (39, 59)')
     """
-    here, first, last = (
-        f"({', '.join(str(int(part)) for part in place)})"
-        for place in (cell, [0] * len(shape), [side - 1 for side in shape])
+    begin = first if any(first) else [0] * len(shape)
+    end = [start + side - 1 for start, side in zip(begin, shape, strict=True)]
+    here, lowest, highest = (
+        f"({', '.join(str(int(part)) for part in place)})" for place in (cell, begin, end)
     )
     axes = "(row, column) " if len(shape) == 2 else ""
     sides = " × ".join(str(side) for side in shape)
-    return f"{name} {here} is outside of the map of {sides} cells", f"{axes}from {first} to {last}"
+    kind = "cropped map" if any(first) else "map"
+    return f"{name} {here} is outside of the {kind} of {sides} cells", f"{axes}from {lowest} to {highest}"
 
 
 class WrittenFloat(float):

@@ -11,8 +11,8 @@ docstring becomes the description of its schema in traces, so a change to it cha
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +23,24 @@ ENDED, BROKEN_OFF, UNFINISHED = "ended", "broken off", "unfinished"
 
 @dataclass(frozen=True)
 class Record:
-    """Anything that happened: when (ps), and who says so."""
+    """Anything that happened: when (ps), and who says so.
+
+    ``IN_CELLS``: the fields of a class that hold places, n × 2, (row, column) in cells.
+    """
+
+    IN_CELLS: ClassVar[tuple[str, ...]] = ()
 
     time: int
     source: str
+
+    def moved(self, rows: int, columns: int) -> Self:
+        """The record with all its places so many rows down and columns right: from a cropped map to the whole map."""
+        if not (self.IN_CELLS and (rows or columns)):
+            return self
+        places = {name: vars(self)[name] for name in self.IN_CELLS}
+        return replace(
+            self, **{name: here + np.array([rows, columns], here.dtype) for name, here in places.items()}
+        )
 
 
 @dataclass(frozen=True)
@@ -35,11 +49,24 @@ class MapRecord(Record):
 
     ``free``: bool array, rows × columns. ``goals``: int32 array, n × 2, (row, column). ``resolution``: metres a cell,
     or None.
+
+    All places of a run are counted in the whole map, and ``free`` may be a part of it. ``row``, ``column``: the first
+    cell of the part. ``origin``: (x, y, yaw) of its lower left corner, metres and radians, or None.
     """
+
+    IN_CELLS = ("goals",)
 
     free: NDArray[np.bool_]
     goals: NDArray[np.int32]
     resolution: float | None
+    row: int = 0
+    column: int = 0
+    origin: NDArray[np.float64] | None = None
+
+    @property
+    def corner(self) -> tuple[int, int]:
+        """The first row and column of the part."""
+        return self.row, self.column
 
 
 @dataclass(frozen=True)
@@ -128,6 +155,8 @@ class FieldRecord(Record):
 class TrajectoryRecord(Record):
     """The way from one start to a goal: ``points``, float64 n × 2, (row, column) in cells; ``arrived`` or not."""
 
+    IN_CELLS = ("points",)
+
     points: NDArray[np.float64]
     arrived: bool
 
@@ -142,10 +171,16 @@ class PoseRecord(Record):
     heading: float
     speed: float
 
+    def moved(self, rows: int, columns: int) -> Self:
+        """The record with its place so many rows down and columns right."""
+        return replace(self, row=self.row + rows, column=self.column + columns)
+
 
 @dataclass(frozen=True)
 class ObstacleRecord(Record):
     """Cells of the true map that became an obstacle (``appeared``) or free again: int32 n × 2, (row, column)."""
+
+    IN_CELLS = ("cells",)
 
     cells: NDArray[np.int32]
     appeared: bool
@@ -157,6 +192,8 @@ class BeliefRecord(Record):
 
     ``seen``: the time of the scan that showed the cells, ps; None in files without it.
     """
+
+    IN_CELLS = ("cells",)
 
     cells: NDArray[np.int32]
     blocked: NDArray[np.bool_]
@@ -188,6 +225,8 @@ class CommandRecord(Record):
     ``seen``. ``end``: the arc length of the path, cells, at which the robot is to stop.
     """
 
+    IN_CELLS = ("points",)
+
     plan: int
     seen: int
     composed: int
@@ -210,6 +249,8 @@ class MissionRecord(Record):
 @dataclass(frozen=True)
 class PositionsRecord(Record):
     """Where all robots are after an update: ``positions``, float64 n × 2, (row, column) in cells."""
+
+    IN_CELLS = ("positions",)
 
     update: int
     positions: NDArray[np.float64]

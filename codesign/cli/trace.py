@@ -137,6 +137,7 @@ def _draw(seen: Moment, picture: Path, source: Path) -> None:
         seen.start,
         seen.free,
         goals=seen.goals,
+        corner=seen.corner,
         unknown=None if seen.belief is None else seen.belief == UNKNOWN,
         way=seen.path,
         driven=seen.driven,

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+from collections.abc import Iterable
 from functools import cache
 from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
@@ -31,7 +32,7 @@ _NO_PART_IN_RESULTS = frozenset(
 
 
 def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
-    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, and code.
+    """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, files, and code.
 
     ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
 
@@ -39,7 +40,7 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         MapError: the map cannot be read or made.
     """
     from codesign.inputs import list_parts, load_part
-    from codesign.system.bind import grid_of
+    from codesign.system.problem_map import grid_of
 
     folders = (platform.document.folder / "parts",)
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
@@ -51,10 +52,41 @@ def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | No
         parts,
         None if grid is None else grid.free.shape,
         cells,
-        None if grid is None else grid.resolution,
+        None if grid is None else (grid.resolution, grid.origin),
+        files_digest(problem_files(platform, workload)),
         code_digest(),
     ]
     return hashlib.sha256(canonical(identity).encode()).hexdigest()
+
+
+def problem_files(platform: Platform, workload: Workload) -> tuple[Path, ...]:
+    """The files that points of an exploration read while it runs, by name.
+
+    These are the maps that the values of an axis name, with the images of their YAML, and all ``.scen`` files. Where an
+    axis moves the problem, the workload's own map is one of them: with other steps it is read again.
+    """
+    from codesign.inputs.edit import PROBLEM, design_point, moves
+    from codesign.maps import map_files
+
+    axes = workload.explore.axes if workload.explore else {}
+    values = [(axis, value) for axis, listed in axes.items() if moves(axis, PROBLEM) for value in listed]
+    points = [design_point(platform, workload, {axis: value})[1] for axis, value in values]
+    named = {file for point in (workload, *points) for file in point.files}
+    if not points:
+        named.discard(workload.map_file or Path())
+    return tuple(sorted({file for name in named for file in map_files(name)}))
+
+
+def files_digest(files: Iterable[Path]) -> str:
+    """SHA-256 over the content of files as they are on disk now."""
+    digest = hashlib.sha256()
+    for file in files:
+        try:
+            content = file.read_bytes()
+        except OSError:
+            content = b""
+        digest.update(f"{file.name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
 
 
 def variant_digests(workload: Workload) -> dict[str, str]:
@@ -72,14 +104,7 @@ def variant_digests(workload: Workload) -> dict[str, str]:
 
 def parts_digest(platform: Platform) -> str:
     """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
-    digest = hashlib.sha256()
-    for path in sorted((platform.document.folder / "parts").glob("*.yaml")):
-        try:
-            content = path.read_bytes()
-        except OSError:
-            content = b""
-        digest.update(f"{path.name} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
+    return files_digest(sorted((platform.document.folder / "parts").glob("*.yaml")))
 
 
 @cache

@@ -12,7 +12,13 @@ from pathlib import Path
 from codesign.errors import InputError, RunError, StoreError
 from codesign.exploration.definition import MAX_STUDY_POINTS, OTHER_VERSION, definition_text, read_definition
 from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
-from codesign.exploration.identity import fingerprint, parts_digest, variant_digests
+from codesign.exploration.identity import (
+    files_digest,
+    fingerprint,
+    parts_digest,
+    problem_files,
+    variant_digests,
+)
 from codesign.exploration.simulator import Simulator, check_some_point
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import FileStore, MemoryStore, Store
@@ -21,8 +27,8 @@ from codesign.exploration.tally import Progress, Tally
 from codesign.inputs import Platform, Workload, cross_check
 from codesign.inputs.exploration import Exploration
 from codesign.scenarios import scenario_of
-from codesign.system.bind import grid_of
 from codesign.system.memory import share_of_memory
+from codesign.system.problem_map import grid_of
 
 
 def explore(
@@ -53,8 +59,8 @@ def explore(
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part file changed meanwhile. What
-            was finished is kept.
+        StoreError: the store cannot be used. RunError: a worker process died, or a part or map file changed
+            meanwhile. What was finished is kept.
     """
     section = _section(workload)
     workers = _processors() if workers is None else workers
@@ -63,6 +69,8 @@ def explore(
     if evaluate is None:
         _check_axes(platform, workload, section)
     parts = parts_digest(platform)
+    files = problem_files(platform, workload)
+    content = files_digest(files)
     grid = grid_of(workload)
     space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
     if evaluate is None:
@@ -84,6 +92,12 @@ def explore(
                     raise RunError(
                         "a part file changed while its designs were explored",
                         str(platform.document.folder / "parts"),
+                        "run again: points finished before are kept",
+                    )
+                if files_digest(files) != content:
+                    raise RunError(
+                        "a map or .scen file changed while its designs were explored",
+                        str(workload.document.folder),
                         "run again: points finished before are kept",
                     )
                 kept.put(batch)

@@ -26,7 +26,6 @@ from codesign.inputs.edit import (
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform
-from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.revalidate import ENTRIES, validated
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
@@ -327,7 +326,6 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
         trial = _Trial(workload.document, axes, axis, list(values))
         if moves(axis, PROBLEM):
             faults += trial.faults(_Form("", workload.document, workload), movables[0])
-            faults += _map_file_faults(trial, workload, movables[0])
         else:
             faults += _against_platform(trial, platform, movables)
     if faults:
@@ -345,22 +343,6 @@ def _unmapped(platform: Platform, workload: Workload) -> list[Fault]:
 def _no_component(name: Any, platform: Platform) -> tuple[str, str]:
     what = f"platform {platform.name} has no component {clip(str(name))!r}"
     return what, choose_hint(clip(str(name), 60), platform.components)
-
-
-def _map_file_faults(trial: _Trial, workload: Workload, movable: Movable) -> list[Fault]:
-    """Values of an axis that make a problem with a map in a file.
-
-    Points are kept by what the axes say, and a file may say something else the next time.
-    """
-    hint = "generate the maps of this axis, or explore one workload for each file"
-    faults = []
-    for index, value in enumerate(trial.values):
-        problem = trial.point(workload.document, movable, index, value).tree["problem"]
-        wanted = problem.get("map") if isinstance(problem, dict) else None
-        if isinstance(workload.problem, ProblemSpec) and isinstance(wanted, dict) and "file" in wanted:
-            what = "a map in a file cannot be moved by an axis"
-            faults.append(trial.document.fault((*trial.place, index), what, hint))
-    return faults
 
 
 def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]) -> list[Fault]:

@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import difflib
+import re
 from abc import ABC, abstractmethod
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, WrapValidator, field_validator, model_validator
+from pydantic import (
+    Field,
+    PlainSerializer,
+    PrivateAttr,
+    ValidationInfo,
+    WithJsonSchema,
+    WrapValidator,
+    field_validator,
+    model_validator,
+)
 
-from codesign.errors import clip
-from codesign.models import RefusalError, SpecModel, choice
+from codesign.errors import InputError, clip, show
+from codesign.inputs.fields import Length
+from codesign.maps.prepare import Crop, Radius, Steps, Unknown
+from codesign.models import Location, RefusalError, SpecModel, choice, refused
+from codesign.units import Dimension, parse_quantity
 
 MAX_CELLS = 2**24
 
@@ -19,8 +33,72 @@ Seed = Annotated[int, Field(ge=0, le=2**64 - 1)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
-class GeneratedMap(SpecModel, ABC):
+_CELLS = re.compile(r" *([0-9]{1,6}(?:\.[0-9]{1,6})?) *cells? *")
+
+
+def _read_radius(value: Any, _handler: Any) -> Radius:
+    if isinstance(value, Radius):
+        return value
+    if not isinstance(value, str):
+        raise RefusalError(f"{show(value)} is no radius", "write it in metres or cells: 0.3 m, or 6 cells")
+    in_cells = _CELLS.fullmatch(value)
+    if in_cells is not None:
+        return Radius(float(in_cells[1]), "cells")
+    try:
+        return Radius(float(parse_quantity(value, Dimension.LENGTH)), "m")
+    except InputError as wrong:
+        raise refused(wrong) from None
+
+
+_RADIUS_TEXT = {"type": "string", "pattern": "^[0-9.]+ *(cells?|um|mm|cm|m|km)$", "examples": ["0.3 m"]}
+InflateRadius = Annotated[
+    Radius, WrapValidator(_read_radius), PlainSerializer(str), WithJsonSchema(_RADIUS_TEXT)
+]
+
+
+class PreparedMap(SpecModel):
+    """The steps from a map to what is planned on; ``maps.prepare`` has their order."""
+
+    inflate: InflateRadius | None = Field(
+        default=None,
+        description="Blocks each cell with its middle at most this far from the middle of an obstacle cell or from the"
+        " outside of the map: 0.3 m, or 6 cells. It comes before downsample.",
+    )
+    downsample: Annotated[int, Field(ge=1, le=4096)] = Field(
+        default=1,
+        description="Joins so many cells in each direction to one, which is free where all of them are free. Cells and"
+        " metres a cell are those of the new map.",
+    )
+    crop: Crop = Field(
+        default=Crop.NONE,
+        description="Plans on a part of the map: none: on all of it; free: on the rectangle around all free cells;"
+        " reachable: around those that are joined to a goal or to a named start. Rows, columns and metres stay those of"
+        " the whole map.",
+    )
+    resolution: Length | None = Field(
+        default=None, description="Metres a cell of the map as it is read, where it does not say so itself."
+    )
+
+    @property
+    def steps(self) -> Steps:
+        """What is done to the map before cropping."""
+        return Steps(inflate=self.inflate, downsample=self.downsample, resolution=self.resolution)
+
+    @field_validator("resolution", mode="after")
+    @classmethod
+    def _above_zero(cls, value: float | None) -> float | None:
+        if value == 0:
+            raise RefusalError("a resolution of 0", "metres a cell, above 0")
+        return value
+
+
+class GeneratedMap(PreparedMap, ABC):
     """What all generated maps share: a size of at most 2^24 cells."""
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The parameters of the generator."""
+        return self.model_dump(exclude={"generate", *PreparedMap.model_fields})
 
     @property
     @abstractmethod
@@ -105,11 +183,14 @@ class EmptyMap(_Sized):
     generate: Literal["empty"] = Field(description="No obstacle.")
 
 
-class FileMap(SpecModel):
+class FileMap(PreparedMap):
     """A map in a file: MovingAI ``.map``, ROS map_server YAML, text, PNG or PGM."""
 
     file: Annotated[str, Field(min_length=1, max_length=4096)] = Field(
         description="Path of the map, relative to the workload file."
+    )
+    unknown: Unknown = Field(
+        default=Unknown.BLOCKED, description="What a cell counts as that the map says nothing about."
     )
     _path: Path = PrivateAttr()
 
@@ -118,29 +199,47 @@ class FileMap(SpecModel):
         """Where the map lies, seen from the current folder."""
         return self._path
 
+    @property
+    def steps(self) -> Steps:
+        """What is done to the map before cropping."""
+        return replace(super().steps, unknown=self.unknown)
+
     @field_validator("file", mode="before")
     @classmethod
     def _names_a_file(cls, value: Any) -> Any:
-        if value is None or value == "":
-            raise RefusalError("names no file", f"write the path of a map; {_RELATIVE}")
-        return value
+        return named(value, "map")
 
     @model_validator(mode="after")
     def _must_be_a_file(self, info: ValidationInfo) -> Self:
-        document = (info.context or {}).get("document")
-        path = (document.folder if document else Path()) / self.file
-        try:
-            there, is_file, is_folder = path.exists(), path.is_file(), path.is_dir()
-        except (OSError, ValueError):
-            there = is_file = is_folder = False
-        if there and not is_file:
-            what = f"{clip(self.file)} is not a file but a {'folder' if is_folder else 'device or a pipe'}"
-            hint = "name a regular file: an image, a text, or the YAML of map_server"
-            raise RefusalError(what, hint, ("file",))
-        if not there:
-            raise RefusalError(f"{clip(self.file)} does not exist", _near(path, self.file), ("file",))
-        self._path = path
+        kinds = "an image, a text, or the YAML of map_server"
+        self._path = beside(info, self.file, ("file",), kinds)
         return self
+
+
+def named(value: Any, what: str) -> Any:
+    """The path of a file as it is written, refused where there is none; ``what`` the file holds."""
+    if value is None or value == "":
+        raise RefusalError("names no file", f"write the path of a {what}; {_RELATIVE}")
+    return value
+
+
+def beside(info: ValidationInfo, written: str, at: Location, kinds: str) -> Path:
+    """The path of a file that a workload names, seen from the current folder; it is a regular file.
+
+    ``at``: the key of the path. ``kinds``: of files that are accepted, for the remedy.
+    """
+    document = (info.context or {}).get("document")
+    path = (document.folder if document else Path()) / written
+    try:
+        there, is_file, is_folder = path.exists(), path.is_file(), path.is_dir()
+    except (OSError, ValueError):
+        there = is_file = is_folder = False
+    if there and not is_file:
+        what = f"{clip(written)} is not a file but a {'folder' if is_folder else 'device or a pipe'}"
+        raise RefusalError(what, f"name a regular file: {kinds}", at)
+    if not there:
+        raise RefusalError(f"{clip(written)} does not exist", _near(path, written), at)
+    return path
 
 
 _RELATIVE = "the path is relative to this workload file"

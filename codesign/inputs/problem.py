@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field, ValidationInfo, WrapValidator, field_validator
+from pydantic import Field, ValidationInfo, WrapValidator, field_validator, model_validator
 
 from codesign.errors import outside_map, show
-from codesign.inputs.fields import Cell
 from codesign.inputs.map_spec import GeneratedMap, Map, Seed
+from codesign.inputs.places import Place, Point, ScenarioLine, as_list
 from codesign.models import RefusalError, SpecModel, raise_all, refusal_details
 
 
@@ -19,47 +19,70 @@ class SampledStarts(SpecModel):
     seed: Seed = Field(default=0, description="Chooses which cells.")
 
 
+_PLACES = "a list of [row, column] or {x: METRES, y: METRES}"
+
+
+def _choose_goals(value: Any, handler: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, dict):
+        return ScenarioLine.model_validate(value, context=info.context)
+    if isinstance(value, list | tuple | ScenarioLine):
+        return as_list(value, handler, "Goals")
+    raise RefusalError(f"{show(value)} names no goals", f"write {_PLACES}, or {{scen: FILE, line: 2}}")
+
+
 def _choose_starts(value: Any, handler: Any, info: ValidationInfo) -> Any:
     if isinstance(value, dict):
-        return SampledStarts.model_validate(value, context=info.context)
-    if isinstance(value, list | tuple | SampledStarts):
-        return handler(value)
-    raise RefusalError(
-        f"{show(value)} names no starts", "write a list of [row, column], or {count: 64, seed: 0}"
-    )
+        model = ScenarioLine if "scen" in value else SampledStarts
+        return model.model_validate(value, context=info.context)
+    if isinstance(value, list | tuple | SampledStarts | ScenarioLine):
+        return as_list(value, handler, "Starts")
+    hint = f"write {_PLACES}, {{count: 64, seed: 0}}, or {{scen: FILE, line: 2}}"
+    raise RefusalError(f"{show(value)} names no starts", hint)
 
 
-Cells = Annotated[tuple[Cell, ...], Field(min_length=1)]
-Starts = Annotated[Cells | SampledStarts, WrapValidator(_choose_starts)]
+Places = Annotated[tuple[Place, ...], Field(min_length=1)]
+Goals = Annotated[Places | ScenarioLine, WrapValidator(_choose_goals)]
+Starts = Annotated[Places | SampledStarts | ScenarioLine, WrapValidator(_choose_starts)]
 
 
 class ProblemSpec(SpecModel):
     """What is to be planned: a map, goals, and starts that judge the plan."""
 
     map: Map = Field(description="The map: generated, or read from a file.")
-    goals: Cells = Field(description="Goals: a list of [row, column], counted from 0 at the top left.")
+    goals: Goals = Field(
+        description="Goals: a list of [row, column], counted from 0 at the top left, or {x: 12.5 m, y: 3 m} in the"
+        " frame of the map; or {scen: FILE, line: 2}, the goal of a problem of a MovingAI .scen file."
+    )
     starts: Starts = Field(
         default=SampledStarts(),
         description="Starts that judge the plan. {count, seed} draws them from the cells with a path across the sides"
-        " of cells to a goal. A list [[row, column], ...] names them; the planner's own moves must lead"
-        " each of them to a goal.",
+        " of cells to a goal. A list names them, written as goals are; the planner's own moves must lead each of them"
+        " to a goal. With goals from a .scen file, the default is the start of the same problem.",
     )
 
     @field_validator("goals", "starts", mode="after")
     @classmethod
-    def _cells_inside(cls, value: Any, info: ValidationInfo) -> Any:
-        """Cells of a generated map are checked here; those of a map file once it is read."""
-        if isinstance(value, SampledStarts):
+    def _sound_places(cls, value: Any, info: ValidationInfo) -> Any:
+        """Cells of a map that is generated and not downsampled are checked here; all others once the map is made."""
+        if isinstance(value, SampledStarts | ScenarioLine):
             return value
         refusals, seen = [], set()
         declared = info.data.get("map")
-        shape = declared.shape if isinstance(declared, GeneratedMap) else None
-        for index, cell in enumerate(value):
-            if cell in seen:
-                refusal = RefusalError(f"{list(cell)} is named twice", "name it once")
-                refusals.append(refusal_details(refusal, (index,)))
-            elif shape and not (cell[0] < shape[0] and cell[1] < shape[1]):
-                refusals.append(refusal_details(RefusalError(*outside_map(cell, shape)), (index,)))
-            seen.add(cell)
+        shape = declared.shape if isinstance(declared, GeneratedMap) and declared.downsample == 1 else None
+        for index, place in enumerate(value):
+            if place in seen:
+                written = place if isinstance(place, Point) else list(place)
+                refusals.append(
+                    refusal_details(RefusalError(f"{written} is named twice", "name it once"), (index,))
+                )
+            elif shape and isinstance(place, tuple) and not (place[0] < shape[0] and place[1] < shape[1]):
+                refusals.append(refusal_details(RefusalError(*outside_map(place, shape)), (index,)))
+            seen.add(place)
         raise_all("ProblemSpec", refusals)
         return value
+
+    @model_validator(mode="after")
+    def _starts_of_the_goals(self) -> Self:
+        if isinstance(self.goals, ScenarioLine) and "starts" not in self.model_fields_set:
+            self.__dict__["starts"] = self.goals
+        return self

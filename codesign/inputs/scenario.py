@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self, TypeVar
 
 from pydantic import Field, model_validator
 
@@ -44,6 +44,9 @@ class Rectangle(SpecModel):
     column: Annotated[int, Field(ge=0)] = Field(description="Its first column.")
     rows: Count = Field(default=1, description="How many rows.")
     columns: Count = Field(default=1, description="How many columns.")
+
+
+R = TypeVar("R", bound=Rectangle)
 
 
 class AppearingObstacle(Rectangle):
@@ -201,6 +204,34 @@ class Drive(_Mission):
         default=30 * PICOSECONDS_PER_SECOND,
         description="How long the robot may stand without a path before the mission is given up.",
     )
+
+    def moved(self, rows: int, columns: int) -> Self:
+        """The drive with all its cells so many rows up and columns to the left, as on a cropped map.
+
+        It is not validated: a cell outside of the cropped map has negative numbers, or ones that are too large.
+        """
+        if not (rows or columns):
+            return self
+
+        def cells(places: tuple[Cell, ...]) -> tuple[Cell, ...]:
+            return tuple((row - rows, column - columns) for row, column in places)
+
+        def rectangles(places: tuple[R, ...]) -> tuple[R, ...]:
+            return tuple(
+                each.model_copy(update={"row": each.row - rows, "column": each.column - columns})
+                for each in places
+            )
+
+        obstacles = self.obstacles
+        moving = tuple(each.model_copy(update={"route": cells(each.route)}) for each in obstacles.moving)
+        changes = {"appearing": rectangles(obstacles.appearing), "moving": moving}
+        return self.model_copy(
+            update={
+                "tour": cells(self.tour),
+                "hidden": rectangles(self.hidden),
+                "obstacles": obstacles.model_copy(update=changes),
+            }
+        )
 
     @model_validator(mode="after")
     def _sound_times(self) -> Self:

@@ -23,6 +23,7 @@ from codesign.inputs.document import Document
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.fields import Name
 from codesign.inputs.map_spec import FileMap
+from codesign.inputs.places import ScenarioLine
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.scenario import PlanOnce, Scenario
 from codesign.inputs.tasks import MAX_TASKS, SCENARIO_TASKS, ExtraTask, PlacedTask, task_refusals
@@ -154,6 +155,15 @@ class Workload(Spec):
         """The file of the map, or None where the map is generated."""
         wanted = self.problem.map if isinstance(self.problem, ProblemSpec) else None
         return wanted.path if isinstance(wanted, FileMap) else None
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that the problem names: its map, and those of its goals and starts."""
+        if not isinstance(self.problem, ProblemSpec):
+            return ()
+        lines = (self.problem.goals, self.problem.starts)
+        named = [self.map_file, *(line.path for line in lines if isinstance(line, ScenarioLine))]
+        return tuple(dict.fromkeys(path for path in named if path is not None))
 
     @property
     def task_models(self) -> Mapping[str, type[TaskParameters]] | None:

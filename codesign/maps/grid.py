@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import MapError
+from codesign.frame import Frame
 
 MAX_CELLS = 2**24
 """The largest map, 4096 × 4096 cells. Fields of 64-bit values over it fit in a laptop's memory."""
@@ -42,6 +43,7 @@ class OccupancyGrid:
         origin: (x, y, yaw) in metres and radians of the lower left corner (ROS), or None.
         source: the file, or the generator with its parameters.
         unknown: bool H×W, read-only, true where the source says unknown; None for a source without unknown cells.
+        remarks: what was assumed of the source, each a sentence.
 
     Raises:
         MapError: not a bool H×W array, no cell, or more than ``MAX_CELLS``.
@@ -52,6 +54,7 @@ class OccupancyGrid:
     origin: tuple[float, float, float] | None = None
     source: str = ""
     unknown: NDArray[np.bool_] | None = None
+    remarks: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "free", _read_only(self.free, self.source))
@@ -65,7 +68,7 @@ class OccupancyGrid:
 
     def __reduce__(self) -> tuple[type[OccupancyGrid], tuple[object, ...]]:
         # Pickling loses numpy's read-only flag. The constructor sets it again in a worker process.
-        return type(self), (self.free, self.resolution, self.origin, self.source, self.unknown)
+        return type(self), (self.free, self.resolution, self.origin, self.source, self.unknown, self.remarks)
 
     def __eq__(self, other: object) -> bool:
         return self.digest == other.digest if isinstance(other, OccupancyGrid) else NotImplemented
@@ -87,6 +90,13 @@ class OccupancyGrid:
     def columns(self) -> int:
         """Width in cells."""
         return int(self.free.shape[1])
+
+    @property
+    def frame(self) -> Frame | None:
+        """Where the cells lie in metres; None without a resolution. Without an origin, the lower left is (0, 0)."""
+        if self.resolution is None:
+            return None
+        return Frame(self.rows, self.resolution, self.origin or (0.0, 0.0, 0.0))
 
     @cached_property
     def digest(self) -> str:

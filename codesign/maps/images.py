@@ -50,7 +50,8 @@ class GreyImage:
 def read_image(path: str | os.PathLike[str]) -> OccupancyGrid:
     """A PNG or PGM as a map. Pixels of at least half light (128 of 255) are free; colours are averaged.
 
-    Pixels that are less than half opaque are unknown, and not free.
+    Pixels that are less than half opaque are unknown, and not free. So are pixels of the grey 205 where the image looks
+    like one of map_server: see ``remarks`` of the grid.
 
     Raises:
         MapError: the file cannot be read, is neither PNG nor PGM, is damaged or cut, has no pixel or too many.
@@ -63,9 +64,26 @@ def parse_image(content: bytes, where: str) -> OccupancyGrid:
     image = decode_image(content, where)
     light = image.level * 255 >= 128 * image.full * image.channels
     if image.opacity is None:
-        return OccupancyGrid(light, source=where)
+        unknown = _map_server_unknown(image)
+        if unknown is None:
+            return OccupancyGrid(light, source=where)
+        pixels = counted(int(unknown.sum()), "pixel")
+        remark = f"it is a bare image with the greys of map_server: {pixels} of grey 205 taken as unknown"
+        return OccupancyGrid(light & ~unknown, source=where, unknown=unknown, remarks=(remark,))
     unknown = image.opacity * 255 < 128 * image.full
     return OccupancyGrid(light & ~unknown, source=where, unknown=unknown)
+
+
+def _map_server_unknown(image: GreyImage) -> NDArray[np.bool_] | None:
+    """The pixels of grey 205, which map savers write for unknown; None where the image is no map of theirs.
+
+    It is one where 205 is the grey of most pixels that are neither nearly black nor nearly white. So an edited map
+    counts, and a photograph does not.
+    """
+    white = image.full * image.channels
+    unknown = image.level * 255 == 205 * white
+    between = (image.level * 255 > white) & (image.level * 255 < 254 * white)
+    return unknown if 2 * int(unknown.sum()) > int(between.sum()) else None
 
 
 def is_image(content: bytes) -> bool:

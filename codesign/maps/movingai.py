@@ -25,7 +25,7 @@ class MovingAiScenario:
     """One problem of a scenario file.
 
     ``optimal_length``: of the shortest 8-connected path without corner cutting, in cells; within 0.005 of
-    ``distance_octile``.
+    ``distance_octile``. ``line``: of the file, the first is 1.
     """
 
     bucket: int
@@ -34,6 +34,7 @@ class MovingAiScenario:
     start: Cell
     goal: Cell
     optimal_length: float
+    line: int
 
 
 def read_movingai(path: str | os.PathLike[str]) -> OccupancyGrid:
@@ -104,12 +105,11 @@ def read_scenarios(path: str | os.PathLike[str]) -> tuple[MovingAiScenario, ...]
         )
     if len(lines) - 1 > MAX_SCENARIOS:
         raise MapError(f"{len(lines) - 1} scenarios are above the limit of {MAX_SCENARIOS}", where)
-    return tuple(
-        _scenario(line, f"{where}:{number}") for number, line in enumerate(lines[1:], 2) if line.strip()
-    )
+    return tuple(_scenario(line, where, number) for number, line in enumerate(lines[1:], 2) if line.strip())
 
 
-def _scenario(line: bytes, where: str) -> MovingAiScenario:
+def _scenario(line: bytes, file: str, number: int) -> MovingAiScenario:
+    where = f"{file}:{number}"
     # Names may contain blanks where tabs separate the fields, as in all but the oldest files.
     fields = [field.strip() for field in (line.split(b"\t") if b"\t" in line else line.split())]
     numbers = [parse_count(field) for field in (fields[:1] + fields[2:8])]
@@ -119,11 +119,38 @@ def _scenario(line: bytes, where: str) -> MovingAiScenario:
             where,
             "fields: bucket, map, width, height, start x, start y, goal x, goal y, length",
         )
-    bucket, width, height, start_x, start_y, goal_x, goal_y = (number or 0 for number in numbers)
+    bucket, width, height, start_x, start_y, goal_x, goal_y = (value or 0 for value in numbers)
     length = float(fields[8]) if _LENGTH.fullmatch(fields[8]) else math.inf
     if not math.isfinite(length):
         raise MapError(f"the length {show(fields[8])} is not a number from 0", where)
     if not (start_x < width and goal_x < width and start_y < height and goal_y < height):
         raise MapError(f"start or goal is outside of the map of {height} × {width} cells", where)
     name = fields[1].decode("utf-8", "backslashreplace")
-    return MovingAiScenario(bucket, name, (height, width), (start_y, start_x), (goal_y, goal_x), length)
+    start, goal = (start_y, start_x), (goal_y, goal_x)
+    return MovingAiScenario(bucket, name, (height, width), start, goal, length, number)
+
+
+def choose_scenarios(
+    scenarios: tuple[MovingAiScenario, ...],
+    *,
+    line: int | None = None,
+    bucket: int | None = None,
+    same_goal: bool = False,
+) -> tuple[MovingAiScenario, ...]:
+    """The problem of a line of the file, or the first one of a bucket; with ``same_goal`` all that share its goal.
+
+    The problem that was named comes first, the others in file order.
+
+    Raises:
+        MapError: no problem stands there. ``where`` is ``line`` or ``bucket``.
+    """
+    chosen = next((each for each in scenarios if each.line == line or each.bucket == bucket), None)
+    if chosen is None:
+        key, value = ("bucket", bucket) if line is None else ("line", line)
+        has = {each.line if line is not None else each.bucket for each in scenarios}
+        what = f"the file has no problem in {key} {value}"
+        raise MapError(what, key, f"from {min(has)} to {max(has)}" if has else "the file has no problems")
+    if not same_goal:
+        return (chosen,)
+    others = (each for each in scenarios if each.goal == chosen.goal and each.start != chosen.start)
+    return (chosen, *{each.start: each for each in others}.values())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from codesign.errors import MapError
@@ -53,6 +54,20 @@ def map_files(path: str | os.PathLike[str]) -> tuple[Path, ...]:
         return file, image_of(file)
     except MapError:
         return (file,)
+
+
+def yaml_beside(path: str | os.PathLike[str]) -> Path | None:
+    """The YAML of map_server that describes a bare image: of the same name, or one beside it that names the image."""
+    file = Path(path)
+    try:
+        beside = [each for each in sorted(file.parent.iterdir())[:1000] if each.suffix.lower() in _ROS]
+    except OSError:
+        return None
+    for each in sorted(beside, key=lambda each: each.stem != file.stem):
+        with suppress(MapError):
+            if image_of(each).name == file.name:
+                return each
+    return None
 
 
 def map_stamp(path: str | os.PathLike[str]) -> tuple[tuple[str, int, int], ...]:

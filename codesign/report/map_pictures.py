@@ -49,6 +49,18 @@ class _Layers:
     way: Points | None = None
     marks: dict[str, list[tuple[float, float]]] = field(default_factory=dict)
     robots: Points | None = None
+    corner: tuple[int, int] = (0, 0)
+
+    @property
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the cells, in rows and columns of the whole map."""
+        return extent_of(self.free.shape, self.corner)
+
+
+def extent_of(shape: tuple[int, ...], corner: tuple[int, int]) -> tuple[float, float, float, float]:
+    """Left, right, bottom and top of a map in rows and columns; ``corner``: its first row and column."""
+    (row, column), (rows, columns) = corner, shape
+    return column - 0.5, column + columns - 0.5, row + rows - 0.5, row - 0.5
 
 
 def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Picture | None:
@@ -64,7 +76,8 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
         if isinstance(record, MapRecord):
             start, came = record, np.zeros(record.free.shape, bool)
         elif isinstance(record, ObstacleRecord) and record.appeared:
-            came[record.cells[:, 0], record.cells[:, 1]] = True
+            here = record.cells - np.array(start.corner if start else (0, 0))
+            came[here[:, 0], here[:, 1]] = True
         elif isinstance(record, PoseRecord):
             places.setdefault(record.source, []).append((record.time, record.row, record.column))
         elif isinstance(record, PositionsRecord):
@@ -75,7 +88,7 @@ def drive_picture(records: Iterable[Record], *, format: Format = "png") -> Pictu
     if start is None or not places:
         return None
     tracks = {source: np.array(track, np.float64) for source, track in places.items()}
-    layers = _Layers(start.free, start.goals, came, "obstacle at some time")
+    layers = _Layers(start.free, start.goals, came, "obstacle at some time", corner=start.corner)
     layers.lines = [track[:, 1:] for track in tracks.values()]
     for event in events:
         track = tracks.get(event.source)
@@ -100,6 +113,7 @@ def moment_picture(
     way: Points | None = None,
     driven: Points | None = None,
     robots: Points | None = None,
+    corner: tuple[int, int] = (0, 0),
     format: Format = "png",
 ) -> Picture:
     """A mission at one moment: the obstacles, the cells that the robot does not know, its path, and its place.
@@ -108,6 +122,7 @@ def moment_picture(
         time: ps. start, free: bool, rows × columns: the cells that were free at the start, and that are now.
         goals: int32, n × 2. unknown: bool, rows × columns: the cells that the robot does not know.
         way, driven, robots: float64, n × 2 each, (row, column) in cells; the robot stands where ``driven`` ends.
+        corner: the first row and column of the arrays of cells.
     """
     drives = driven is not None and len(driven) > 0
     layers = _Layers(
@@ -118,6 +133,7 @@ def moment_picture(
         lines=[driven] if drives and driven is not None else [],
         way=way,
         robots=driven[-1:] if drives and driven is not None else robots,
+        corner=corner,
     )
     facts = [f"{int((start & ~free).sum())} cells blocked since the start"]
     return _drawn(layers, f"The mission at {format_time(time)}", facts, format)
@@ -154,9 +170,9 @@ def _drawn(layers: _Layers, title: str, facts: Sequence[str], format: Format) ->
 
 def _extent(layers: _Layers) -> tuple[float, float, float, float]:
     """Top, left, bottom and right of the map and of what was driven, which in a fleet may lead out of it."""
-    rows, columns = layers.free.shape
+    first, shape = np.array(layers.corner, np.float64), np.array(layers.free.shape)
     corners = [
-        np.array([[0.0, 0.0], [rows - 1.0, columns - 1.0]]),
+        np.array([first, first + shape - 1.0]),
         *(line for line in layers.lines if len(line)),
     ]
     points = np.concatenate(corners)
@@ -178,9 +194,7 @@ def _draw_cells(axes: Any, layers: _Layers) -> None:
         if cells.any():
             shades[cells] = to_rgb(colour)
             axes.plot([], [], "s", color=colour, label=name)
-    axes.imshow(
-        shades[::step, ::step], extent=(-0.5, columns - 0.5, rows - 0.5, -0.5), interpolation="nearest"
-    )
+    axes.imshow(shades[::step, ::step], extent=layers.extent, interpolation="nearest")
 
 
 def _draw_marks(axes: Any, layers: _Layers) -> None:
@@ -225,6 +239,7 @@ def plan_picture(start: MapRecord, records: Sequence[Record]) -> Picture:
         shades=shades,
         trajectories=[path.points for path in paths if len(path.points)],
         title=title,
+        corner=start.corner,
     )
 
 
@@ -236,6 +251,7 @@ def map_picture(
     shades: str = "",
     trajectories: Sequence[NDArray[np.float64]] = (),
     title: str = "Map",
+    corner: tuple[int, int] = (0, 0),
     format: Format = "png",
 ) -> Picture:
     """The map, with the potential (by its logarithm) or another field, the paths to the goal and the goals where given.
@@ -244,11 +260,12 @@ def map_picture(
         free: bool, rows × columns. goals: (row, column) pairs.
         potential: rows × columns, values of 0 and above; cells at 0 stay white.
         shades: what the values are, where they are no potential: they are shown as they are, and finite ones only.
+        corner: the first row and column of ``free``; goals and paths are counted in the whole map.
         trajectories: float64, n × 2 each, (row, column) in cells.
     """
     rows, columns = free.shape
     step = max(1, max(rows, columns) // _LARGEST_SIDE)
-    extent = (-0.5, columns - 0.5, rows - 0.5, -0.5)
+    extent = extent_of(free.shape, corner)
     width = 8.0
     with style():
         picture, axes = canvas((width, min(12.0, max(2.2, width * rows / columns + 0.8))))

@@ -14,8 +14,10 @@ from codesign.system.build import Machine
 def tell_map(machine: Machine, free: NDArray[np.bool_], resolution: float | None) -> None:
     """Record the map ``free`` with the goals of the problem for listeners."""
     if machine.listening:
-        goals = np.array(machine.system.problem.goals, np.int32).reshape(-1, 2)
-        machine.tell(MapRecord(machine.now, "map", free, goals, resolution))
+        problem = machine.system.problem
+        goals = np.array(problem.goals, np.int32).reshape(-1, 2)
+        origin = None if problem.origin is None else np.array(problem.origin, np.float64)
+        machine.tell(MapRecord(machine.now, "map", free, goals, resolution, *problem.corner, origin))
 
 
 def tell_field(machine: Machine, plan: Any) -> None:

@@ -6,7 +6,6 @@ with its place in the workload file.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import Fault, MapError, SpecError, choose_hint, outside_map
+from codesign.errors import Fault, SpecError, choose_hint
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
-from codesign.inputs.map_spec import FileMap
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import OccupancyGrid
-from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.part import Part
 from codesign.planners.external_memory import ExternalMemoryLaw
@@ -31,9 +28,8 @@ from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
 from codesign.system.place import Placement, a_type, external_of, memory_faults, place
+from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes
 from codesign.system.scenario import Draft, Scenario
-
-_grids = Memo(max_bytes=256 * 2**20)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +111,11 @@ def bind_to(
         placement=placement,
         external=external_of(draft),
         parameters={name: mapped.parameters for name, mapped in workload.mapping.items()},
-        notes=draft.architecture.notes(Job(draft.problem, declared)),
+        notes=(
+            *map_notes(workload, grid),
+            *length_notes(draft.problem),
+            *draft.architecture.notes(Job(draft.problem, declared)),
+        ),
     )
 
 
@@ -178,33 +178,15 @@ def _problem(
     """The planner's own kind of problem; or the map with its goals and starts, or every fault in them."""
     if not isinstance(workload.problem, ProblemSpec):
         return workload.problem.problem(), []  # type: ignore[attr-defined]
-    try:
-        grid = load_grid(workload) if grid is None else grid
-    except MapError as wrong:
-        # A generator names the parameter at fault, which is a key of the workload; a reader names a place in its file.
-        generated = workload.map_file is None and wrong.where is not None
-        path: tuple[str | int, ...] = ("problem", "map")
-        if generated and wrong.where is not None:
-            path = (*path, wrong.where)
-        what = wrong.what if generated or wrong.where is None else f"{wrong.where}: {wrong.what}"
-        return None, [fault(workload, path, what, wrong.hint)]
-    problem = workload.problem
-    goals = tuple((int(row), int(column)) for row, column in problem.goals)
-    faults = _cell_faults(workload, grid, "goals", goals)
-    starts = problem.starts
-    if isinstance(starts, tuple):
-        chosen = tuple((int(row), int(column)) for row, column in starts)
-        faults += _cell_faults(workload, grid, "starts", chosen)
-    elif not faults:
-        # The points of a study draw from the same map, which is searched once.
-        cells = hashlib.sha256(grid.free.tobytes()).digest()
-        key = ("starts", cells, grid.shape, goals, starts.count, starts.seed)
-        chosen = _grids.get(key, lambda: _drawn(grid, goals, starts.count, starts.seed))
-    if not faults and not scenario.begins_anywhere and not planner.answers_no_way:
-        faults += _reach_faults(workload, planner, parameters, Problem(grid.free, goals, chosen))
-    if faults:
+    grid, faults = grid_faults(workload, grid)
+    if grid is None:
         return None, faults
-    return Problem(free=grid.free, goals=goals, starts=chosen, resolution=grid.resolution), []
+    places = Places(workload, grid)
+    faults = places.faults
+    if not faults and not scenario.begins_anywhere and not planner.answers_no_way:
+        whole = Problem(grid.free, places.goals, places.starts)
+        faults = _reach_faults(workload, planner, parameters, whole)
+    return (None, faults) if faults else (places.problem(), [])
 
 
 def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:
@@ -216,46 +198,6 @@ def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:
     if all(reach[start] for start in problem.starts):
         return problem
     return replace(problem, starts=problem.goals)
-
-
-def grid_of(workload: Workload) -> OccupancyGrid | None:
-    """The workload's map, or None where the planner's problem is of another kind.
-
-    Raises:
-        MapError: the map cannot be read or made.
-    """
-    return load_grid(workload) if isinstance(workload.problem, ProblemSpec) else None
-
-
-def load_grid(workload: Workload) -> OccupancyGrid:
-    """The workload's map, read or generated; kept in this process, so that a thousand points read it once.
-
-    Raises:
-        MapError: the map cannot be read or made.
-    """
-    assert isinstance(workload.problem, ProblemSpec), "the problem is a map with goals and starts"
-    wanted = workload.problem.map
-    if isinstance(wanted, FileMap):
-        file = wanted.path
-        return _grids.get(("file", maps.map_stamp(file)), lambda: maps.read_map(file))
-    parameters = wanted.model_dump(exclude={"generate"})
-    key = ("generate", wanted.generate, repr(sorted(parameters.items())))
-    return _grids.get(key, lambda: maps.generate(wanted.generate, **parameters))
-
-
-def _cell_faults(
-    workload: Workload, grid: OccupancyGrid, name: str, cells: tuple[tuple[int, int], ...]
-) -> list[Fault]:
-    faults = []
-    for index, (row, column) in enumerate(cells):
-        path = ("problem", name, index)
-        if not (0 <= row < grid.rows and 0 <= column < grid.columns):
-            faults.append(fault(workload, path, *outside_map((row, column), grid.shape)))
-        elif not grid.free[row, column]:
-            near = maps.nearest_free(grid.free, (row, column))
-            hint = f"the nearest free cell is {near}" if near is not None else "no cell of the map is free"
-            faults.append(fault(workload, path, f"cell ({row}, {column}) is on an obstacle", hint))
-    return faults
 
 
 def _reach_faults(workload: Workload, planner: Planner, parameters: Any, problem: Problem) -> list[Fault]:
@@ -295,21 +237,3 @@ def _has_free_neighbour(free: NDArray[np.bool_], cell: tuple[int, int]) -> bool:
         0 <= beside < free.shape[0] and 0 <= across < free.shape[1] and bool(free[beside, across])
         for beside, across in around
     )
-
-
-def _drawn(
-    grid: OccupancyGrid, goals: tuple[tuple[int, int], ...], count: int, seed: int
-) -> tuple[tuple[int, int], ...]:
-    """Starts drawn without replacement from the cells with a path to a goal; all of them where there are fewer.
-
-    A path crosses the sides of cells here, whatever the planner's moves are. So all planners are judged by the same
-    starts.
-    """
-    cells = maps.reachable(grid.free, goals)
-    for row, column in goals:
-        cells[row, column] = False
-    candidates = np.argwhere(cells)
-    if len(candidates) > count:
-        chosen = np.random.Generator(np.random.PCG64(seed)).choice(len(candidates), count, replace=False)
-        candidates = candidates[np.sort(chosen)]
-    return tuple((int(row), int(column)) for row, column in candidates)

@@ -125,7 +125,8 @@ class Machine:
         return self._listeners
 
     def tell(self, record: Record) -> None:
-        """Hand a record of the run as a whole to every listener."""
+        """Hand a record of the run as a whole to every listener, its places counted in the whole map."""
+        record = record.moved(*self.system.problem.corner)
         for listener in self._listeners:
             listener(record)
 

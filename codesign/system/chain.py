@@ -131,7 +131,7 @@ class _Chain:
         system, (start, *_) = self.machine.system, held.starts
         if not maps.reachable(held.free, held.goals)[start]:
             raise MisreadMapError(
-                f"the map that the planner read wrong has no way from {start} to a goal",
+                f"the map that the planner read wrong has no way from {held.named(start)} to a goal",
                 system.planner.planning_task,
             )
         with planner_code(system.planner):

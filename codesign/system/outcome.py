@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from codesign.figures import Figure
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
+from codesign.planners.interface import Quality
 from codesign.planners.job import Job
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Times
@@ -18,6 +19,7 @@ from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import fit
+from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -114,6 +116,10 @@ def _processor_figures(system: System) -> dict[str, Figure]:
 def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str, Any]:
     """Times, cycles and quality of a first plan."""
     figures, quality = machine.system.planner.figures(answer.plan), quality_of(machine, answer, memo)
+    lengths = machine.system.problem.optimal_lengths
+    if lengths and isinstance(quality, Quality):
+        mean, error = sum(lengths) / len(lengths), length_error(machine.system.problem)
+        quality = replace(quality, optimal_length_mean=mean, optimal_length_error=error)
     times = Times(
         map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
         planned_s=answer.planned / PICOSECONDS_PER_SECOND,

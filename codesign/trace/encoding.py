@@ -78,6 +78,7 @@ _SHAPES: dict[str, tuple[int | None, ...]] = {
     "cells": (None, 2),
     "blocked": (None,),
     "positions": (None, 2),
+    "origin": (3,),
 }
 _JSON_TYPES: dict[object, str] = {int: "integer", float: "number", str: "string", bool: "boolean"}
 _PYTHON_TYPES: dict[str, tuple[type, ...]] = {
@@ -189,7 +190,7 @@ def encode(record: Record, floor: Floor = _NO_FLOOR) -> bytes:
             if value.dtype != plan.dtype:
                 raise TraceError(f"no grid: {plan.name} is {value.dtype} in place of {plan.dtype}")
             name = record.name if isinstance(record, FieldRecord) else plan.name
-            message.update(encode_grid(value, record.time, floor.cell_size, name))
+            message.update(encode_grid(value, record.time, floor, name))
         elif plan.kind == "array":
             message[plan.name] = _encode_array(record, plan, value)
         else:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from codesign.frame import Frame
 from codesign.records import MapRecord, MissionRecord, PoseRecord, PositionsRecord, Record
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -46,30 +47,50 @@ POSE: dict[str, Any] = {
 }
 
 
+_NO_ROWS = Frame(0)
+
+
 @dataclass(frozen=True)
 class Floor:
-    """The map as the floor of a scene: ``rows`` of cells, ``cell_size`` metres each (1 where it is not known).
+    """The map as the floor of a scene.
 
-    The lower left corner of the map is the origin of frame ``map``; x grows with the columns, and y against the rows.
+    ``frame``: its cells in metres, 1 m each where their side is not known. Without an origin, the lower left corner of
+    the map is the origin of frame ``map``. ``row``, ``column``: the first cell of the map as records count them.
     """
 
-    rows: int = 0
-    cell_size: float = 1.0
+    frame: Frame = _NO_ROWS
+    row: int = 0
+    column: int = 0
+
+    @property
+    def cell_size(self) -> float:
+        """Metres a cell."""
+        return self.frame.resolution
+
+    @property
+    def yaw(self) -> float:
+        """How far the map is turned in its frame, radians, counterclockwise."""
+        return self.frame.origin[2]
+
+    @property
+    def corner(self) -> dict[str, float]:
+        """The lower left corner of the map in metres."""
+        return {axis: round(value, _DECIMALS) for axis, value in zip("xy", self.frame.origin, strict=False)}
 
     def place(self, row: float, column: float, height: float = 0.0) -> dict[str, float]:
         """The point in metres of a point in cells. Whole numbers of cells are middles.
 
-        >>> Floor(rows=10, cell_size=0.5).place(9, 0)
+        >>> Floor(Frame(rows=10, resolution=0.5)).place(9, 0)
         {'x': 0.25, 'y': 0.25, 'z': 0.0}
         """
-        x = round((column + 0.5) * self.cell_size, _DECIMALS)
-        y = round((self.rows - row - 0.5) * self.cell_size, _DECIMALS)
-        return {"x": x, "y": y, "z": height}
+        x, y = self.frame.point(row - self.row, column - self.column)
+        return {"x": round(x, _DECIMALS), "y": round(y, _DECIMALS), "z": height}
 
 
 def floor_of(record: MapRecord) -> Floor:
     """The floor of a map."""
-    return Floor(record.free.shape[0], record.resolution or 1.0)
+    x, y, yaw = (0.0, 0.0, 0.0) if record.origin is None else record.origin.tolist()
+    return Floor(Frame(record.free.shape[0], record.resolution or 1.0, (x, y, yaw)), *record.corner)
 
 
 def timestamp(time: int) -> dict[str, int]:
@@ -102,7 +123,7 @@ def _fill_pose(record: PoseRecord, floor: Floor) -> dict[str, Any]:
     return {
         "timestamp": timestamp(record.time),
         "frame_id": "map",
-        "pose": pose(floor.place(record.row, record.column), record.heading),
+        "pose": pose(floor.place(record.row, record.column), record.heading - floor.yaw),
     }
 
 

@@ -1,7 +1,7 @@
 """``foxglove.Grid`` messages, which viewers show as pictures on the floor, with the fields that Foxglove documents.
 
 Row 0 of our maps is at the top, and a viewer's y axis points up. So rows are written from the last to the first, and
-the lower left corner of the map is the origin of frame ``map``:
+the lower left corner of the map lies at its origin in frame ``map``, (0, 0) where it declares none:
 
     - obstacles of a map: one byte a cell, 1 for an obstacle (field ``occupied``, ``occupied_now`` after changes);
     - the belief of a robot: one byte a cell (field ``belief``: ``FREE``, ``UNKNOWN`` or ``BLOCKED``);
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import TraceError
-from codesign.trace.foxglove import POSE, TIMESTAMP, pose, timestamp
+from codesign.trace.foxglove import POSE, TIMESTAMP, Floor, pose, timestamp
 
 FREE, UNKNOWN, BLOCKED = 0, 1, 2
 """The belief of a robot about a cell, in the order of a viewer's shades."""
@@ -64,10 +64,10 @@ _HEIGHTS = {"occupied": -0.02, "occupied_now": -0.015, "belief": -0.01}
 """The heights of grids in metres; 0 for all others."""
 
 
-def encode_grid(values: NDArray[Any], time: int, cell_size: float, name: str) -> dict[str, Any]:
+def encode_grid(values: NDArray[Any], time: int, floor: Floor, name: str) -> dict[str, Any]:
     """The standard fields of a grid, rows × columns: a bool array of free cells, a uint8 or a float64 array.
 
-    ``name``: of the field; a bool array is named ``occupied``.
+    ``floor``: where the grid lies. ``name``: of the field; a bool array is named ``occupied``.
 
     Raises:
         TraceError: the array is none of these.
@@ -80,9 +80,9 @@ def encode_grid(values: NDArray[Any], time: int, cell_size: float, name: str) ->
     return {
         "timestamp": timestamp(time),
         "frame_id": "map",
-        "pose": pose({"x": 0.0, "y": 0.0, "z": _HEIGHTS.get(name, 0.0)}),
+        "pose": pose({**floor.corner, "z": _HEIGHTS.get(name, 0.0)}, -floor.yaw),
         "column_count": values.shape[1],
-        "cell_size": {"x": cell_size, "y": cell_size},
+        "cell_size": {"x": floor.cell_size, "y": floor.cell_size},
         "row_stride": values.shape[1] * cells.itemsize,
         "cell_stride": cells.itemsize,
         "fields": [{"name": name, "offset": 0, "type": _UINT8 if cells.itemsize == 1 else _FLOAT64}],

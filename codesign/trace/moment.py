@@ -51,6 +51,7 @@ class Moment:
     - ``goals``: int32, n × 2. ``path``: float64, n × 2, the last planned path, (row, column) in cells; None before.
     - ``driven``: float64, n × 2, the positions of the robot's poses up to now.
     - ``pose``: the last pose; None before the first. ``robots``: float64, n × 2, all robots of a fleet, or None.
+    - ``corner``: (row, column) of the first cell of these arrays; all places are counted in the whole map.
     - ``resolution``: metres a cell, or None. ``events``: those of the mission up to now.
     """
 
@@ -65,6 +66,7 @@ class Moment:
     robots: NDArray[np.float64] | None
     resolution: float | None
     events: tuple[MissionRecord, ...]
+    corner: tuple[int, int] = (0, 0)
 
 
 def moment(records: Iterable[Record], time: int | None = None, where: str | None = None) -> Moment:
@@ -78,7 +80,7 @@ def moment(records: Iterable[Record], time: int | None = None, where: str | None
     start: MapRecord | None = None
     free, belief = np.zeros((0, 0), np.bool_), np.zeros((0, 0), np.uint8)
     has_belief = False
-    last = 0
+    last, corner = 0, (0, 0)
     path, pose, robots = None, None, None
     driven: list[tuple[float, float]] = []
     events: list[MissionRecord] = []
@@ -87,13 +89,13 @@ def moment(records: Iterable[Record], time: int | None = None, where: str | None
             continue
         last = max(last, record.time)
         if isinstance(record, MapRecord):
-            start = record
+            start, corner = record, record.corner
             free, belief = record.free.copy(), np.full(record.free.shape, UNKNOWN, np.uint8)
         elif isinstance(record, ObstacleRecord):
-            _put(free, record.cells, not record.appeared, where)
+            _put(free, record.cells - np.array(corner), not record.appeared, where)
         elif isinstance(record, BeliefRecord):
             has_belief = True
-            _put(belief, record.cells, np.where(record.blocked, BLOCKED, FREE), where)
+            _put(belief, record.cells - np.array(corner), np.where(record.blocked, BLOCKED, FREE), where)
         elif isinstance(record, TrajectoryRecord):
             path = record.points
         elif isinstance(record, PoseRecord):
@@ -117,10 +119,11 @@ def moment(records: Iterable[Record], time: int | None = None, where: str | None
         robots=robots,
         resolution=start.resolution,
         events=tuple(events),
+        corner=corner,
     )
 
 
-def _put(grid: NDArray[Any], cells: NDArray[np.int32], values: Any, where: str | None) -> None:
+def _put(grid: NDArray[Any], cells: NDArray[np.integer[Any]], values: Any, where: str | None) -> None:
     if len(cells) and not ((cells >= 0) & (cells < grid.shape)).all():
         raise TraceError(
             "a cell is outside of the map", where, "the file is damaged, or was not written by hwsw"
@@ -147,14 +150,16 @@ def moment_lines(seen: Moment, width: int = 72) -> list[str]:
     if seen.belief is not None:
         glyphs[closed & ~_any((seen.belief == BLOCKED) & ~seen.free, tile)] = _UNSEEN_WALL
     glyphs[_any(~seen.free & seen.start, tile)] = _CAME
-    _mark(glyphs, tile, [] if seen.path is None else _dense(seen.path), _PATH)
-    _mark(glyphs, tile, seen.goals.astype(np.float64), _GOAL)
+    first = np.array(seen.corner, np.float64)
+    _mark(glyphs, tile, [] if seen.path is None else _dense(seen.path) - first, _PATH)
+    _mark(glyphs, tile, seen.goals - first, _GOAL)
     robots = [(seen.pose.row, seen.pose.column)] if seen.pose is not None else seen.robots
-    _mark(glyphs, tile, [] if robots is None else robots, _ROBOT)
+    _mark(glyphs, tile, [] if robots is None else np.asarray(robots) - first, _ROBOT)
     size = "1 cell" if tile == (1, 1) else f"{tile[0]} × {tile[1]} cells"
+    part = f" from {seen.corner} on" if any(seen.corner) else ""
     legend = (
-        f"one glyph is {size}; {_ROBOT} robot, {_GOAL} goal, {_PATH} path, {WALL} wall, {_CAME} obstacle that appeared,"
-        f" {_SEEN} free"
+        f"one glyph is {size}{part}; {_ROBOT} robot, {_GOAL} goal, {_PATH} path, {WALL} wall,"
+        f" {_CAME} obstacle that appeared, {_SEEN} free"
     )
     if seen.belief is not None:
         legend += f" and known, {_UNSEEN_WALL} unknown wall, {_STALE} free but believed blocked"

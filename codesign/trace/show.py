@@ -93,11 +93,12 @@ def _describe_map(record: MapRecord) -> _Description:
     rows, columns = record.free.shape
     scale = "" if record.resolution is None else f", {record.resolution:g} m a cell"
     free = format_count(int(record.free.sum()))
+    part = f" from {record.corner} on" if any(record.corner) else ""
     return (
         record.time,
         record.time,
         "map",
-        f"{rows} × {columns} cells, {free} free, {counted(len(record.goals), 'goal')}{scale}",
+        f"{rows} × {columns} cells{part}, {free} free, {counted(len(record.goals), 'goal')}{scale}",
     )
 
 

@@ -68,6 +68,7 @@ class Views:
     def __init__(self) -> None:
         self._floor = Floor()
         self._shape = (0, 0)
+        self._corner = np.zeros(2, np.int64)
         self._grids: dict[str, _Snapshots] = {}
         self._fields: dict[str, _Snapshots] = {}
         self.mission = False
@@ -82,13 +83,13 @@ class Views:
             self._begin(record)
         elif isinstance(record, ObstacleRecord) and self._inside(record.cells):
             grid = self._grid(record.source, "occupied_now", self._walls)
-            grid.put(record.cells, int(record.appeared))
+            grid.put(record.cells - self._corner, int(record.appeared))
             yield from self._shown(grid, record.time)
             if len(record.cells) <= MOST_CUBES:
                 yield self._scene(record, *self._cubes(record))
         elif isinstance(record, BeliefRecord) and self._inside(record.cells):
             grid = self._grid(record.source, "belief", np.full(self._shape, UNKNOWN, np.uint8))
-            grid.put(record.cells, np.where(record.blocked, BLOCKED, FREE))
+            grid.put(record.cells - self._corner, np.where(record.blocked, BLOCKED, FREE))
             yield from self._shown(grid, record.time)
         elif isinstance(record, TrajectoryRecord):
             yield self._scene(record, [self._line(record)], [])
@@ -112,11 +113,13 @@ class Views:
     def _begin(self, record: MapRecord) -> None:
         self._floor = floor_of(record)
         self._shape = record.free.shape
+        self._corner = np.array(record.corner)
         self._walls = (~record.free).astype(np.uint8)
         self._grids.clear()
 
     def _inside(self, cells: NDArray[np.int32]) -> bool:
-        return bool(self._shape[0] and ((cells >= 0) & (cells < self._shape)).all())
+        here = cells - self._corner
+        return bool(self._shape[0] and ((here >= 0) & (here < self._shape)).all())
 
     def _field(self, source: str, name: str, values: NDArray[np.float64]) -> None:
         """Keep the field until its plan is ready. A harmonic plan has a field for each stage."""
@@ -135,7 +138,7 @@ class Views:
 
     def _shown(self, grid: _Snapshots, time: int, last: bool = False) -> Iterator[View]:
         if grid.due(time, last):
-            message = encode_grid(grid.cells, time, self._floor.cell_size, grid.name)
+            message = encode_grid(grid.cells, time, self._floor, grid.name)
             yield _view(grid.topic, "foxglove.Grid", time, grid.source, message)
 
     def _scene(self, record: Record, entities: list[Any], deletions: list[Any]) -> View:
@@ -152,7 +155,11 @@ class Views:
                 deletions.append({"timestamp": timestamp(record.time), "type": 0, "id": name})
                 continue
             middle = self._floor.place(row, column, side / 2)
-            cube = {"pose": pose(middle), "size": {"x": side, "y": side, "z": side}, "color": _OBSTACLE}
+            cube = {
+                "pose": pose(middle, -self._floor.yaw),
+                "size": {"x": side, "y": side, "z": side},
+                "color": _OBSTACLE,
+            }
             entities.append(_entity(record.time, name, cubes=[cube]))
         return entities, deletions
 
@@ -183,7 +190,7 @@ class _Snapshots:
         self._written: int | None = None
         self._changed = False
 
-    def put(self, cells: NDArray[np.int32], values: Any) -> None:
+    def put(self, cells: NDArray[np.integer[Any]], values: Any) -> None:
         self.cells[cells[:, 0], cells[:, 1]] = values
         self._changed = True
 

@@ -122,7 +122,8 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("goals: [[4, 10]]", "goals: [[4, 10]]\n  starts: all"),
             "w.yaml:7:11: problem.starts: 'all' names no starts\n"
-            "  hint: write a list of [row, column], or {count: 64, seed: 0}",
+            "  hint: write a list of [row, column] or {x: METRES, y: METRES}, {count: 64, seed: 0},"
+            " or {scen: FILE, line: 2}",
         ),
         (
             ("generate: rooms", "generate: room"),

@@ -11,6 +11,7 @@ from click.testing import Result
 
 import codesign
 from codesign.errors import SpecError
+from codesign.exploration.identity import fingerprint
 from codesign.inputs import cross_check, design_point
 from codesign.scenarios import bind
 
@@ -65,12 +66,36 @@ def test_a_fault_in_a_value_is_told_at_the_value(sizes: Path) -> None:
         design_point(platform, workload, {"workload.problem.map.rows": "many"})
 
 
-def test_a_map_in_a_file_is_no_axis(sizes: Path, tmp_path: Path) -> None:
+def test_a_map_in_a_file_is_one_of_the_values(sizes: Path, tmp_path: Path) -> None:
     (tmp_path / "map.txt").write_text("....\n....\n", encoding="utf-8")
     text = WORKLOAD.replace(
         "map: {generate: empty, rows: 20, columns: 20}, goals: [[19, 19]]",
         "map: {file: map.txt}, goals: [[1, 3]]",
     )
     sizes.write_text(text, encoding="utf-8")
-    with pytest.raises(SpecError, match="a map in a file cannot be moved by an axis"):
-        cross_check(codesign.load_platform("virtex2pro"), codesign.load_workload(sizes))
+    platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(sizes)
+    cross_check(platform, workload)
+    before = fingerprint(platform, workload)
+    (tmp_path / "map.txt").write_text("....\n#...\n", encoding="utf-8")
+    assert fingerprint(platform, workload) != before
+    study = codesign.explore(platform, workload)
+    cells = [point.result.quality.reachable_cells for point in study.points if point.result]
+    assert cells == [99, 99, 6, 6]
+
+
+def test_steps_of_a_map_are_axes(tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("####\n#..#\n#..#\n####\n", encoding="utf-8")
+    head, _, _ = WORKLOAD.partition("explore:")
+    text = head.replace("{generate: empty, rows: 12, columns: 12}", "{file: map.txt}")
+    text = text.replace("[[11, 11]]", "[[2, 2]]").replace("[[0, 0]]", "[[1, 1]]")
+    axes = "explore:\n  axes:\n    workload.problem.map.crop: [none, free]\n"
+    (tmp_path / "w.yaml").write_text(text + axes, encoding="utf-8")
+    platform, workload = codesign.load_platform("virtex2pro"), codesign.load_workload(tmp_path / "w.yaml")
+    points = [
+        design_point(platform, workload, {"workload.problem.map.crop": crop}) for crop in ("none", "free")
+    ]
+    assert [bind(*point).problem.shape for point in points] == [(4, 4), (2, 2)]
+    assert len({point[1].digest() for point in points}) == 2
+    study = codesign.explore(platform, workload)
+    cells = [point.result.quality.reachable_cells for point in study.points if point.result]
+    assert cells == [3, 3]

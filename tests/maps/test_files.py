@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from codesign import maps
-from codesign.system.bind import load_grid
 from codesign.system.catalog import load_workload
+from codesign.system.problem_map import load_grid
 
 WORKLOAD = """\
 kind: workload

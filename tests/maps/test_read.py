@@ -72,7 +72,7 @@ def test_scenarios(tmp_path: Path) -> None:
         b"version 1\r\n3\tmy maps/a.map\t5\t4\t1\t2\t4\t3\t3.41421356\r\n0 b.map 5 4 0 0 0 0 0\r\n\r\n"
     )
     first, second = maps.read_scenarios(path)
-    assert first == maps.MovingAiScenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356)
+    assert first == maps.MovingAiScenario(3, "my maps/a.map", (4, 5), (2, 1), (3, 4), 3.41421356, 2)
     assert second.map_name == "b.map"
     with pytest.raises(MapError, match="scenarios, not a map"):
         maps.read_map(path)

@@ -16,6 +16,7 @@ import pytest
 from trace_samples import FREE, PluginRecord, a_mission, a_run, write
 
 from codesign.errors import TraceError
+from codesign.frame import Frame
 from codesign.records import (
     MapRecord,
     ObstacleRecord,
@@ -76,7 +77,7 @@ def test_the_mcap_library_reads_it_with_its_checksums(tmp_path: Path) -> None:
 
 def test_the_map_and_the_potential_are_foxglove_grids() -> None:
     map_record, stage = a_run()[0], a_run()[3]
-    data = json.loads(encode(map_record, Floor(2, 0.05)))
+    data = json.loads(encode(map_record, Floor(Frame(2, 0.05))))
     assert data["frame_id"] == "map"
     assert data["cell_size"] == {"x": 0.05, "y": 0.05}
     assert (data["column_count"], data["row_stride"], data["cell_stride"]) == (3, 3, 1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from trace_samples import a_mission, write
 
+from codesign.frame import Frame
 from codesign.records import (
     BeliefRecord,
     MapRecord,
@@ -74,20 +75,20 @@ def test_every_message_of_a_mission_keeps_to_its_schema(tmp_path: Path) -> None:
 
 def test_a_pose_stands_where_the_grid_shows_its_cell() -> None:
     """Row 3 of 4 is the lowest: y is half a cell up. A heading of a quarter turn, towards growing rows, looks down."""
-    message = json.loads(encode(PoseRecord(0, "robot", 3.0, 1.0, np.pi / 2, 0.5), Floor(4, 0.5)))
+    message = json.loads(encode(PoseRecord(0, "robot", 3.0, 1.0, np.pi / 2, 0.5), Floor(Frame(4, 0.5))))
     assert message["pose"]["position"] == {"x": 0.75, "y": 0.25, "z": 0.0}
     turned = message["pose"]["orientation"]
     # The x axis (1, 0, 0) turned by the quaternion (0, 0, z, w) becomes (w² - z², 2 z w, 0).
     ahead = turned["w"] ** 2 - turned["z"] ** 2, 2 * turned["z"] * turned["w"]
     assert ahead == pytest.approx((0.0, -1.0), abs=1e-6)
     assert message["heading"] == np.pi / 2
-    straight = json.loads(encode(PoseRecord(0, "robot", 0.0, 0.0, 0.0, 0.0), Floor(4)))
+    straight = json.loads(encode(PoseRecord(0, "robot", 0.0, 0.0, 0.0, 0.0), Floor(Frame(4))))
     assert straight["pose"]["orientation"] == {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0}
 
 
 def test_all_robots_of_a_fleet_are_poses() -> None:
     positions = np.array([[0.0, 0.0], [1.0, 2.5]])
-    message = json.loads(encode(PositionsRecord(1_500_000, "fleet", 3, positions), Floor(2, 1.0)))
+    message = json.loads(encode(PositionsRecord(1_500_000, "fleet", 3, positions), Floor(Frame(2, 1.0))))
     assert [pose["position"] for pose in message["poses"]] == [
         {"x": 0.5, "y": 1.5, "z": 0.0},
         {"x": 3.0, "y": 0.5, "z": 0.0},

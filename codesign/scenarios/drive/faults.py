@@ -16,7 +16,7 @@ from codesign.inputs.scenario import Drive, Rectangle, ReplanPolicy
 from codesign.maps import nearest_free
 from codesign.planners.interface import LOWER_BOUND, Planner, Problem
 from codesign.planners.job import Job
-from codesign.scenarios.drive.tasks import drive_of, resolution_of, robot_name, robot_of, robots_of
+from codesign.scenarios.drive.tasks import drive_of, drive_on, resolution_of, robot_name, robot_of, robots_of
 from codesign.system.assemble import kinematics_of, refused, sensor_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ MAX_OBSTACLE_CELLS = 20_000_000
 
 def drive_faults(workload: Workload, planner: Planner, problem: Problem) -> list[Fault]:
     """Every fault of a drive that is known without a platform."""
-    scenario = drive_of(workload)
+    scenario = drive_on(workload, problem)
     faults = _places(workload, scenario, problem) + _planner(workload, planner, problem)
     faults += _policy(workload, planner, scenario)
     faults += _resolution(workload, scenario, problem) + _amount(workload, scenario)
@@ -144,11 +144,13 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     for index, goal in enumerate(scenario.tour):
         path: tuple[str | int, ...] = (*_SCENARIO, "tour", index)
         if not _inside(goal, shape):
-            faults.append(fault(workload, path, *outside_map(goal, shape, "goal")))
+            faults += _outside(workload, path, goal, problem, "goal")
         elif not problem.free[goal]:
-            near = nearest_free(problem.free, goal)
+            what = f"goal {problem.named(goal)} is on an obstacle"
             faults.append(
-                fault(workload, path, f"goal {goal} is on an obstacle", f"the nearest free cell is {near}")
+                fault(
+                    workload, path, what, f"the nearest free cell is {_nearest(problem, problem.free, goal)}"
+                )
             )
     placed: list[tuple[tuple[str | int, ...], Rectangle]] = []
     for index, hidden in enumerate(scenario.hidden):
@@ -156,12 +158,17 @@ def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault
     for index, appearing in enumerate(scenario.obstacles.appearing):
         placed.append(((*_SCENARIO, "obstacles", "appearing", index), appearing))
     for path, rectangle in placed:
-        faults += _outside(workload, path, _last(rectangle), shape)
+        first = (rectangle.row, rectangle.column)
+        faults += _outside(workload, path, first, problem, "its first cell") or _outside(
+            workload, path, _last(rectangle), problem
+        )
     for index, moving in enumerate(scenario.obstacles.moving):
         rows, columns = moving.size
         for number, (row, column) in enumerate(moving.route):
             path = (*_SCENARIO, "obstacles", "moving", index, "route", number)
-            faults += _outside(workload, path, (row + rows - 1, column + columns - 1), shape)
+            faults += _outside(workload, path, (row, column), problem, "its first cell") or _outside(
+                workload, path, (row + rows - 1, column + columns - 1), problem
+            )
     return faults
 
 
@@ -223,7 +230,7 @@ def _over_start(workload: Workload, scenario: Drive, problem: Problem) -> list[F
         fault(
             workload,
             (*_SCENARIO, "hidden", index),
-            f"it covers {start}, where the robot starts",
+            f"it covers {problem.named(start)}, where the robot starts",
             "leave the start free, or start elsewhere",
         )
         for index, hidden in enumerate(scenario.hidden)
@@ -253,7 +260,7 @@ def _start(platform: Platform, workload: Workload, problem: Problem) -> list[Fau
 
     name, spec = robot_of(platform, workload)
     start, resolution = problem.starts[0], resolution_of(workload, problem)
-    obstacles = ~problem.free | covered(problem.free.shape, drive_of(workload).hidden)
+    obstacles = ~problem.free | covered(problem.free.shape, drive_on(workload, problem).hidden)
     path = ("problem", "starts", 0)
     radius = float(spec.radius.value) / resolution
     if 2 * radius > min(problem.free.shape):
@@ -262,9 +269,10 @@ def _start(platform: Platform, workload: Workload, problem: Problem) -> list[Fau
         return [fault(platform, ("components", name, "radius"), text, "make it smaller, or the cells larger")]
     blocked = Inflation(obstacles, radius).blocked
     if blocked[start]:
-        near = nearest_free(~blocked, start) if not blocked.all() else None
+        near = _nearest(problem, ~blocked, start)
         wide = f"the robot, {2 * float(spec.radius.value):.3g} m wide,"
-        text = f"{wide} does not fit at its start {start}: somewhere in that cell it would touch an obstacle"
+        there = f"at its start {problem.named(start)}: somewhere in that cell it would touch an obstacle"
+        text = f"{wide} does not fit {there}"
         hint = "no cell has room for it" if near is None else f"the nearest cell with room is {near}"
         return [fault(workload, path, text, hint)]
     return []
@@ -291,9 +299,19 @@ def _last(rectangle: Rectangle) -> tuple[int, int]:
     return rectangle.row + rectangle.rows - 1, rectangle.column + rectangle.columns - 1
 
 
+def _nearest(problem: Problem, free: NDArray[np.bool_], cell: tuple[int, int]) -> tuple[int, int] | None:
+    """The nearest free cell as users count it; None where there is none."""
+    near = nearest_free(free, cell)
+    return None if near is None else problem.named(near)
+
+
 def _outside(
-    workload: Workload, path: tuple[str | int, ...], last: tuple[int, int], shape: tuple[int, ...]
+    workload: Workload,
+    path: tuple[str | int, ...],
+    cell: tuple[int, int],
+    problem: Problem,
+    name: str = "its last cell",
 ) -> list[Fault]:
-    if _inside(last, shape):
+    if _inside(cell, problem.shape):
         return []
-    return [fault(workload, path, *outside_map(last, shape, "its last cell"))]
+    return [fault(workload, path, *outside_map(problem.named(cell), problem.shape, name, problem.corner))]

@@ -69,7 +69,7 @@ class Tour(Goals):
 
     def none_left(self) -> str:
         """The reason to give where ``goals`` has none."""
-        named = ", ".join(str(goal) for goal in self._legs[self.done][:3])
+        named = ", ".join(str(self._scene.named(goal)) for goal in self._legs[self.done][:3])
         near = ", or lies too near to one" if self._scene.robot.radius_cells else ""
         return f"goal {named} is taken by an obstacle{near}"
 

@@ -169,7 +169,7 @@ class Pilot:
                 replanner.request(sight, "the first plan", seen=False)
         elif self.goals.arrived():
             self.log.goals_reached += 1
-            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.latest_look.cell}")
+            self.log.tell("goal_reached", f"goal {self.goals.done} at {scene.named(scene.latest_look.cell)}")
             if not self.goals.end_if_over(self.log):
                 replanner.request(sight, "the next goal", seen=False)
         elif active is not None and self._is_lost(active) and not replanner.busy:
@@ -191,7 +191,7 @@ class Pilot:
         if end < STANDS and path.length > STANDS:
             closed = path.first_closed(belief.planning_free(look.cell), 1) >= 0
             why = "leads through or between obstacles" if closed else "was never seen to be free"
-            self.log.stall = f"the next cell on the way from {look.cell} {why}"
+            self.log.stall = f"the next cell on the way from {self.scene.named(look.cell)} {why}"
         return Command(path, end, self.scene.resolution)
 
     def _tell_command(self, command: Command, plan: ActivePlan, look: Look, composed: int) -> None:

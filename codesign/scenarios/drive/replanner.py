@@ -240,11 +240,18 @@ class Replanner:
         if not goals:
             return self.goals.none_left()
         free = scene.belief.planning_free(here)
-        problem = Problem(free=free, goals=tuple(goals), starts=(here,), resolution=scene.resolution)
+        problem = replace(
+            system.problem,
+            free=free,
+            goals=tuple(goals),
+            starts=(here,),
+            resolution=scene.resolution,
+            optimal_lengths=(),
+        )
         with planner_code(system.planner):
             job = replace(system.job, problem=problem)
             if not system.planner.reachable(job)[here]:
-                return f"no way leads from {here} to a goal in what the robot knows"
+                return f"no way leads from {scene.named(here)} to a goal in what the robot knows"
             wrong = system.planner.check(job)
         return problem if wrong is None else f"{wrong[0]}: {wrong[1]}"
 

@@ -17,7 +17,7 @@ from codesign.components.sensor import NOTHING, RangeScan, Sensor
 from codesign.inputs.components import RobotComponent
 from codesign.records import BeliefRecord, MissionRecord, ObstacleRecord, PoseRecord
 from codesign.scenarios.drive.faults import covered, kept_clear, moving_of
-from codesign.scenarios.drive.tasks import MOVE, drive_of, resolution_of
+from codesign.scenarios.drive.tasks import MOVE, drive_on, resolution_of
 from codesign.scenarios.drive.world.belief import Belief, Update
 from codesign.scenarios.drive.world.clearance import Clearance
 from codesign.scenarios.drive.world.obstacles import Appearing, Moving, random_appearing, rectangle
@@ -80,7 +80,7 @@ class Scene:
 
     def __init__(self, machine: Machine) -> None:
         system = machine.system
-        scenario = drive_of(system.workload)
+        scenario = drive_on(system.workload, system.problem)
         name = system.placement.places[MOVE]
         spec = system.platform.components[name]
         assert isinstance(spec, RobotComponent), "move is placed on robots only"
@@ -131,13 +131,18 @@ class Scene:
         if robot.arc > arc:
             self.clearance.drive(self.world.free_now, path.between(arc, robot.arc))
         if machine.listening:
+            corner = machine.system.problem.corner
             for contact in robot.contacts[before:]:
-                row, column = contact.position
+                row, column = contact.position[0] + corner[0], contact.position[1] + corner[1]
                 text = (
-                    f"ran against {contact.cell} at ({row:.3f}, {column:.3f}),"
+                    f"ran against {self.named(contact.cell)} at ({row:.3f}, {column:.3f}),"
                     f" {contact.speed * self.resolution:.3g} m/s"
                 )
                 machine.tell(MissionRecord(contact.time, robot.name, "contact", text))
+
+    def named(self, cell: Cell) -> Cell:
+        """A cell as users count it."""
+        return self.machine.system.problem.named(cell)
 
     def moved_since(self, time: int) -> bool:
         """Whether the robot came away from where it was after ``time`` (ps)."""

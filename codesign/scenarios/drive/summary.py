@@ -60,6 +60,7 @@ def mission_of(
     """The figures of a drive that has ended."""
     scene, log = done.scene, done.log
     robot, span = scene.robot, machine.now
+    corner = machine.system.problem.corner
     shortest = (
         _shortest(scene, Memo() if memo is None else memo)
         if log.reached and scene.scenario.purpose == "reach"
@@ -93,8 +94,8 @@ def mission_of(
         contact_points=tuple(
             ContactPoint(
                 time_s=contact.time / PICOSECONDS_PER_SECOND,
-                row=contact.position[0],
-                column=contact.position[1],
+                row=contact.position[0] + corner[0],
+                column=contact.position[1] + corner[1],
                 speed_m_s=contact.speed * scene.resolution,
             )
             for contact in robot.contacts[:CONTACT_POINTS]

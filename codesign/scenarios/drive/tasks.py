@@ -32,6 +32,11 @@ def drive_of(workload: Workload) -> Drive:
     return workload.scenario
 
 
+def drive_on(workload: Workload, problem: Problem) -> Drive:
+    """The drive with its cells counted as the cells of the problem, which may be cropped."""
+    return drive_of(workload).moved(*problem.corner)
+
+
 def robots_of(platform: Platform) -> dict[str, RobotComponent]:
     """The robots of a platform by name."""
     return {name: spec for name, spec in platform.components.items() if isinstance(spec, RobotComponent)}

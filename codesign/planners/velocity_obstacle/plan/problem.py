@@ -131,6 +131,21 @@ class RobotsProblem:
         """Metres a cell: the paper gives none."""
         return
 
+    @property
+    def corner(self) -> tuple[int, int]:
+        """The first row and column: the arena is never cropped."""
+        return 0, 0
+
+    @property
+    def origin(self) -> None:
+        """The lower left corner in metres: there is none."""
+        return
+
+    @property
+    def optimal_lengths(self) -> tuple[float, ...]:
+        """Lengths by a ``.scen`` file: there is none."""
+        return ()
+
 
 def distances(places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distance between each two of n places, float64 n × n."""
