@@ -10,22 +10,20 @@ from typing import Any
 
 from pydantic import Field
 
-from codesign.errors import InputError, MapError, SpecError
-from codesign.inputs.map_spec import FileMap
-from codesign.maps import OccupancyGrid
+from codesign.errors import InputError, SpecError
+from codesign.inputs.places import Point, parse_place
+from codesign.maps import Crop, OccupancyGrid
 from codesign.planners.interface import Problem
 from codesign.results.model import ResultModel
 from codesign.scenarios import scenario_of
 from codesign.system import catalog
-from codesign.system.bind import grid_of, plannable
+from codesign.system.bind import plannable
 from codesign.system.inspect import at_options
+from codesign.system.problem_map import load_grid
 from codesign.units import Dimension, parse_quantity
 
 _OPTIONS = {"map": "MAP", "goals": "--goal", "starts": "--start", "task": "--task", "change": "--change"}
 """The option that gives each key of the problem."""
-
-
-_CROP = {"crop": "free"} if "crop" in FileMap.model_fields else {}
 
 
 class Needs(ResultModel):
@@ -49,7 +47,7 @@ class Question:
     """A question that is sound as far as it is known without a board.
 
     ``section``: the section ``problem`` of the workload of every design, as YAML has it; ``map_file``: its map, seen
-    from the current folder. ``grid``: the map that is planned on, and ``problem``: it with goals and starts.
+    from the current folder. ``grid``: the map before it is cropped. ``problem``: the map that is planned on.
     """
 
     needs: Needs
@@ -94,6 +92,7 @@ def problem_section(
     *,
     task: str = "path",
     unknown: str | None = None,
+    resolution: str | None = None,
     change: Any = None,
 ) -> dict[str, Any]:
     """The section ``problem`` of a workload that asks the question; the map is cropped to its free cells.
@@ -102,11 +101,14 @@ def problem_section(
         InputError: a goal or a start is no place.
     """
     section: dict[str, Any] = {
-        "map": {"file": str(map_file.resolve())} | _CROP,
+        "map": {"file": str(map_file.resolve()), "crop": str(Crop.FREE)},
         "goals": [_place(text, "--goal") for text in goals],
     }
     if unknown is not None:
         section["map"]["unknown"] = unknown
+    if resolution is not None:
+        _quantity(resolution, Dimension.LENGTH, "--resolution")
+        section["map"]["resolution"] = resolution
     if needs.clearance_m:
         section["map"]["inflate"] = f"{needs.clearance_m:g} m"
     if starts:
@@ -122,7 +124,7 @@ def ask(needs: Needs, section: Mapping[str, Any], map_file: Path) -> Question:
     """The question, with its map read and its goals and starts checked.
 
     Raises:
-        SpecError: every fault of the map, its goals and starts, at the options. MapError: the map has no free cell.
+        SpecError: every fault of the map, its goals and starts, at the options.
     """
     faults: SpecError | None = None
     for planner in catalog.planners().values():
@@ -134,14 +136,9 @@ def ask(needs: Needs, section: Mapping[str, Any], map_file: Path) -> Question:
             workload = catalog.workload_of(workload_tree(planner.name, section, mapping))
         except SpecError as wrong:
             raise at_options(wrong, _OPTIONS) from None
-        grid = grid_of(workload)
-        assert grid is not None, "the problem of these planners is a map"
-        if not grid.free.any():
-            hint = "check what its greys mean; --unknown free counts unknown cells as free"
-            raise MapError("no cell of the map is free", str(map_file), hint)
-        problem, wrong_here = plannable(workload, scenario_of(workload), grid=grid)
+        problem, wrong_here = plannable(workload, scenario_of(workload))
         if problem is not None and not wrong_here:
-            return Question(needs, section, map_file, grid, problem)
+            return Question(needs, section, map_file, load_grid(workload), problem)
         faults = faults or SpecError(wrong_here)
     if faults is None:
         raise InputError("no installed planner plans on a map", hint="hwsw list shows the planners")
@@ -149,11 +146,9 @@ def ask(needs: Needs, section: Mapping[str, Any], map_file: Path) -> Question:
 
 
 def _place(text: str, option: str) -> list[int] | dict[str, float]:
-    """A goal or a start: row and column in whole numbers, or x and y in metres."""
-    numbers = text.split(",")
-    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
-    return [int(numbers[0]), int(numbers[1])]
+    """A goal or a start, as YAML has it."""
+    place = parse_place(text, option)
+    return {"x": place.x, "y": place.y} if isinstance(place, Point) else list(place)
 
 
 def workload_tree(planner: str, section: Mapping[str, Any], mapping: Mapping[str, Any]) -> dict[str, Any]:

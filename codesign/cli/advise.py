@@ -28,6 +28,7 @@ from codesign.errors import EXIT_INFEASIBLE, printable
     help="What is asked of a plan.",
 )
 @click.option("--unknown", type=click.Choice(["blocked", "free"]), help="What unknown cells count as.")
+@click.option("--resolution", metavar="LENGTH", help="Size of a cell, for a map that does not say it.")
 @click.option(
     "--budget",
     type=click.FloatRange(min=0),
@@ -52,6 +53,7 @@ def advise(
     starts: tuple[str, ...],
     task: str,
     unknown: str | None,
+    resolution: str | None,
     budget: float | None,
     write: Path | None,
     as_json: bool,
@@ -69,7 +71,9 @@ def advise(
     needs = advice.parse_needs(rate, power, price, clearance)
     named = None if boards is None else [name.strip() for name in boards.split(",") if name.strip()]
     asked = advice.boards_of(named)
-    section = advice.problem_section(map_file, goals, starts, needs, task=task, unknown=unknown)
+    section = advice.problem_section(
+        map_file, goals, starts, needs, task=task, unknown=unknown, resolution=resolution
+    )
     question = advice.ask(needs, section, map_file)
     with progress_shown(after_s=_QUIET_SECONDS) as show:
         answer = advice.advise(

@@ -191,6 +191,12 @@ def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: 
         (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
         (("--clearance", "-1 m"), "--clearance: '-1 m' is negative"),
         (("--goal", "north"), "--goal: 'north' is no"),
+        (
+            ("--goal", "1.5,0.5"),
+            "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
+        ),
+        (("--clearance", "0.1 m"), "MAP: a radius of 0.1 m on a map that does not say how large a cell is"),
+        (("--resolution", "5"), "--resolution: '5' has no unit"),
         (("--goal", "0,5"), "obstacle"),
         (("--goal", "7,7"), "outside of the map"),
         (("--start", "0,5"), "obstacle"),
@@ -216,6 +222,40 @@ def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None
     assert result.exit_code == 2, result.output
     assert "free" in result.output
     assert "hint: " in result.output
+
+
+def server_map(folder: Path) -> Path:
+    """A map of map_server: 40 × 40 unknown cells around a free hall of 6 × 10 cells of 0.5 m, with a pillar."""
+    image = folder / "hall.pgm"
+    rows = [bytearray([205] * 40) for _ in range(40)]
+    for row in range(20, 26):
+        rows[row][10:20] = bytes([254] * 10)
+    rows[22][14] = 0
+    image.write_bytes(b"P5\n40 40\n255\n" + b"".join(map(bytes, rows)))
+    path = folder / "hall.yaml"
+    path.write_text(
+        "image: hall.pgm\nresolution: 0.5\norigin: [-10.0, -10.0, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_a_map_of_a_robot_is_cropped_and_inflated_and_its_goal_is_in_metres(
+    hwsw: Run, tmp_path: Path
+) -> None:
+    hall, quick = server_map(tmp_path), board(tmp_path, "quick", 1)
+    # The cell in row 23, column 17: (17.5 - 20, 16.5 - 20) × 0.5 m from the origin of the frame.
+    words = ("advise", hall, "--goal", "-1.25,-1.75", "--rate", "10 Hz", "--boards", quick, "--json")
+    plain = json.loads(hwsw(*words).stdout)
+    assert (plain["rows"], plain["columns"], plain["free_cells"]) == (6, 10, 59)
+    inflated = json.loads(hwsw(*words, "--clearance", "0.5 m").stdout)
+    assert inflated["free_cells"] < plain["free_cells"]
+    blocked = hwsw("advise", hall, "--goal", "-2.75,-1.25", "--rate", "10 Hz", "--boards", quick)
+    assert (blocked.exit_code, "on an obstacle" in blocked.output) == (2, True)
+    unknown = hwsw("advise", hall, "--goal", "5.0,5.0", "--rate", "10 Hz", "--boards", quick)
+    assert (unknown.exit_code, "in unknown space" in unknown.output) == (2, True)
+    assert "hint: the nearest free cell is" in unknown.output
 
 
 def test_every_style_of_every_planner_on_a_map_is_searched(corridor: Path, tmp_path: Path) -> None:
