@@ -59,6 +59,10 @@ COMMANDS = {
         "codesign.cli.inspect:check",
         "Check platform and workload files, and report all faults at once.",
     ),
+    "map": (
+        "codesign.cli.map:map_",
+        "Show a map: its size, free cells, components, and what cropping saves.",
+    ),
     "schema": (
         "codesign.cli.inspect:schema",
         "Print a JSON Schema, for editors and for programs that read the JSON output.",

@@ -178,6 +178,14 @@ class Window:
         return 0 <= cell[0] - self.row < self.rows and 0 <= cell[1] - self.column < self.columns
 
 
+def cropped(grid: OccupancyGrid, part: Window) -> OccupancyGrid:
+    """The part of a map, with the origin of its own lower left corner."""
+    frame = grid.frame
+    origin = frame.part(part.row, part.column, part.rows).origin if frame and grid.origin else None
+    unknown = None if grid.unknown is None else part.of(grid.unknown)
+    return replace(grid, free=part.of(grid.free), unknown=unknown, origin=origin)
+
+
 def window(grid: OccupancyGrid, crop: Crop, kept: Iterable[Cell] = ()) -> Window:
     """The part of a map that cropping leaves, without a margin.
 

@@ -127,17 +127,14 @@ class Places:
         named = () if wanted.crop is Crop.NONE else (*self.goals, *self.starts)
         window = maps.window(grid, wanted.crop, named)
         whole = window.corner == (0, 0) and (window.rows, window.columns) == grid.shape
-        frame = grid.frame
-        origin = grid.origin
-        if frame is not None and not whole:
-            origin = frame.part(window.row, window.column, window.rows).origin
+        part = grid if whole else maps.cropped(grid, window)
         return Problem(
-            free=grid.free if whole else window.of(grid.free),
+            free=part.free,
             goals=_moved(self.goals, window.corner),
             starts=_moved(self.starts, window.corner),
             resolution=grid.resolution,
             corner=window.corner,
-            origin=origin,
+            origin=part.origin,
             optimal_lengths=self.lengths,
         )
 
