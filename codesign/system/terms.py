@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 WAIT, WAIT_RETRIES = WAITS = "wait", "wait to send again"
 """What a component or a link does while it does not work."""
 
+NO_ROWS = Figure(0, "1", Status.PUBLISHED, "an SRAM has no rows")
 SAME = 1e-9
 """Two figures of a law that differ by less than this share are one: each went through some roundings."""
 
@@ -66,9 +67,22 @@ def _open(machine: Machine, ledger: Ledger) -> str:
         )
     if system.workload.tasks:
         return "tasks of the workload's own use the same components and links"
+    memory = _external(system)
+    if memory is not None and any(low < high for low, high in (memory.width.interval, _row_words(memory))):
+        return "the words of a row or a word of the external memory are not known: they move its accesses by steps"
     used = {work.where for work in ledger.work}
     reasons = (_open_link(machine, name) for name in machine.links if name in used)
     return next(filter(None, reasons), "")
+
+
+def _external(system: System) -> MemoryComponent | None:
+    """The memory beside the FPGA that the design keeps its data in."""
+    memory = None if system.external is None else system.platform.components[system.external.name]
+    return memory if isinstance(memory, MemoryComponent) else None
+
+
+def _row_words(memory: MemoryComponent) -> tuple[float, float]:
+    return (0.0, 0.0) if memory.row_words is None else memory.row_words.interval
 
 
 def _open_link(machine: Machine, name: str) -> str:
@@ -86,12 +100,15 @@ def _open_link(machine: Machine, name: str) -> str:
 
 def _open_energy(system: System) -> str:
     """Why the energy is no sum of terms though the time is one; "" where it is."""
-    memory = None if system.external is None else system.platform.components[system.external.name]
-    if system.external is None or not isinstance(memory, MemoryComponent) or memory.power is None:
+    memory = _external(system)
+    if memory is None or memory.power is None:
         return ""
     low, high = _access_ratio(memory)
-    name = system.external.name
-    return f"the share of the time in which {name} works depends on its accesses" if low < high else ""
+    return (
+        "the share of the time in which the external memory works depends on its accesses"
+        if low < high
+        else ""
+    )
 
 
 class _Pricing:
@@ -144,15 +161,16 @@ class _Pricing:
 
     def _accesses(self, fpga: str) -> dict[str, int]:
         """The factor of cycles that rest on an external memory."""
-        memory = self.system.external
-        if memory is None or fpga != self.system.component:
+        memory, external = _external(self.system), self.system.external
+        if memory is None or external is None or fpga != self.system.component:
             return {}
-        spec = self.system.platform.components[memory.name]
-        assert isinstance(spec, MemoryComponent), "what is named as external memory is one"
-        low, high = _access_ratio(spec)
-        source = f"latency_cycles ({spec.latency_cycles.source}) and row_cycles of {memory.name}: bounds of all cycles"
-        ratio = Figure(1.0, "1", spec.latency_cycles.status, source, low, high)
-        return {self.input(f"law {memory.name}.access_cycles", ratio): 1} if low < high else {}
+        latency, (low, high) = memory.latency_cycles, _access_ratio(memory)
+        source = (
+            f"bounds of all cycles, by latency_cycles and row_cycles of {external.name}: {latency.source}"
+        )
+        ratio = Figure(1.0, "1", latency.status, source, low, high)
+        name = f"law {self.system.platform.name}.{external.name}.access_cycles"
+        return {self.input(name, ratio): 1} if low < high else {}
 
     def _messages(self, work: Work, amount: int) -> Iterator[Term]:
         from codesign.components import Serial
@@ -280,12 +298,17 @@ class _Pricing:
 def _access_ratio(memory: MemoryComponent) -> tuple[float, float]:
     """Bounds of the cycles of any accesses over those at the declared values.
 
-    All cycles are a · latency + b · row + c with a, b and c at least 0, or the greater of such a sum and a constant. So
-    they grow by no more than the figure that grows most, and shrink by no more than the one that shrinks most.
+    All cycles are a · latency + b · row + c, or the greater of such a sum and a constant, with a, b and c at least 0,
+    and b at most a: no row is opened without an access. So the ratio of two such sums lies among those of its parts: of
+    the latency, of latency and row together, and 1.
     """
-    ratios = [1.0]
-    for figure in (memory.latency_cycles, memory.row_cycles):
-        if figure is not None and figure.value:
-            value = max(1, figure.value)
-            ratios += [max(1, end) / value for end in figure.interval]
+    row = memory.row_cycles or NO_ROWS
+    latencies, rows = (
+        (memory.latency_cycles.value, *memory.latency_cycles.interval),
+        (row.value, *row.interval),
+    )
+    latency, *latency_ends = (max(1, value) for value in latencies)
+    opened, *row_ends = rows
+    together = [(most + more) / (latency + opened) for most, more in zip(latency_ends, row_ends, strict=True)]
+    ratios = [1.0, *(end / latency for end in latency_ends), *together]
     return min(ratios), max(ratios)

@@ -6,6 +6,15 @@ declared: the form of the laws is taken as right.
 """
 
 from codesign.verdicts.fits import Fit, fit_verdict
-from codesign.verdicts.verdict import Decider, Verdict, need_verdict, winner_verdict
+from codesign.verdicts.verdict import Decider, Swing, Verdict, need_verdict, sensitivity, winner_verdict
 
-__all__ = ["Decider", "Fit", "Verdict", "fit_verdict", "need_verdict", "winner_verdict"]
+__all__ = [
+    "Decider",
+    "Fit",
+    "Swing",
+    "Verdict",
+    "fit_verdict",
+    "need_verdict",
+    "sensitivity",
+    "winner_verdict",
+]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import chain
 from typing import Any, NamedTuple
 
@@ -64,7 +65,8 @@ class Inputs:
     def __init__(self) -> None:
         self.by_id: dict[str, Input] = {}
         self.figures: dict[str, Figure] = {}
-        self._ids: dict[Input, str] = {}
+        self._ids: dict[tuple[Input, int], str] = {}
+        self._results: list[Result] = []
 
     def sums(self, result: Result, figure: str) -> tuple[Sum, ...]:
         """The sums that a figure of a result is the greatest of; none where it is no sum of terms."""
@@ -85,14 +87,22 @@ class Inputs:
         )
 
     def _id(self, result: Result, name: str, figure: Figure) -> str:
-        # Each design waits for edges by itself. Figures of parts and laws are the same on every platform.
+        """The name of an input. Figures of parts and laws are the same on every platform."""
         platform = "" if " " in name and not is_edges(name) else result.platform
-        key = Input(platform, name, float(figure.value), *map(float, figure.interval))
-        if is_edges(name) or key not in self._ids:
-            identity = f"{len(self.by_id)} {name}"
-            self.by_id[identity], self.figures[identity] = key, figure
-            self._ids[key] = identity
+        each = Input(platform, name, float(figure.value), *map(float, figure.interval))
+        key = each, self._chain(result) if is_edges(name) else -1
+        if key not in self._ids:
+            self._ids[key] = identity = f"{len(self._ids)} {name}"
+            self.by_id[identity], self.figures[identity] = each, figure
         return self._ids[key]
+
+    def _chain(self, result: Result) -> int:
+        """The first result with the same terms: only then the waits for edges are the same at any values."""
+        same = (number for number, other in enumerate(self._results) if other.terms == result.terms)
+        number = next(same, len(self._results))
+        if number == len(self._results):
+            self._results.append(result)
+        return number
 
 
 def _plans(result: Result, figure: str) -> tuple[Sum, ...]:
@@ -190,7 +200,7 @@ class Margin:
 
 def _greatest_of(sums: Sequence[Sum], values: Mapping[str, Any]) -> Any:
     totals = [sum(each.at(values) for each in plan) for plan in sums]
-    return totals[0] if len(totals) == 1 else np.maximum.reduce(totals)
+    return reduce(np.maximum, totals)
 
 
 def _negated(plan: Sum) -> Sum:

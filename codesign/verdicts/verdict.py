@@ -29,6 +29,15 @@ class Decider(ResultModel):
     )
 
 
+class Swing(ResultModel):
+    """How far one figure by itself moves a figure of a result."""
+
+    name: str = Field(description="as an axis names it; of a part or a law with that word before it")
+    figure: Figure = Field(description="its value, interval, status and source")
+    least: float = Field(description="the least value of the result's figure inside its interval")
+    most: float = Field(description="the greatest value of the result's figure inside its interval")
+
+
 class Verdict(ResultModel):
     """Whether something holds at every value inside the intervals of all figures that it rests on.
 
@@ -50,6 +59,10 @@ class Verdict(ResultModel):
     reason: str = Field(default="", description="why it is not assessed, or what it depends on besides")
     winner: int | None = Field(default=None, description="of a comparison: the position of the best design")
     rival: int | None = Field(default=None, description="the position of the design that decides against it")
+    equals: tuple[int, ...] = Field(
+        default=(),
+        description="positions of designs that equal the best one at every value; they are no rivals",
+    )
 
 
 def need_verdict(
@@ -82,7 +95,8 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     """Whether the best of several results by a figure is the best at every value inside all intervals.
 
     Results that share an input have one value of it. Those that are infeasible or have no such figure take no part.
-    ``winner`` and ``rival`` are positions in ``results``.
+    ``winner``, ``rival`` and ``equals`` are positions in ``results``. After a verdict that is not proved, the rest is
+    looked at only up to the ``NEAREST`` designs: what lies further off hardly flips first.
     """
     declared = FIGURES[str(figure)]
     values = [result.figure(declared) if result.feasible else None for result in results]
@@ -90,22 +104,28 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     ranked = sorted((sign * value, number) for number, value in enumerate(values) if value is not None)
     if not ranked:
         return Verdict(state="not assessed", figure=declared.name, reason=f"no design has {declared.label}")
-    winner = ranked[0][1]
-    verdicts = [
-        _against(results[winner], results[number], declared).model_copy(
-            update={"winner": winner, "rival": number}
-        )
-        for _, number in ranked[1:]
-    ]
-    if not verdicts:
-        return Verdict(
-            state="proved", figure=declared.name, holds=True, winner=winner, reason="no other design"
-        )
-    return min(verdicts, key=_hardness)
+    winner, *others = [number for _, number in ranked]
+    verdicts: list[Verdict] = []
+    equals: list[int] = []
+    for rank, number in enumerate(others):
+        if rank >= NEAREST and any(each.state != "proved" for each in verdicts):
+            break
+        verdict = _against(results[winner], results[number], declared)
+        if verdict.least == verdict.most == 0:
+            equals.append(number)
+        else:
+            verdicts.append(verdict.model_copy(update={"rival": number}))
+    reason = "all others are equal" if equals else "no other design"
+    none = Verdict(state="proved", figure=declared.name, holds=True, reason=reason)
+    hardest = min(verdicts, key=_hardness, default=none)
+    return hardest.model_copy(update={"winner": winner, "equals": tuple(equals)})
 
 
 _PRICED = ("first_plan_s", "energy_j", "power")
 """The figures that rest on figures with intervals."""
+
+NEAREST = 32
+"""Designs nearest to the best one that are always looked at."""
 
 
 def _hardness(verdict: Verdict) -> tuple[int, float]:
@@ -127,13 +147,7 @@ def _against(winner: Result, other: Result, figure: ResultFigure) -> Verdict:
         return Verdict(state="not assessed", figure=figure.name, holds=True, margin=margin, reason=reason)
     if figure.name not in _PRICED:
         return Verdict(
-            state="proved" if margin else "depends",
-            figure=figure.name,
-            holds=True,
-            margin=margin,
-            least=margin,
-            most=margin,
-            reason="" if margin else "both are equal",
+            state="proved", figure=figure.name, holds=True, margin=margin, least=margin, most=margin
         )
     inputs = Inputs()
     sides = inputs.sums(winner, figure.name), inputs.sums(other, figure.name)
@@ -165,17 +179,36 @@ def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:
     )
     if state != "depends":
         return verdict
-    names = [name for name in margin.varying() if inputs.by_id[name].measurable]
-    flips = {name: flip for name in names if (flip := margin.flip(name)) is not None}
-    deciding = max(flips or names, key=margin.swing, default=None)
+    swings = {name: margin.swing(name) for name in margin.varying() if inputs.by_id[name].measurable}
+    flips = {name: flip for name in swings if (flip := margin.flip(name)) is not None}
+    deciding = max(flips or swings, key=swings.__getitem__, default=None)
     if deciding is None:
-        reason = "both are equal" if not value else "it lies within the waits for clock edges"
-        return verdict.model_copy(update={"reason": reason})
-    reason = "" if flips else "no figure changes it by itself; several together may"
+        return verdict.model_copy(update={"reason": "it lies within the waits for clock edges"})
+    reason = "" if flips else "no figure changes it by itself, several together do"
     if not flips and not (least.exact and most.exact):
-        reason = "not proved: bounds of the difference leave it open"
+        reason = "not proved: the bounds of the difference leave it open"
     each = inputs.by_id[deciding]
     decider = Decider(
         name=each.name, platform=each.platform, figure=inputs.figures[deciding], flips_at=flips.get(deciding)
     )
     return verdict.model_copy(update={"decides": decider, "reason": reason})
+
+
+def sensitivity(result: Result, figure: ResultFigure | str) -> tuple[Swing, ...]:
+    """How far each figure with an interval moves a figure of a result by itself, the widest first.
+
+    Empty where the figure rests on none, or is no sum of terms.
+    """
+    inputs = Inputs()
+    sums = inputs.sums(result, FIGURES[str(figure)].name)
+    if not sums:
+        return ()
+    # The margin of a figure against 0 is the figure itself.
+    figures = Margin(((),), sums, inputs.by_id)
+    swings = []
+    for name in figures.varying():
+        each = inputs.by_id[name]
+        ends = sorted(float(figures.at({name: end})) for end in (each.low, each.high))
+        if each.measurable and ends[0] < ends[1]:
+            swings.append(Swing(name=each.name, figure=inputs.figures[name], least=ends[0], most=ends[1]))
+    return tuple(sorted(swings, key=lambda swing: swing.least - swing.most))
