@@ -48,8 +48,8 @@ class Dimension(StrEnum):
     SPEED = "speed"
     ACCELERATION = "acceleration"
     TURN_RATE = "turn rate"
+    MONEY = "price"
     RATE = "rate"
-    PRICE = "price"
 
 
 @dataclass(frozen=True)
@@ -185,9 +185,9 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
             "1e6",
             "90 deg/s",
         ),
-        # Of events that are asked for, not of a clock.
+        Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
+        # Of plans that are asked for, not of a clock.
         Dimension.RATE: _scale("Hz", {"mHz": _MILLI, "Hz": 1, "kHz": _KILO}, "1e6", "10 Hz", zero=False),
-        Dimension.PRICE: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
     }
 )
 """The scale of every dimension of specs."""

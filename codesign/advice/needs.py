@@ -68,7 +68,7 @@ def parse_needs(
     return Needs(
         rate_hz=float(_quantity(rate, Dimension.RATE, "--rate")),
         power_w=_optional(power, Dimension.POWER, "--power"),
-        price_usd=_optional(price, Dimension.PRICE, "--price"),
+        price_usd=_optional(price, Dimension.MONEY, "--price"),
         clearance_m=_optional(clearance, Dimension.LENGTH, "--clearance"),
     )
 

@@ -34,10 +34,16 @@ MEAN_TIME = FIGURES["first_plan_s"]
 ENERGY = FIGURES["energy_j"]
 
 
+Need = Literal["rate", "power", "price", "arrive", "fit", "refused"]
+
+_NEED_OF: dict[str, Need] = {"quality": "arrive"}
+"""The needs of reasons that are no matter of the size of the design."""
+
+
 class Shortfall(ResultModel):
     """What keeps a design from sufficing: ``demand`` passes ``limit``."""
 
-    need: Literal["rate", "power", "price", "arrive", "fit", "refused"] = Field(
+    need: Need = Field(
         description="the need that excludes it: the rate, the power, the price; starts that do not arrive; a resource,"
         " a bound or a clock of the part; or a combination that is refused"
     )
@@ -174,7 +180,7 @@ def trial_of(result: Result) -> Trial:
     starts, arrived = (quality.starts, quality.starts_arrived) if isinstance(quality, Quality) else (0, 0)
     shortfalls = [
         Shortfall(
-            need="fit",
+            need=_NEED_OF.get(reason.kind, "fit"),
             name=label(reason.name),
             demand=float(reason.demand),
             limit=float(reason.limit),
