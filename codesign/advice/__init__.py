@@ -86,7 +86,7 @@ def advise(
         recommended=None if winner is None else winner.board,
         boards=tuple(advice),
         not_searched=_left(findings),
-        remarks=tuple(text for text in (*question.grid.remarks, remark) if text),
+        remarks=tuple(text for text in (*question.grid.remarks, *laboratory.failures[:1], remark) if text),
         simulated=findings.simulated,
         kept=findings.kept,
         command=command,

@@ -77,9 +77,11 @@ def search(
                 findings.left.append(candidate)
                 continue
             else:
+                failed = len(laboratory.failures)
                 trial = laboratory.trial(candidate)
                 findings.simulated += 1
-                waiting.keep(laboratory.key(candidate), trial)
+                if len(laboratory.failures) == failed:
+                    waiting.keep(laboratory.key(candidate), trial)
             tried = candidate if trial.clock_hz is None else at_clock(candidate, trial.clock_hz)
             findings.tried[candidate.board.name].append((tried, trial))
             if level + 1 < len(chain) and _goes_on(trial, question):

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from codesign.advice.candidates import Candidate
 from codesign.advice.needs import Question, workload_tree
-from codesign.errors import CodesignError, SpecError
+from codesign.errors import CodesignError, RunError, SpecError
 from codesign.exploration.identity import code_digest
 from codesign.exploration.space import canonical
 from codesign.figures import FIGURES, label
@@ -24,6 +24,7 @@ from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.scenarios import simulate
 from codesign.system import catalog
+from codesign.system.build import planner_code
 
 WORST_TIME = FIGURES["first_plan_s"]
 """The time that a rate is held against."""
@@ -91,11 +92,15 @@ class Trial(ResultModel):
 
 
 class Laboratory:
-    """Tries the designs of a question. What they have in common is computed once."""
+    """Tries the designs of a question. What they have in common is computed once.
+
+    ``failures``: what went wrong in the code of planners. These designs count as refused, and are not kept.
+    """
 
     def __init__(self, question: Question) -> None:
         self.question = question
         self.memo = Memo()
+        self.failures: list[str] = []
         self._platforms: dict[str, str] = {}
 
     @cached_property
@@ -140,7 +145,9 @@ class Laboratory:
         Raises:
             CodesignError: the design is refused.
         """
-        return simulate(*self.point(candidate), memo=self.memo, grid=self.question.grid)
+        point = self.point(candidate)
+        with planner_code(candidate.planner):
+            return simulate(*point, memo=self.memo, grid=self.question.grid)
 
     def trial(self, candidate: Candidate) -> Trial:
         """The trial of a design. A clock that is all that it is too slow for is lowered to what it reaches."""
@@ -151,6 +158,9 @@ class Laboratory:
                 return trial_of(self.result(slower)).model_copy(update={"clock_hz": clock_of(slower)})
         except SpecError as refused:
             return _refused(refused.faults[0].what)
+        except RunError as failed:
+            self.failures.append(f"{candidate.board.name}: {failed.what}")
+            return _refused(failed.what)
         except CodesignError as refused:
             return _refused(refused.what)
         return trial_of(result)

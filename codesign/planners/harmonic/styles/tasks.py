@@ -49,7 +49,7 @@ class DecisionModule(TaskStyle):
         text = f"{published.PAPER}, section 5.4: 3p + 682"
         bound = "upper bound: two a slice; published in slices only"
         words = -(-problem.free.size * (last + 1) // resources.RAM_WIDTH)
-        rams = -(-words // resources.word_depth(job.chip))
+        rams = -(-words // max(1, resources.word_depth(job.chip)))
         law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
         return Demand(
             items=(
