@@ -1,17 +1,19 @@
 """Hardware/software co-design of robot path planners: the notebook face.
 
 >>> import codesign
->>> platform = codesign.load_platform("virtex2-pci")
->>> workload = codesign.load_workload("labyrinth")
+>>> result = codesign.simulate("virtex2-pci", "labyrinth")
+>>> result.feasible
+True
 
-``simulate(platform, workload)`` gives one result, ``explore(platform, workload)`` a study with its front, and
-``open_trace(file)`` looks into a run. Heavy modules load when a function needs them.
+``simulate`` gives one result, ``explore`` a study with its front, and ``open_trace(file)`` looks into a run. A platform
+or a workload is given as a shipped name, a file, YAML text, a dict, or loaded (``load_platform``, ``load_workload``).
+Heavy modules load when a function needs them.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from codesign.kernel_cache import provide_kernel_cache
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from codesign.exploration import Progress, Study
     from codesign.inputs import Platform, Workload
+    from codesign.inputs.files import Source
     from codesign.records import Listener
     from codesign.system import MissionProgress, Result
     from codesign.trace import McapListener, Trace
@@ -30,31 +33,47 @@ __all__ = ["explore", "load_platform", "load_workload", "open_trace", "simulate"
 provide_kernel_cache()
 
 
-def load_platform(source: str | Path) -> Platform:
-    """The platform of that shipped name, or of that YAML file.
+def load_platform(source: Source) -> Platform:
+    """The platform of a shipped name, a YAML file (a path, or a name that ends in ``.yaml``), YAML text, or a dict.
+
+    A text with a line break is YAML. Part files and maps of a text or a dict are looked for from the current folder.
 
     Raises:
-        SpecError: all faults of the file at once.
+        SpecError: all faults at once. InputError: no shipped platform has that name.
     """
     from codesign import inputs as spec
 
     return spec.load_platform(source)
 
 
-def load_workload(source: str | Path) -> Workload:
-    """The workload of that shipped name, or of that YAML file; its planner's parameters are checked too.
+def load_workload(source: Source) -> Workload:
+    """The workload of a shipped name, a YAML file, YAML text, or a dict; its planner's parameters are checked too.
 
     Raises:
-        SpecError: all faults of the file at once.
+        SpecError: all faults at once. InputError: no shipped workload has that name.
     """
     from codesign.system import catalog
 
     return catalog.load_workload(source)
 
 
+def _platform(source: Platform | Source) -> Platform:
+    """The platform, loaded where it is not."""
+    from codesign.inputs import Platform
+
+    return source if isinstance(source, Platform) else load_platform(source)
+
+
+def _workload(source: Workload | Source) -> Workload:
+    """The workload, loaded where it is not."""
+    from codesign.inputs import Workload
+
+    return source if isinstance(source, Workload) else load_workload(source)
+
+
 def simulate(
-    platform: Platform,
-    workload: Workload,
+    platform: Platform | Source,
+    workload: Workload | Source,
     *,
     granularity: str = "run_ahead",
     trace: str | Path | None = None,
@@ -67,6 +86,7 @@ def simulate(
 ) -> Result:
     """Simulate one design point, and write its MCAP trace where a file is named.
 
+    ``platform``, ``workload``: loaded, or what ``load_platform`` and ``load_workload`` take.
     ``granularity``: ``run_ahead`` or ``visit``; the result is the same. ``listeners`` take the records of the run.
     ``progress`` is called now and then while a drive goes on. A design that does not fit gives a result with
     ``feasible`` False and its reasons, and leaves no trace. ``memory``: bytes that the run may take, by an estimate
@@ -85,6 +105,7 @@ def simulate(
 
     from codesign import scenarios
 
+    platform, workload = _platform(platform), _workload(workload)
     with ExitStack() as stack:
         writer = None if trace is None else stack.enter_context(_trace_writer(trace, platform, workload))
         result = scenarios.simulate(
@@ -117,8 +138,8 @@ def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> 
 
 
 def explore(
-    platform: Platform,
-    workload: Workload,
+    platform: Platform | Source | Sequence[Platform | Source] | None,
+    workload: Workload | Source,
     *,
     store: str | Path | None = None,
     workers: int = 1,
@@ -127,6 +148,9 @@ def explore(
 ) -> Study:
     """Evaluate every point of the workload's exploration; finished points are kept in ``store`` and not done again.
 
+    ``platform``: one, which settles the axis ``platform`` of the workload; a list of several, which become the values
+    of that axis; or None, where the workload has it. ``platform``, ``workload``: loaded, or what ``load_platform`` and
+    ``load_workload`` take.
     ``memory``: bytes that all workers may take together; by default half of what the machine has free.
 
     Raises:
@@ -134,7 +158,14 @@ def explore(
     """
     from codesign.exploration import run
 
-    return run.explore(platform, workload, store=store, workers=workers, progress=progress, memory=memory)
+    platforms: Platform | list[Platform] | None = None
+    if isinstance(platform, list | tuple):
+        platforms = [_platform(each) for each in platform]
+    elif platform is not None:
+        platforms = _platform(cast("Platform | Source", platform))
+    return run.explore(
+        platforms, _workload(workload), store=store, workers=workers, progress=progress, memory=memory
+    )
 
 
 def open_trace(file: str | Path) -> Trace:

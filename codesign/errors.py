@@ -138,6 +138,10 @@ class SpecError(CodesignError):
         return type(self), (self.faults,)
 
 
+class UnsuitedError(SpecError):
+    """Faults between sound specs: this workload, or this point of it, cannot be placed on this platform."""
+
+
 def nearest(word: str, accepted: Iterable[str]) -> str | None:
     """The accepted word nearest to ``word``, or None where none is near.
 

@@ -125,6 +125,16 @@ class ResultFigure:
         return f"{self.within}.{self.name}".lstrip(".")
 
     @property
+    def column(self) -> str:
+        """The name of its column in CSV and data frames: its name, which ends with its unit.
+
+        >>> FIGURES["power"].column, FIGURES["energy_j"].column, FIGURES["slices"].column
+        ('power_w', 'energy_j', 'slices')
+        """
+        suffix = f"_{self.unit.lower()}"
+        return self.name if self.unit == "1" or self.name.endswith(suffix) else f"{self.name}{suffix}"
+
+    @property
     def is_resource(self) -> bool:
         """Whether it is a resource of a chip. A design without a chip takes none of it."""
         return self.within == "resources"

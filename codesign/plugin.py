@@ -7,6 +7,7 @@ from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
+from codesign.planners.clock_law import on_family
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.host import HostStyle, HostTask, one_step
 from codesign.planners.interface import (
@@ -95,6 +96,7 @@ __all__ = [
     "from_position",
     "judge_arrival",
     "judge_paths",
+    "on_family",
     "one_step",
     "row",
 ]

@@ -26,8 +26,14 @@ class Board:
 
     @property
     def price_usd(self) -> float | None:
-        """Its price; None where the platform declares none."""
-        return None
+        """Its price, with that of the computer beside it; None where the platforms do not declare both."""
+        board = self.platform.board
+        if board is None or board.price is None:
+            return None
+        if board.beside is None:
+            return float(board.price.value)
+        beside = Board(board.beside, load_platform(board.beside)).price_usd
+        return None if beside is None else float(board.price.value) + beside
 
     @property
     def idle_w(self) -> float:
@@ -54,13 +60,14 @@ class Board:
 
 
 def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:
-    """The boards of these shipped names or files; by default every shipped platform.
+    """The boards of these shipped names or files; by default every shipped platform that is a board on sale.
 
     Raises:
         InputError: no such board, none at all, or one is named twice. SpecError: the faults of a file.
     """
     if sources is None:
-        sources = list_platforms()
+        shipped = (Board(name, load_platform(name)) for name in list_platforms())
+        return tuple(board for board in shipped if board.platform.board is not None)
     if not sources:
         raise InputError("no board is named", "--boards", "write --boards zynq,arty-a7, or leave it out")
     boards: dict[str, Board] = {}

@@ -133,7 +133,7 @@ def ask(needs: Needs, section: Mapping[str, Any], map_file: Path) -> Question:
         (plug_in,) = (each for each in catalog.plug_ins() if each.planner is planner)
         mapping = {planner.planning_task: {"component": "any", **plug_in.samples.parameters[0]}}
         try:
-            workload = catalog.workload_of(workload_tree(planner.name, section, mapping))
+            workload = catalog.load_workload(workload_tree(planner.name, section, mapping))
         except SpecError as wrong:
             raise at_options(wrong, _OPTIONS) from None
         problem, wrong_here = plannable(workload, scenario_of(workload))

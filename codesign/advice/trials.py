@@ -134,7 +134,7 @@ class Laboratory:
             SpecError: they do not belong together.
         """
         tree = workload_tree(candidate.planner.name, self.question.section, candidate.mapping)
-        workload = catalog.workload_of(tree)
+        workload = catalog.load_workload(tree)
         if not candidate.settings:
             return candidate.board.platform, workload
         return design_point(candidate.board.platform, workload, candidate.settings)

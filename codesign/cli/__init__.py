@@ -69,7 +69,7 @@ COMMANDS = {
     ),
     "list": (
         "codesign.cli.inspect:list_",
-        "List the available platforms, parts, workloads, planners and styles.",
+        "List the available platforms, parts, hosts, workloads, planners and styles.",
     ),
     "init": ("codesign.cli.inspect:init", "Write an example platform and workload."),
 }

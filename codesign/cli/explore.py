@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from codesign.cli.options import command_line, memory_option, settings_of
-from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, printable
+from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
+from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.exploration import Progress, Study
+    from codesign.inputs import Platform, Workload
 
 _FILE = click.Path(dir_okay=False, path_type=Path)
 
@@ -23,8 +26,7 @@ def _cores() -> int:
 
 
 @click.command(short_help="Evaluate every point of an exploration.")
-@click.argument("platform")
-@click.argument("workload")
+@click.argument("specs", nargs=-1, required=True, metavar="[PLATFORM] WORKLOAD")
 @click.option(
     "--store", type=_FILE, help="The SQLite file of finished points.  [default: PLATFORM-WORKLOAD.sqlite]"
 )
@@ -47,8 +49,7 @@ def _cores() -> int:
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @click.option("--json", "as_json", is_flag=True, help="Print every point, feasible or not, as JSON.")
 def explore(
-    platform: str,
-    workload: str,
+    specs: tuple[str, ...],
     store: Path | None,
     settings: tuple[str, ...],
     workers: int,
@@ -60,21 +61,20 @@ def explore(
     """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front.
 
     Finished points are kept in one file. The command continues from that file when it runs again.
+
+    Leave PLATFORM out where the workload has an axis platform, or with --set "platform=[NAME, FILE.yaml]".
     """
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import Advance, progress_shown
-    from codesign.inputs import pin
 
-    values = settings_of(settings)
-    platform_spec, workload_spec = codesign.load_platform(platform), codesign.load_workload(workload)
-    if values:
-        platform_spec, workload_spec = pin(platform_spec, workload_spec, values, "--set ")
-    file = store or Path(f"{platform_spec.name}-{workload_spec.name}.sqlite")
+    platform, workload_spec = _explored(specs, settings_of(settings))
+    one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
+    file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
         {"--csv": csv_file, "--html": page},
-        (platform, workload, workload_spec.map_file),
+        (*specs, workload_spec.map_file),
         store=("--store", file),
     )
     interrupts.keep("finished points are kept")
@@ -84,7 +84,7 @@ def explore(
             show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
-            platform_spec, workload_spec, store=file, workers=workers, progress=progress, memory=memory
+            platform, workload_spec, store=file, workers=workers, progress=progress, memory=memory
         )
     _deliver(study, csv_file, page, as_json)
     if not as_json:
@@ -92,6 +92,33 @@ def explore(
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
         raise click.exceptions.Exit(EXIT_FAILED if study.broken else EXIT_INFEASIBLE)
+
+
+def _explored(
+    specs: Sequence[str], settings: dict[str, Any]
+) -> tuple[Platform | list[Platform] | None, Workload]:
+    """The platform, or the platforms of an axis, or None where the workload has them; and the workload."""
+    import codesign
+    from codesign.inputs import held, load_platforms, pin
+    from codesign.inputs.edit import PLATFORM_AXIS
+
+    if len(specs) > 2:
+        raise InputError(
+            f"{counted(len(specs), 'argument')}", "explore", "name one platform and one workload"
+        )
+    chosen = settings.pop(PLATFORM_AXIS, None)
+    names = chosen if isinstance(chosen, list) else [chosen] if chosen is not None else list(specs[:-1])
+    if chosen is not None and len(specs) == 2:
+        raise InputError("PLATFORM is named too", f"--set {PLATFORM_AXIS}", "keep one of the two")
+    if not all(isinstance(name, str) for name in names):
+        raise InputError(
+            "names no platform", f"--set {PLATFORM_AXIS}", "write the name of one, or [NAME, ...]"
+        )
+    workload = codesign.load_workload(specs[-1])
+    platforms = load_platforms(names)
+    if len(platforms) == 1:
+        return pin(platforms[0], workload, settings, "--set ") if settings else (platforms[0], workload)
+    return platforms or None, held(workload, settings, "--set ")
 
 
 @click.command(short_help="Write the tables and the page of a stored exploration.")

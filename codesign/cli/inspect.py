@@ -10,7 +10,7 @@ import click
 from codesign.cli.options import memory_option, settings_of
 from codesign.errors import InputError, SpecError, printable
 
-KINDS = ("platform", "workload", "part", "result", "study", "reproduction", "advice")
+KINDS = ("platform", "workload", "part", "host", "result", "study", "reproduction", "advice")
 
 
 @click.command(short_help="Check platform and workload files.")
@@ -44,7 +44,7 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
 @click.command(short_help="Print a JSON Schema.")
 @click.argument("kind", type=click.Choice(KINDS))
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a platform, workload or part file, or of the output of --json.
+    """Print the JSON Schema of a platform, workload, part or host file, or of the output of --json.
 
     The output is a result (hwsw run), a study (hwsw explore), an advice (hwsw advise) or a reproduction (hwsw
     reproduce).
@@ -68,10 +68,10 @@ def schema(kind: str) -> None:
     click.echo(json.dumps(document, indent=2))
 
 
-@click.command("list", short_help="List platforms, parts, workloads, planners and styles.")
+@click.command("list", short_help="List platforms, parts, hosts, workloads, planners and styles.")
 @click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
 def list_(as_json: bool) -> None:
-    """List the shipped platforms, parts and workloads, and the installed planners and styles."""
+    """List the shipped platforms, parts, hosts and workloads, and the installed planners and styles."""
     from codesign.system import at_hand
 
     available = at_hand()

@@ -21,9 +21,17 @@ from codesign.errors import InputError, choose_hint, printable
 @click.option(
     "--plots", type=click.Path(file_okay=False, path_type=Path), help="Write the plots into this folder."
 )
+@click.option(
+    "--csv", "csv_file", type=click.Path(dir_okay=False, path_type=Path), help="Write the rows as CSV."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
 def reproduce(
-    names: tuple[str, ...], quick: bool, page: Path | None, plots: Path | None, as_json: bool
+    names: tuple[str, ...],
+    quick: bool,
+    page: Path | None,
+    plots: Path | None,
+    csv_file: Path | None,
+    as_json: bool,
 ) -> None:
     """Print published and modelled figures row by row, with the error and the source of each figure.
 
@@ -31,11 +39,19 @@ def reproduce(
     """
     from codesign import reproduce as papers
     from codesign.cli.outputs import check_folder, check_outputs
-    from codesign.report import Picture, findings_table, render_text, reproduction_page, reproduction_table
+    from codesign.report import (
+        Picture,
+        findings_table,
+        render_text,
+        reproduction_csv,
+        reproduction_page,
+        reproduction_table,
+        write_csv,
+    )
     from codesign.system import catalog
 
-    check_outputs({"--html": page})
-    check_folder("--plots", plots, {"--html": page})
+    check_outputs({"--html": page, "--csv": csv_file})
+    check_folder("--plots", plots, {"--html": page, "--csv": csv_file})
     available = catalog.papers()
     for name in names:
         if name not in available:
@@ -62,6 +78,8 @@ def reproduce(
             for plot in each.figures
         ]
         reproduction_page(papers.joined(reproductions), page, pictures=pictures, command=command_line())
+    if csv_file is not None:
+        write_csv(reproduction_csv(reproductions), csv_file)
     if as_json:
         click.echo(papers.joined(reproductions).to_json())
         return
@@ -71,7 +89,7 @@ def reproduce(
         if each.note:
             click.echo(each.note)
         click.echo(render_text(findings_table(each)))
-    for path in (*written, *([page] if page else [])):
+    for path in (*written, *(file for file in (page, csv_file) if file is not None)):
         click.echo(f"written: {printable(str(path), None)}")
 
 

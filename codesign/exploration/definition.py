@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
+from codesign.exploration.explored import Explored
 from codesign.exploration.space import Space
 from codesign.figures import ResultFigure
-from codesign.inputs import Platform, Workload
 from codesign.inputs.exploration import Constraint, Exploration, declared
+from codesign.units import counted
 
 MAX_STUDY_POINTS = 200_000
 """Most points of one exploration: a study holds them all in memory."""
@@ -23,7 +25,7 @@ _MOST_DIGITS = 40
 
 @dataclass(frozen=True)
 class StudyDefinition:
-    """A study without its entries. ``platform``, ``workload``: their names."""
+    """A study without its entries. ``platform``: see ``platform_text``. ``workload``: its name."""
 
     platform: str
     workload: str
@@ -32,14 +34,23 @@ class StudyDefinition:
     constraints: tuple[Constraint, ...]
 
 
-def definition_text(platform: Platform, workload: Workload, section: Exploration, space: Space) -> str:
+def platform_text(names: Collection[str]) -> str:
+    """What a study is on: the name of its platform, or how many platforms its axis has.
+
+    >>> platform_text(["zynq"]), platform_text(["zynq", "arty-a7"])
+    ('zynq', '2 platforms')
+    """
+    return next(iter(names)) if len(names) == 1 else counted(len(names), "platform")
+
+
+def definition_text(explored: Explored, section: Exploration, space: Space) -> str:
     """The definition as JSON, with the specs for a later reader of the file."""
     # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
     definition = {
-        "platform": platform.model_dump(mode="json"),
-        "workload": workload.model_dump(mode="json"),
+        "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
+        "workload": explored.workload.model_dump(mode="json"),
         "fingerprint": space.fingerprint,
-        "variants": dict(space.variants),
+        "contents": dict(space.contents),
         "axes": {name: list(values) for name, values in space.axes.items()},
         "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
@@ -55,12 +66,16 @@ def read_definition(text: str) -> StudyDefinition:
     """
     definition = read_json(text)
     axes = Exploration.model_validate({"axes": definition["axes"]}).axes
-    variants = {str(name): str(digest) for name, digest in definition.get("variants", {}).items()}
-    space = Space(axes, str(definition["fingerprint"]), variants)
-    if len(space) > MAX_STUDY_POINTS:
-        raise ValueError(f"{len(space)} points")
+    contents = {
+        str(axis): {str(value): str(digest) for value, digest in digests.items()}
+        for axis, digests in definition.get("contents", {}).items()
+    }
+    space = Space(axes, str(definition["fingerprint"]), contents)
+    names = [str(each["name"]) for each in definition["platforms"].values()]
+    if len(space) > MAX_STUDY_POINTS or not names:
+        raise ValueError(f"{len(space)} points on {len(names)} platforms")
     return StudyDefinition(
-        platform=str(definition["platform"]["name"]),
+        platform=platform_text(names),
         workload=str(definition["workload"]["name"]),
         space=space,
         objectives=tuple(declared(name) for name in definition["objectives"]),

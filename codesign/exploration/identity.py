@@ -15,13 +15,14 @@ from importlib.machinery import EXTENSION_SUFFIXES, SOURCE_SUFFIXES
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from codesign.exploration.space import canonical
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
+    from codesign.exploration.explored import Explored
     from codesign.inputs import Platform, Workload
     from codesign.maps import OccupancyGrid
 
@@ -31,80 +32,121 @@ _NO_PART_IN_RESULTS = frozenset(
 )
 
 
-def fingerprint(platform: Platform, workload: Workload, grid: OccupancyGrid | None = None) -> str:
+def fingerprint(platform: Platform | None, workload: Workload, grid: OccupancyGrid | None = None) -> str:
     """SHA-256 over platform, parts, workload without its variants and its ``explore`` section, map, files, and code.
 
-    ``grid``: the map, where it was read already; by default it is read. A problem without a map stands in the workload.
+    ``platform``: None where an axis chooses it. ``grid``: the map, where it was read already; by default it is read. A
+    problem without a map stands in the workload.
 
     Raises:
         MapError: the map cannot be read or made.
     """
-    from codesign.inputs import list_parts, load_part
     from codesign.system.problem_map import grid_of
 
-    folders = (platform.document.folder / "parts",)
-    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     grid = grid_of(workload) if grid is None else grid
     cells = "" if grid is None else hashlib.sha256(grid.free.tobytes()).hexdigest()
     identity = [
-        platform.digest(),
+        None if platform is None else platform_digest(platform),
         workload.digest(),
-        parts,
         None if grid is None else grid.free.shape,
         cells,
         None if grid is None else (grid.resolution, grid.origin),
-        files_digest(problem_files(platform, workload)),
+        _digest_of_files(file for file in workload.files if file != workload.map_file),
         code_digest(),
     ]
     return hashlib.sha256(canonical(identity).encode()).hexdigest()
 
 
-def problem_files(platform: Platform, workload: Workload) -> tuple[Path, ...]:
-    """The files that points of an exploration read while it runs, by name.
+def platform_digest(platform: Platform) -> str:
+    """SHA-256 over a platform, and over all parts and hosts that it may have."""
+    from codesign.inputs import list_parts, load_part
+    from codesign.inputs.host_file import HOSTS
 
-    These are the maps that the values of an axis name, with the images of their YAML, and all ``.scen`` files. Where an
-    axis moves the problem, the workload's own map is one of them: with other steps it is read again.
-    """
-    from codesign.inputs.edit import PROBLEM, design_point, moves
-    from codesign.maps import map_files
-
-    axes = workload.explore.axes if workload.explore else {}
-    values = [(axis, value) for axis, listed in axes.items() if moves(axis, PROBLEM) for value in listed]
-    points = [design_point(platform, workload, {axis: value})[1] for axis, value in values]
-    named = {file for point in (workload, *points) for file in point.files}
-    if not points:
-        named.discard(workload.map_file or Path())
-    return tuple(sorted({file for name in named for file in map_files(name)}))
+    folder = platform.document.folder
+    folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
+    parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
+    costs = {name: HOSTS.load(path).digest() for name, path in hosts.items()}
+    return hashlib.sha256(canonical([platform.digest(), parts, costs]).encode()).hexdigest()
 
 
-def files_digest(files: Iterable[Path]) -> str:
-    """SHA-256 over the content of files as they are on disk now."""
-    digest = hashlib.sha256()
-    for file in files:
-        try:
-            content = file.read_bytes()
-        except OSError:
-            content = b""
-        digest.update(f"{file.name} {len(content)}\n".encode() + content)
-    return digest.hexdigest()
-
-
-def variant_digests(workload: Workload) -> dict[str, str]:
-    """The digest of each variant that the workload's exploration chooses from, but of ``base``: the workload itself."""
-    from codesign.inputs.edit import VARIANT_AXIS, choose_variant
+def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
+    """What the values of axes stand for: platforms, variants but ``base``, which is the workload, and maps in files."""
+    from codesign.inputs.edit import PLATFORM_AXIS, VARIANT_AXIS, choose_variant
     from codesign.inputs.workload import BASE
 
-    names = workload.explore.axes.get(VARIANT_AXIS, ()) if workload.explore else ()
-    return {
-        name: choose_variant(workload, name, "").digest()
-        for name in names
+    workload, axes = explored.workload, explored.section.axes
+    contents = {
+        axis: {canonical(value): _digest_of_files(files) for value, files in values}
+        for axis, values in _map_files(workload).items()
+    }
+    contents[PLATFORM_AXIS] = {
+        canonical(value): platform_digest(platform) for value, platform in explored.platforms.items() if value
+    }
+    contents[VARIANT_AXIS] = {
+        canonical(name): choose_variant(workload, name, "").digest()
+        for name in axes.get(VARIANT_AXIS, ())
         if isinstance(name, str) and name != BASE and name in workload.variants
     }
+    return {axis: digests for axis, digests in contents.items() if digests}
 
 
-def parts_digest(platform: Platform) -> str:
-    """SHA-256 over the part files beside the platform, as they are on disk now: those of a package do not change."""
-    return files_digest(sorted((platform.document.folder / "parts").glob("*.yaml")))
+def files_read(explored: Explored) -> dict[Path, str]:
+    """The files that points are made of beside the specs, by what they hold now: parts, hosts, and maps of axes.
+
+    The part and host files of a package do not change.
+    """
+    from codesign.inputs.library import FOLDERS
+
+    folders = dict.fromkeys(
+        platform.document.folder / name for platform in explored.platforms.values() for name in FOLDERS
+    )
+    files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
+    for values in _map_files(explored.workload).values():
+        files += [file for _, read in values for file in read]
+    return {file: _digest_of_files((file,)) for file in files}
+
+
+def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]]]]:
+    """The files that each value of an axis brings, by axis; of values that bring one."""
+    from codesign.inputs.document import Origin, put
+    from codesign.inputs.edit import PROBLEM, moves
+
+    files: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
+    for axis, values in (workload.explore.axes if workload.explore else {}).items():
+        if not moves(axis, PROBLEM):
+            continue
+        path = tuple(axis.split(".")[1:])
+        for value in values:
+            problem = put(workload.document, {path: value}, lambda _path: Origin(())).tree["problem"]
+            named = _named_files(problem, workload.document.folder)
+            if named:
+                files.setdefault(axis, []).append((value, named))
+    return files
+
+
+def _named_files(problem: Any, folder: Path) -> tuple[Path, ...]:
+    """The files that a raw problem names: its map, with the image of its YAML, and its ``.scen`` files."""
+    from codesign.maps import map_files
+
+    sections = problem if isinstance(problem, dict) else {}
+    named = [(sections.get(section), key) for section, key in _FILES_OF_A_PROBLEM]
+    texts = [section.get(key) for section, key in named if isinstance(section, dict)]
+    return tuple(file for text in texts if isinstance(text, str) for file in map_files(folder / text))
+
+
+_FILES_OF_A_PROBLEM = (("map", "file"), ("goals", "scen"), ("starts", "scen"))
+
+
+def _digest_of_files(files: Iterable[Path]) -> str:
+    """SHA-256 over the contents of files; one that cannot be read counts as empty."""
+    digest = hashlib.sha256()
+    for path in files:
+        try:
+            content = path.read_bytes()
+        except OSError:
+            content = b""
+        digest.update(f"{path.name} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
 
 
 @cache

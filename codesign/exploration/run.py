@@ -3,36 +3,38 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import hashlib
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from codesign.errors import InputError, RunError, StoreError
-from codesign.exploration.definition import MAX_STUDY_POINTS, OTHER_VERSION, definition_text, read_definition
-from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
-from codesign.exploration.identity import (
-    files_digest,
-    fingerprint,
-    parts_digest,
-    problem_files,
-    variant_digests,
+from codesign.exploration.definition import (
+    MAX_STUDY_POINTS,
+    OTHER_VERSION,
+    definition_text,
+    platform_text,
+    read_definition,
 )
+from codesign.exploration.executor import Evaluate, Executor, Group, ProcessExecutor, SerialExecutor
+from codesign.exploration.explored import Explored
+from codesign.exploration.identity import contents_of, files_read, fingerprint
 from codesign.exploration.simulator import Simulator, check_some_point
 from codesign.exploration.space import DesignPoint, Space, group, group_limit
 from codesign.exploration.store import FileStore, MemoryStore, Store
 from codesign.exploration.study import Study
 from codesign.exploration.tally import Progress, Tally
-from codesign.inputs import Platform, Workload, cross_check
+from codesign.inputs import Platform, Workload
+from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.roles import ROLES
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
 
 
 def explore(
-    platform: Platform,
+    platform: Platform | Sequence[Platform] | None,
     workload: Workload,
     *,
     store: Path | str | Store | None = None,
@@ -41,10 +43,11 @@ def explore(
     evaluate: Evaluate | None = None,
     memory: int | None = None,
 ) -> Study:
-    """Compute every point of the workload's exploration on the platform.
+    """Compute every point of the workload's exploration on the platform or platforms.
 
     Args:
-        platform, workload: what is explored; the axes, objectives and constraints stand in the workload.
+        platform, workload: what is explored: see ``Explored.of``. The axes, objectives and constraints stand in the
+            workload.
         store: a file that finished points are kept in, and found in the next time; or a store; None keeps
             nothing.
         workers: processes; by default one for each processor of this machine. The study is the same
@@ -59,50 +62,39 @@ def explore(
     Raises:
         InputError: the workload has no ``explore`` section, or more than ``MAX_STUDY_POINTS`` points.
         SpecError: axes that do not fit the platform; or none of the first points can be built: the faults of the first.
-        StoreError: the store cannot be used. RunError: a worker process died, or a part or map file changed
+        StoreError: the store cannot be used. RunError: a worker process died, or a part, host or map file changed
             meanwhile. What was finished is kept.
     """
-    section = _section(workload)
+    explored = Explored.of(platform, workload)
+    section = _section(explored)
     workers = _processors() if workers is None else workers
     if workers < 1:
         raise InputError(f"{workers} workers", "workers", "give at least 1")
     if evaluate is None:
-        _check_axes(platform, workload, section)
-    parts = parts_digest(platform)
-    files = problem_files(platform, workload)
-    content = files_digest(files)
+        explored.check_axes()
+    files = files_read(explored)
     grid = grid_of(workload)
-    space = Space(section.axes, fingerprint(platform, workload, grid), variant_digests(workload))
+    space = Space(section.axes, fingerprint(explored.single, workload, grid), contents_of(explored))
     if evaluate is None:
         share = share_of_memory(workers, memory)
-        check_some_point(platform, workload, space, grid, share)
-        evaluate = Simulator(platform, workload, grid, share)
+        check_some_point(explored, space, grid, share)
+        evaluate = Simulator(explored, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section.constraints, where, progress)
     with _open_store(store) as kept:
-        definition = definition_text(platform, workload, section, space)
+        definition = definition_text(explored, section, space)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
-        groups = _groups(tally.take_kept(kept), platform, space, workers)
+        groups = _groups(tally.take_kept(kept), explored, space, workers)
         several = workers > 1 and len(groups) > 1
         executor: Executor = ProcessExecutor(workers) if several else SerialExecutor()
         # Closed by name: after Ctrl-C the traceback would keep the generator, and with it the workers, alive.
         with contextlib.closing(executor.run(groups, evaluate)) as batches:
             for batch in batches:
-                if parts_digest(platform) != parts:
-                    raise RunError(
-                        "a part file changed while its designs were explored",
-                        str(platform.document.folder / "parts"),
-                        "run again: points finished before are kept",
-                    )
-                if files_digest(files) != content:
-                    raise RunError(
-                        "a map or .scen file changed while its designs were explored",
-                        str(workload.document.folder),
-                        "run again: points finished before are kept",
-                    )
+                _refuse_changes(files, files_read(explored))
                 kept.put(batch)
                 tally.take(batch)
-    return tally.study(platform.name, workload.name, section.objectives)
+    names = [each.name for each in explored.platforms.values()]
+    return tally.study(platform_text(names), workload.name, section.objectives)
 
 
 def load_study(path: Path | str) -> Study:
@@ -129,13 +121,21 @@ def load_study(path: Path | str) -> Study:
     return study
 
 
-def _section(workload: Workload) -> Exploration:
+def _refuse_changes(before: Mapping[Path, str], after: Mapping[Path, str]) -> None:
+    for file in {**before, **after}:
+        if before.get(file) != after.get(file):
+            kinds = {"parts": "part", "hosts": "host"}
+            kind = kinds.get(file.parent.name, "map") if file.suffix == ".yaml" else "map"
+            raise RunError(
+                f"a {kind} file changed while its designs were explored",
+                str(file),
+                "run again: points finished before are kept",
+            )
+
+
+def _section(explored: Explored) -> Exploration:
     """The workload's section ``explore``, with objectives, of a size that a study can hold."""
-    section = workload.explore
-    if section is None:
-        raise InputError(
-            f"workload {workload.name} has nothing to explore", hint="give it a section explore: with axes:"
-        )
+    section = explored.section
     if section.points > MAX_STUDY_POINTS:
         raise InputError(
             f"{section.points:,} points are too many to explore at once",
@@ -144,7 +144,11 @@ def _section(workload: Workload) -> Exploration:
             " or explore in parts",
         )
     named = "objectives" in section.model_fields_set
-    return section if named else section.model_copy(update={"objectives": scenario_of(workload).objectives})
+    return (
+        section
+        if named
+        else section.model_copy(update={"objectives": scenario_of(explored.workload).objectives})
+    )
 
 
 def _open_store(store: Path | str | Store | None) -> contextlib.AbstractContextManager[Store]:
@@ -156,24 +160,11 @@ def _open_store(store: Path | str | Store | None) -> contextlib.AbstractContextM
     return contextlib.nullcontext(store)
 
 
-def _check_axes(platform: Platform, workload: Workload, section: Exploration) -> None:
-    """Check the axes; each fault is reported at its place in the file.
-
-    Raises:
-        SpecError: every fault.
-    """
-    document = workload.document
-    axes = {name: list(values) for name, values in section.axes.items()}
-    if (document.tree.get("explore") or {}).get("axes", {}) != axes:
-        # A section put in from Python: it stands in no file, and its faults are those of the file as a whole.
-        workload = workload.model_copy()
-        workload._document = dataclasses.replace(document, tree={**document.tree, "explore": {"axes": axes}})
-    cross_check(platform, workload, explored=True)
-
-
-def _groups(pending: list[DesignPoint], platform: Platform, space: Space, workers: int) -> Sequence[Group]:
-    """Points that share work together: axes of the platform leave it as it is, those of schedules share stages."""
-    owners = {*platform.components, *platform.links}
+def _groups(pending: list[DesignPoint], explored: Explored, space: Space, workers: int) -> Sequence[Group]:
+    """Points that share work together: platforms and their axes leave it as it is, those of schedules share stages."""
+    owners = {PLATFORM_AXIS, *ROLES}
+    for platform in explored.platforms.values():
+        owners |= {*platform.components, *platform.links}
     cheap = [name for name in space.axes if name.partition(".")[0] in owners]
     related = [name for name in space.axes if name.split(".")[1:2] == ["schedule"]]
     limit = group_limit(len(pending), workers)

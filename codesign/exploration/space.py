@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
-from codesign.inputs.edit import VARIANT_AXIS
-
 MAX_GROUP = 16
+
+Contents = Mapping[str, Mapping[str, str]]
+"""Axis → canonical text of a value → digest of what the value stands for."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,7 @@ class DesignPoint:
     Attributes:
         index: place in the enumeration, from 0; the last axis moves fastest.
         axes: the value of each axis as the workload's file gives it.
-        key: SHA-256 over these values, the variant that they choose, and the fingerprint of all else that a result
-            depends on.
+        key: SHA-256 over these values, what they stand for, and the fingerprint of all else that a result depends on.
     """
 
     index: int
@@ -38,9 +38,10 @@ class Space:
     Args:
         axes: the values of each axis by name (``relax.block``, ``fpga.clock``), in file order. No axis: one
             point.
-        fingerprint: names all that a result depends on besides the axes and the variants; part of every key.
-        variants: what each variant of the workload stands for, as a digest: part of the keys of its points alone, so
-            that one more, or a change in one, leaves the points of the others where they are.
+        fingerprint: names all that a result depends on besides the axes and what they stand for; part of every key.
+        contents: by axis and ``canonical`` text of a value, a digest of what the value stands for: a variant, a
+            platform, a map in a file. It is part of the keys of its points alone, so that one more, or a change in one,
+            leaves the points of the others where they are.
 
     >>> space = Space({"relax.iterations": [1, 6], "fpga.clock": ["100 MHz", "150 MHz"]}, "")
     >>> len(space), space.point(1).axes
@@ -48,13 +49,13 @@ class Space:
     """
 
     def __init__(
-        self, axes: Mapping[str, Sequence[Any]], fingerprint: str, variants: Mapping[str, str] | None = None
+        self, axes: Mapping[str, Sequence[Any]], fingerprint: str, contents: Contents | None = None
     ) -> None:
         self.axes: Mapping[str, tuple[Any, ...]] = MappingProxyType(
             {name: tuple(values) for name, values in axes.items()}
         )
         self.fingerprint = fingerprint
-        self.variants: Mapping[str, str] = MappingProxyType(dict(variants or {}))
+        self.contents: Contents = MappingProxyType(dict(contents or {}))
 
     def __len__(self) -> int:
         return math.prod(len(values) for values in self.axes.values())
@@ -77,9 +78,8 @@ class Space:
     def _point(self, index: int, values: tuple[Any, ...]) -> DesignPoint:
         axes = dict(zip(self.axes, values, strict=True))
         identity = [self.fingerprint, axes]
-        chosen = axes.get(VARIANT_AXIS)
-        if isinstance(chosen, str) and chosen in self.variants:
-            identity.append(self.variants[chosen])
+        for axis, digests in self.contents.items():
+            identity += [digest] if axis in axes and (digest := digests.get(canonical(axes[axis]))) else []
         return DesignPoint(index, axes, hashlib.sha256(canonical(identity).encode()).hexdigest())
 
 

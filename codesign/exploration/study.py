@@ -7,16 +7,23 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
+from codesign.data_frames import data_frame
+from codesign.errors import clip
 from codesign.exploration.document import ConstraintBounds, Counts, Objective, Point, StudyDocument
 from codesign.exploration.front import non_dominated
+from codesign.exploration.rows import study_columns
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.exploration import Constraint
 from codesign.results.result import Reason, Result
+from codesign.units import counted, format_count
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class StudyPoint:
     """One point: its place in the enumeration, its axis values, and what came of it.
 
@@ -28,6 +35,11 @@ class StudyPoint:
     axes: dict[str, Any]
     result: Result | None = None
     failure: str | None = None
+
+    def __repr__(self) -> str:
+        axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
+        fate = ("feasible" if self.feasible else "infeasible") if self.state == "done" else self.state
+        return f"StudyPoint({self.index}: {clip(axes)}; {fate})"
 
     @property
     def state(self) -> Literal["done", "failed", "missing"]:
@@ -55,7 +67,8 @@ class StudyPoint:
 def figure_of(result: Result, figure: ResultFigure) -> float | None:
     """One figure as designs are compared by it. A design that needs no chip takes none of a chip's resources."""
     value = result.figure(figure)
-    if value is None and figure.is_resource and result.part is None and not result.resources:
+    placed = not any(reason.kind == "mapping" for reason in result.reasons)
+    if value is None and figure.is_resource and result.part is None and not result.resources and placed:
         return 0.0
     return value
 
@@ -79,7 +92,7 @@ class ReasonCount:
     levers: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Study:
     """Every point of an exploration. ``points[i].index`` is ``i``."""
 
@@ -89,6 +102,10 @@ class Study:
     objectives: tuple[ResultFigure, ...]
     constraints: tuple[Constraint, ...]
     points: tuple[StudyPoint, ...]
+
+    def __repr__(self) -> str:
+        counts = f"{format_count(len(self.feasible))} feasible, {format_count(len(self.front))} on the front"
+        return f"Study({self.platform} × {self.workload}: {counted(len(self.points), 'point')}, {counts})"
 
     @cached_property
     def feasible(self) -> tuple[int, ...]:
@@ -196,6 +213,14 @@ class Study:
             front=list(self.front),
         )
         return document.model_dump(mode="json")
+
+    def frame(self) -> DataFrame:
+        """The points as a data frame of pandas, with the columns of ``exploration.rows.study_columns``.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        return data_frame(study_columns(self))
 
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""

@@ -14,11 +14,12 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.checks import cross_check
-from codesign.inputs.edit import design_point, has_axis, pin
+from codesign.inputs.edit import design_point, has_axis, held, pin
 from codesign.inputs.exploration import Constraint, Exploration
 from codesign.inputs.files import parse_value, starting_files
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.inputs.platform import Platform, list_platforms, load_platform
+from codesign.inputs.platform_axis import load_platforms, platforms_of
 from codesign.inputs.schema import json_schema
 from codesign.inputs.workload import TaskMapping, Workload
 from codesign.inputs.workload_file import list_workloads, load_workload
@@ -37,14 +38,17 @@ __all__ = [
     "design_point",
     "fault",
     "has_axis",
+    "held",
     "json_schema",
     "list_parts",
     "list_platforms",
     "list_workloads",
     "load_part",
     "load_platform",
+    "load_platforms",
     "load_workload",
     "parse_value",
     "pin",
+    "platforms_of",
     "starting_files",
 ]

@@ -26,10 +26,13 @@ _NOT_IDENTITY = frozenset({"source", "description", "explore"})
 
 
 class Spec(SpecModel):
-    """A platform or a workload, loaded."""
+    """A platform or a workload, loaded. Its ``repr`` is its name; ``model_dump`` gives all of it."""
 
     # A factory, as pydantic copies a default for each model.
     _document: Document = PrivateAttr(default_factory=lambda: _NO_DOCUMENT)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.__dict__.get('name', '')!r})"
 
     @property
     def document(self) -> Document:
@@ -86,7 +89,8 @@ def _declared_in(document: Document, path: KeyPath) -> str:
     origin = document.origin(path)
     if origin is not None and origin.document is None:
         return CHOSEN
-    return f"{DECLARED} in {_file_name(document.file)}:{document.value_mark(path)[0]}"
+    line, _ = document.value_mark(path)
+    return f"{DECLARED} in {_file_name(document.file)}" + (f":{line}" if line else "")
 
 
 @functools.lru_cache(maxsize=64)

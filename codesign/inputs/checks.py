@@ -10,29 +10,35 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.errors import Fault, SpecError, choose_hint, clip, show
+from codesign.errors import Fault, UnsuitedError, clip, show
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.edit import (
+    PLATFORM_AXIS,
     PROBLEM,
     SCENARIO,
     VARIANT_AXIS,
     VARIED,
     Movable,
     choose_variant,
+    entry_of,
     moves,
     no_variant,
     with_variant,
 )
 from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
 from codesign.inputs.faults import Keep, Teller
-from codesign.inputs.platform import Platform
+from codesign.inputs.platform import Platform, no_such
+from codesign.inputs.platform_axis import platform_axis_faults
 from codesign.inputs.revalidate import ENTRIES, validated
+from codesign.inputs.roles import ROLES
 from codesign.inputs.workload import BASE, MAX_VARIANTS, Workload
 from codesign.inputs.yaml_tree import MAX_FAULTS
 from codesign.models import TaskParameters
 
 MAX_WORK = 4_000_000
 """Values of a file, times the points that are made to check its axes; what is beyond is left to the points."""
+
+_KEEP_ONE = "keep one of them"
 
 
 @dataclass(frozen=True)
@@ -72,14 +78,10 @@ class _Trial:
         """The path of the axis."""
         return ("explore", "axes", self.axis)
 
-    @property
-    def alone(self) -> bool:
+    def alone(self, movable: Movable) -> bool:
         """Whether no other axis moves the same task, component, link or section."""
-
-        def entry(axis: str) -> list[str]:
-            return axis.split(".")[: 2 if axis.startswith("workload.") else 1]
-
-        return not any(other != self.axis and entry(other) == entry(self.axis) for other in self.axes)
+        own = entry_of(movable.path(self.axis))
+        return not any(other != self.axis and entry_of(movable.path(other)) == own for other in self.axes)
 
     def at_axis(self, what: str, hint: str | None) -> Fault:
         """A fault of the axis, whatever its values."""
@@ -93,7 +95,7 @@ class _Trial:
     def faults(self, form: _Form, movable: Movable) -> list[Fault]:
         """What is wrong with each value in its place; a clash with another key only if no other axis moves that."""
         moved, seen, faults = movable.path(self.axis), list[str](), list[Fault]()
-        alone = self.alone and (moved[0] != "mapping" or moved[1] in movable.mapping)
+        alone = self.alone(movable) and (moved[0] != "mapping" or moved[1] in movable.mapping)
 
         def keep(path: KeyPath, unknown: bool) -> bool:
             inside = path[: len(moved)] == moved
@@ -148,7 +150,7 @@ def workload_faults(document: Document) -> list[Fault]:
     if not variants and not axes:
         return []
     base = _base(document)
-    faults: list[Fault] = []
+    faults = platform_axis_faults(document, axes.pop(PLATFORM_AXIS, ()))
     forms = {BASE: base}
     for name, raw in variants.items():
         if len(faults) > MAX_FAULTS:
@@ -166,7 +168,8 @@ def workload_faults(document: Document) -> list[Fault]:
 
 
 def _readable(axis: Any, values: Any) -> bool:
-    return isinstance(axis, str) and "." in axis and isinstance(values, list) and len(values) <= MAX_VALUES
+    named = isinstance(axis, str) and ("." in axis or axis == PLATFORM_AXIS)
+    return named and isinstance(values, list) and len(values) <= MAX_VALUES
 
 
 def _base(document: Document) -> _Form:
@@ -245,12 +248,11 @@ def _axis_faults(forms: list[_Form], document: Document, axes: Mapping[str, list
         movables = [Movable.of(None, form.document) for form in forms]
         if not moves(axis, SCENARIO) and not any(_places(movable, axis) for movable in movables):
             continue
+        trial = _Trial(document, axes, axis, values[:most])
         shared = next(filter(None, (_shared(axis, axes, movable) for movable in movables)), None)
         if shared is not None:
-            what, place = f"sets the same thing as axis {shared}", ("explore", "axes", axis)
-            faults.append(document.fault(place, what, "keep one of them", at_key=True))
+            faults.append(trial.at_axis(f"sets the same thing as axis {shared}", _KEEP_ONE))
             continue
-        trial = _Trial(document, axes, axis, values[:most])
         axis_faults = [
             fault
             for form, movable in zip(forms, movables, strict=True)
@@ -270,15 +272,19 @@ def _places(movable: Movable, axis: str) -> bool:
 
 def _shared(axis: str, axes: Mapping[str, Any], movable: Movable) -> str | None:
     """The axis before this one that sets the same thing: the same key, one inside the other's, or an alternative."""
-    head, *keys = axis.split(".")
-    model = movable.tasks.get(head, TaskParameters)
+    path = movable.path(axis)
+    alternatives: tuple[str, ...] = ()
+    if path[0] == "mapping" and len(path) > len(entry_of(path)):
+        alternatives = movable.tasks.get(str(path[1]), TaskParameters).alternatives.get(str(path[2]), ())
     for other in axes:
         if other == axis:
             return None
-        other_head, *other_keys = other.split(".")
-        shared = min(len(keys), len(other_keys))
-        same = shared and keys[:shared] == other_keys[:shared]
-        if head == other_head and keys and (same or other_keys[0] in model.alternatives.get(keys[0], ())):
+        other_path = movable.path(other)
+        shared = min(len(path), len(other_path))
+        beside = entry_of(other_path) == entry_of(path) and len(other_path) > len(entry_of(path))
+        if path[:shared] == other_path[:shared] or (
+            alternatives and beside and other_path[2] in alternatives
+        ):
             return other
     return None
 
@@ -309,10 +315,11 @@ def _holds(tree: Any, keys: list[str]) -> bool:
 def cross_check(platform: Platform, workload: Workload, *, explored: bool = False) -> None:
     """Check that tasks are mapped to components of the platform, and the axes that move platform or problem.
 
-    ``explored``: only what the exploration runs counts; without, the workload itself does too.
+    ``explored``: only what the exploration runs counts; without, the workload itself does too, and its axes of roles do
+    not: they may be meant for another platform.
 
     Raises:
-        SpecError: every fault, at its place in the workload.
+        UnsuitedError: every fault, at its place in the workload.
     """
     axes = workload.explore.axes if workload.explore else {}
     listed = [name for name in axes.get(VARIANT_AXIS, ()) if name == BASE or name in workload.variants]
@@ -321,7 +328,8 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
     faults = [fault for spec in specs for fault in _unmapped(platform, spec)]
     movables = [Movable.of(platform, spec.document) for spec in specs]
     for axis, values in axes.items():
-        if axis == VARIANT_AXIS or moves(axis, SCENARIO):
+        of_role = axis.partition(".")[0] in ROLES
+        if axis in (VARIANT_AXIS, PLATFORM_AXIS) or moves(axis, SCENARIO) or (of_role and not explored):
             continue
         trial = _Trial(workload.document, axes, axis, list(values))
         if moves(axis, PROBLEM):
@@ -329,20 +337,19 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
         else:
             faults += _against_platform(trial, platform, movables)
     if faults:
-        raise SpecError(dict.fromkeys(faults))
+        raise UnsuitedError(dict.fromkeys(faults))
 
 
 def _unmapped(platform: Platform, workload: Workload) -> list[Fault]:
     return [
         workload.document.fault(("mapping", task, "component"), *_no_component(mapped.component, platform))
         for task, mapped in workload.mapping.items()
-        if mapped.component not in platform.components
+        if platform.named(mapped.component) not in platform.components
     ]
 
 
 def _no_component(name: Any, platform: Platform) -> tuple[str, str]:
-    what = f"platform {platform.name} has no component {clip(str(name))!r}"
-    return what, choose_hint(clip(str(name), 60), platform.components)
+    return no_such(str(name), platform, "component", platform.components)
 
 
 def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]) -> list[Fault]:
@@ -355,9 +362,13 @@ def _against_platform(trial: _Trial, platform: Platform, movables: list[Movable]
     if refusal is not None:
         return [trial.at_axis(*refusal)]
     if movable.section(name) != "mapping":
+        shared = _shared(trial.axis, trial.axes, movable)
+        if shared is not None:
+            return [trial.at_axis(f"sets the same thing as axis {shared}", _KEEP_ONE)]
         return trial.faults(_Form("", platform.document, platform), movable)
     return [
         trial.document.fault((*trial.place, index), *_no_component(value, platform))
         for index, value in enumerate(trial.values)
-        if key == "component" and (not isinstance(value, str) or value not in platform.components)
+        if key == "component"
+        and (not isinstance(value, str) or platform.named(value) not in platform.components)
     ]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, PrivateAttr, ValidationInfo, field_validator, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from codesign.errors import InputError, SpecError
 from codesign.figures import Figure, Status
@@ -22,7 +21,8 @@ from codesign.inputs.fields import (
     TimeFigure,
     TurnRateFigure,
 )
-from codesign.inputs.part_file import load_part
+from codesign.inputs.host_file import HOSTS, Cores, ProcessorPower
+from codesign.inputs.part_file import PARTS, load_part
 from codesign.models import RefusalError, SpecModel, choice, refused
 from codesign.part import Part
 from codesign.units import format_frequency
@@ -52,7 +52,7 @@ class FpgaComponent(SpecModel):
     @classmethod
     def _known_part(cls, value: str, info: ValidationInfo) -> str:
         try:
-            load_part(value, _part_folders(info))
+            load_part(value, PARTS.beside(info))
         except SpecError:
             raise
         except InputError as error:
@@ -61,7 +61,7 @@ class FpgaComponent(SpecModel):
 
     @model_validator(mode="after")
     def _clock_within_part(self, info: ValidationInfo) -> Self:
-        self._chip = load_part(self.part, _part_folders(info))
+        self._chip = load_part(self.part, PARTS.beside(info))
         limit = self._chip.block_ram_clock.interval[1]
         if self.clock.value > limit:
             what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
@@ -70,35 +70,57 @@ class FpgaComponent(SpecModel):
         return self
 
 
-def _part_folders(info: ValidationInfo) -> tuple[Path, ...]:
-    """The folder ``parts`` beside the platform file."""
-    document = (info.context or {}).get("document")
-    return (document.folder / "parts",) if document else ()
-
-
-class ProcessorPower(SpecModel):
-    """Power of a processor while it computes and while it waits."""
-
-    busy: PowerFigure = Field(description="While it computes.")
-    idle: PowerFigure = Field(description="While it waits.")
+def _without_host(schema: dict[str, Any]) -> None:
+    """Clock and power are required of a processor that names no host."""
+    schema["required"] = ["type"]
+    schema["anyOf"] = [{"required": ["host"]}, {"required": ["clock", "power"]}]
 
 
 class ProcessorComponent(SpecModel):
-    """A processor that runs named kernels."""
+    """A processor that runs named kernels.
+
+    A host file may hold its clock, costs, cores and power; keys that are given here take the place of those of the
+    host, and costs kernel by kernel.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_without_host)
 
     type: Literal["processor"] = Field(
         description="A processor: the robot's host, a PC, or a processor in the FPGA's own chip."
     )
-    clock: FrequencyFigure = Field(description="Clock of the processor.")
+    host: str | None = Field(
+        default=None,
+        description="Name of a host, such as cortex-a72. It is looked for in the folder hosts beside the platform file,"
+        " then among the shipped hosts.",
+    )
+    clock: FrequencyFigure = Field(description="Clock of the processor. A host brings one.")
     costs: dict[Name, TimeFigure] = Field(
         default={},
         description="Time for one unit of each named kernel, such as harmonic_node_update. hwsw calibrate host"
         " measures it.",
     )
-    cores: Annotated[int, Field(ge=1, le=1024)] = Field(
+    cores: Cores = Field(
         default=1, description="How many tasks it runs at once. On each core, control runs before planning."
     )
-    power: ProcessorPower = Field(description="Power, busy and idle.")
+    power: ProcessorPower = Field(description="Power, busy and idle. A host brings it.")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _filled_by_host(cls, value: Any, info: ValidationInfo) -> Any:
+        name = value.get("host") if isinstance(value, dict) else None
+        if not isinstance(name, str):
+            return value
+        folders = HOSTS.beside(info)
+        try:
+            host = HOSTS.find(name, folders)
+            costs = host.all_costs(folders)
+        except SpecError:
+            raise
+        except InputError as error:
+            raise RefusalError(error.what, error.hint, ("host",)) from None
+        own = value.get("costs", {})
+        filled = {key: getattr(host, key) for key in ("clock", "cores", "power")} | value
+        return filled | {"costs": {**costs, **own} if isinstance(own, dict) else own}
 
 
 class BusyPower(SpecModel):

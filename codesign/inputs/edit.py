@@ -14,18 +14,18 @@ from typing import Any, TypeVar
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
 from codesign.inputs.base import Spec
 from codesign.inputs.document import REMOVED, Document, KeyPath, Origin, dotted, put
+from codesign.inputs.exploration import Exploration
 from codesign.inputs.faults import Teller
-from codesign.inputs.platform import Platform
+from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.revalidate import ENTRIES, validated
-from codesign.inputs.workload import (
-    BASE,
-    PLACE_KEYS,
-    Workload,
-    tasks_of,
-)
+from codesign.inputs.roles import ROLES
+from codesign.inputs.workload import BASE, PLACE_KEYS, Workload, tasks_of
 from codesign.models import SpecModel, TaskParameters
 
 S = TypeVar("S", bound=Spec)
+
+PLATFORM_AXIS = "platform"
+"""The axis over platforms: names of shipped ones, or files."""
 
 VARIANT_AXIS = "workload.variant"
 PROBLEM, SCENARIO = "workload.problem", "workload.scenario"
@@ -69,19 +69,25 @@ class Movable:
         return cls(platform, mapping if isinstance(mapping, dict) else {}, tasks_of(document.tree, models))
 
     def section(self, name: str) -> str | None:
-        """The section of a task, component or link; None where there is none of that name."""
+        """The section of a task, component, link or role; None where there is none of that name."""
         if name in self.mapping:
             return "mapping"
-        if self.platform is not None and name in self.platform.components:
+        if self.platform is not None and self._named(name) in self.platform.components:
             return "components"
-        if self.platform is not None and name in self.platform.links:
+        if self.platform is not None and self._named(name) in self.platform.links:
             return "links"
         return "mapping" if name in self.tasks else None
 
     def path(self, axis: str) -> KeyPath:
         """The path, in the tree of platform or workload, that a sound axis moves."""
         head, *keys = axis.split(".")
-        return tuple(keys) if head == "workload" else (str(self.section(head)), head, *keys)
+        if head == "workload":
+            return tuple(keys)
+        section = self.section(head)
+        return (str(section), head if section == "mapping" else self._named(head), *keys)
+
+    def _named(self, name: str) -> str:
+        return name if self.platform is None else self.platform.named(name)
 
     def keys(self, name: str) -> tuple[str, ...] | None:
         """What an axis may move of a task, component or link; None where it may be anything."""
@@ -90,7 +96,7 @@ class Movable:
             model = self.tasks.get(name)
             return None if model is None else _movable_keys(model)
         entries: Mapping[str, SpecModel] = getattr(self.platform, str(section))
-        return _movable_keys(type(entries[name]))
+        return _movable_keys(type(entries[self._named(name)]))
 
     def refusal(self, axis: str) -> tuple[str, str] | None:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
@@ -113,6 +119,8 @@ class Movable:
         sections = (VARIANT_AXIS, PROBLEM, SCENARIO)
         if name == "workload":
             return f"an axis moves no {clip(axis)!r}", choose_hint(clip(axis), sections)
+        if name in ROLES and self.platform is not None:
+            return no_such(name, self.platform, "", ())
         names = {*self.mapping, *self.tasks, *sections}
         names |= {*self.platform.components, *self.platform.links} if self.platform else set()
         return f"there is no task, component or link {clip(name)!r}", choose_hint(clip(name, 60), names)
@@ -324,10 +332,46 @@ def pin(
             for axis, value in values.items()
             if variants and (moves(axis, SCENARIO) or movable.section(axis.partition(".")[0]) == "mapping")
         }
-        axes = {axis: listed for axis, listed in section.axes.items() if axis not in values}
+        settled = set(map(movable.path, values))
+        axes = {axis: listed for axis, listed in section.axes.items() if movable.path(axis) not in settled}
         # Those settled come first: an axis may move a key inside of one of them.
         section = section.model_copy(update={"axes": held | axes})
     return moved_platform, point.model_copy(update={"explore": section})
+
+
+def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> Workload:
+    """The workload with each value in the place of its axis, as an axis of one value.
+
+    Over several platforms, what is settled holds on each of them.
+
+    Args:
+        workload: with or without a section ``explore``.
+        values, by: as for ``design_point``. Whether they are accepted, the exploration checks.
+    """
+    if not values:
+        return workload
+    section = workload.explore or Exploration()
+    movable = Movable.of(None, workload.document)
+    settled = set(map(movable.path, values))
+    rest = {axis: listed for axis, listed in section.axes.items() if movable.path(axis) not in settled}
+    axes = {axis: (value,) for axis, value in values.items()} | rest
+    edits: dict[KeyPath, Any] = {("explore", "axes"): {axis: list(listed) for axis, listed in rest.items()}}
+    document = put(workload.document, edits, lambda path: Origin(path, workload.document))
+    edits = {("explore", "axes", axis): [value] for axis, value in values.items()}
+    document = put(document, edits, lambda path: Origin((f"{by}{path[-1]}",)))
+    return workload.model_copy(update={"explore": section.model_copy(update={"axes": axes})}).with_document(
+        document, workload
+    )
+
+
+def on_platform(platform: Platform, workload: Workload) -> Workload:
+    """The workload with components in the place of the roles that its mapping names."""
+    mapping = {
+        task: mapped.model_copy(update={"component": platform.named(mapped.component)})
+        for task, mapped in workload.mapping.items()
+        if mapped.component in platform.filled
+    }
+    return workload.model_copy(update={"mapping": {**workload.mapping, **mapping}}) if mapping else workload
 
 
 def has_axis(platform: Platform, workload: Workload, axis: str) -> bool:

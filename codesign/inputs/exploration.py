@@ -28,7 +28,7 @@ MAX_AXES = 16
 MAX_VALUES = 1000
 MAX_POINTS = 1_000_000
 
-_AXIS = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
+_AXIS = re.compile(r"platform|[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)+")
 
 
 DEFAULT_OBJECTIVES = tuple(
@@ -117,8 +117,8 @@ class Constraint(SpecModel):
 class Exploration(SpecModel):
     """Axes, objectives and constraints. Each combination of values of the axes is a design point.
 
-    ``axes``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``workload.variant``, or a
-    key of ``workload.problem`` or ``workload.scenario``, in file order.
+    ``axes``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``ROLE.FIELD``,
+    ``platform``, ``workload.variant``, or a key of ``workload.problem`` or ``workload.scenario``, in file order.
     """
 
     axes: Annotated[
@@ -126,7 +126,8 @@ class Exploration(SpecModel):
     ] = Field(
         default={},
         max_length=MAX_AXES,
-        description="Values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, workload.variant, ...",
+        description="Values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, ROLE.FIELD, platform,"
+        " workload.variant, ...",
     )
     objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
         default=DEFAULT_OBJECTIVES,
@@ -148,7 +149,9 @@ class Exploration(SpecModel):
         refusals = []
         for axis, values in value.items():
             if not _AXIS.fullmatch(axis):
-                hint = "write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations"
+                hint = (
+                    "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD or platform, such as relax.iterations"
+                )
                 refusals.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
             refusals += _repeated(texts, (axis,))

@@ -46,9 +46,15 @@ def context_of(document: Document) -> dict[str, Any]:
 
 def merge(document: Document, validated: Iterable[Fault]) -> list[Fault]:
     """Faults of reading and of validating; what validating says of places that reading spoilt is noise."""
+    # What stands in no file has no place: there the key tells.
+    unplaced = {(fault.file, fault.key) for fault in document.faults if fault.key and not fault.line}
     faults = [
         *document.faults,
-        *(fault for fault in validated if (fault.line, fault.column) not in document.spoilt),
+        *(
+            fault
+            for fault in validated
+            if (fault.line, fault.column) not in document.spoilt and (fault.file, fault.key) not in unplaced
+        ),
     ]
     faults.sort(key=lambda fault: (fault.line, fault.column))
     if len(faults) > MAX_FAULTS:

@@ -23,6 +23,7 @@ from codesign.models import NAME_PATTERN, RefusalError, SpecModel, refused
 from codesign.units import SCALES, Dimension, parse_quantity
 
 MAX_COUNT = 10**15
+MIN_FACTOR, MAX_FACTOR = 1e-6, 1e6
 
 DECLARED = "declared"
 """Source of a figure in short form, until its file and line are put in."""
@@ -164,6 +165,21 @@ def _counted(least: int) -> tuple[Any, ...]:
     return _reader(_count(least), "1"), _AS_MAPPING, schema
 
 
+def _factor(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise RefusalError(f"{show(value)} is not a number", "write it without a unit, such as 2.5")
+    if not MIN_FACTOR <= value <= MAX_FACTOR:
+        raise RefusalError(f"{value} is out of bounds", f"from {MIN_FACTOR:g} to {MAX_FACTOR:,.0f}")
+    return float(value)
+
+
+def _times() -> tuple[Any, ...]:
+    """What makes a field a figure that is a factor."""
+    short = {"type": "number", "minimum": MIN_FACTOR, "maximum": MAX_FACTOR}
+    schema = _json_schema(short, "A number above 0, or a mapping that also cites where it comes from.")
+    return _reader(_factor, "1"), _AS_MAPPING, schema
+
+
 def _chosen(dimension: Dimension) -> tuple[Any, ...]:
     """What makes a field a bare quantity: a choice of the user's, which has no source."""
     read = _quantity(dimension)
@@ -197,6 +213,12 @@ AccelerationFigure = Annotated[Figure, *_measured(Dimension.ACCELERATION, "m/s^2
 
 TurnRateFigure = Annotated[Figure, *_measured(Dimension.TURN_RATE, "rad/s")]
 """A rate of turning; ``Figure.value`` in rad/s."""
+
+PriceFigure = Annotated[Figure, *_measured(Dimension.MONEY, "USD")]
+"""A price; ``Figure.value`` in US dollars."""
+
+FactorFigure = Annotated[Figure, *_times()]
+"""A number above 0 that something else is multiplied with; ``Figure.value`` is a float."""
 
 DataFigure = Annotated[Figure, *_measured(Dimension.DATA, "b")]
 """An amount of data; ``Figure.value`` is an int, bits."""

@@ -5,11 +5,17 @@ from __future__ import annotations
 import functools
 import os
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from codesign.errors import InputError, SpecError, choose_hint, clip
-from codesign.inputs.yaml_tree import parse_document
+from codesign.inputs.document import Document
+from codesign.inputs.plain_tree import document_from
+from codesign.inputs.yaml_tree import parse_document, read_document
+
+Source = str | Path | Mapping[str, Any]
+"""How a user names or gives a spec: a shipped name, a path, YAML text (of several lines), or a dict."""
 
 
 def data_folder(name: str) -> Path:
@@ -55,6 +61,25 @@ def find_spec(source: str | Path, folder: str) -> tuple[Path, str]:
         raise InputError(f"there is no shipped {kind} {clip(str(source))!r}", hint=hint)
     path = data_folder(folder) / f"{source}.yaml"
     return path, shown(path)
+
+
+def read_spec(source: Source, folder: str) -> Document:
+    """The document of a spec: of a file, of YAML text, or of a dict.
+
+    Args:
+        source: a shipped name (``virtex4-pci``), a path (with a separator or ``.yaml``), YAML text (with a line break),
+            or a dict. Paths inside a text or a dict are relative to the current folder.
+        folder: ``platforms`` or ``workloads``.
+
+    Raises:
+        InputError: no such name. SpecError: the file, text or dict cannot be read.
+    """
+    kind = folder.removesuffix("s")
+    if isinstance(source, Mapping):
+        return document_from(source, f"{kind} dict")
+    if isinstance(source, str) and "\n" in source:
+        return parse_document(source.encode("utf-8", "surrogateescape"), f"{kind} text", Path())
+    return read_document(*find_spec(source, folder))
 
 
 def shown(path: Path) -> str:

@@ -2,45 +2,44 @@
 
 from __future__ import annotations
 
-import contextlib
-import functools
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from codesign.errors import Fault, InputError, choose_hint, clip
+from codesign.errors import InputError, choose_hint, clip
 from codesign.figures import RESOURCES, Figure, Status
 from codesign.inputs.base import Spec
-from codesign.inputs.document import Document
-from codesign.inputs.faults import validate
 from codesign.inputs.fields import CountFigure, FrequencyFigure, Name, PowerFigure, SlicePowerFigure
-from codesign.inputs.files import data_folder, shown
-from codesign.inputs.yaml_tree import read_document
+from codesign.inputs.library import Library
 from codesign.models import SPEED_GRADE_PATTERN, RefusalError, SpecModel
 from codesign.part import Part
-
-LUT6_SLICE = 2
-"""Slices of two LUT and two flip-flops that stand in one of four LUT6 and at least four flip-flops."""
 
 
 class Resources(SpecModel):
     """Budgets of a part; 0 for what it lacks.
 
-    ``lut4``, or ``lut6`` where a slice has four LUT of six inputs (Virtex-5 and later). ``block_rams``: of 18 kbit; one
-    of 36 kbit counts as two.
+    ``lut4``, two of them a slice, or ``lut6`` where a slice has four or eight LUT of six inputs and twice as many
+    flip-flops (Virtex-5 and later). ``block_rams``: as one of ``BlockRam.shapes``; of 36 kbit counts as two.
     """
 
-    slices: CountFigure = Field(description="Slices.")
+    slices: CountFigure = Field(
+        description="Slices; of a part whose logic cells are not in slices of two LUT, half of the cells."
+    )
     lut4: CountFigure | None = Field(
         default=None, description="LUTs of four inputs; this or lut6 is required."
     )
-    lut6: CountFigure | None = Field(default=None, description="LUTs of six inputs, four of them in a slice.")
+    lut6: CountFigure | None = Field(
+        default=None, description="LUTs of six inputs, four or eight of them in a slice."
+    )
     flip_flops: CountFigure = Field(description="Flip-flops.")
-    block_rams: CountFigure = Field(description="Block RAMs of 18 kbit; one of 36 kbit counts as two.")
-    multipliers: CountFigure = Field(description="Multipliers.")
+    block_rams: CountFigure = Field(
+        description="Block RAMs, each of which can have the shapes of block_ram; one of 36 kbit counts as two of 18."
+    )
+    multipliers: CountFigure = Field(
+        description="Multipliers of 18 × 18 bits, or the nearest that the part has."
+    )
 
     @model_validator(mode="after")
     def _one_make_of_lut(self) -> Self:
@@ -58,10 +57,19 @@ class Resources(SpecModel):
         counted = {kind: getattr(self, kind) for kind in RESOURCES}
         if self.lut6 is not None:
             lut6 = "a LUT6 taken for each LUT4 of a law, though two may share one"
-            halves = "laws count slices of two LUT and two flip-flops, two of them for each of these"
+            shares = (
+                f"laws count slices of two LUT and two flip-flops, {self.counted_a_slice} for each of these"
+            )
             counted["lut4"] = _converted(self.lut6, 1, lut6)
-            counted["slices"] = _converted(self.slices, LUT6_SLICE, halves)
+            counted["slices"] = _converted(self.slices, self.counted_a_slice, shares)
         return counted
+
+    @property
+    def counted_a_slice(self) -> int:
+        """Slices of two LUT and two flip-flops, as laws count them, that stand in one of the part."""
+        if self.lut6 is None:
+            return 1
+        return max(1, int(self.lut6.value) // (2 * max(1, int(self.slices.value))))
 
 
 def _converted(figure: Figure, factor: int, how: str) -> Figure:
@@ -125,16 +133,18 @@ class PartFile(Spec):
     def _dynamic_power(self) -> Figure:
         """Of one slice as laws count them."""
         figure = self.power.dynamic
-        if self.resources.lut6 is None:
+        share = self.resources.counted_a_slice
+        if share == 1:
             return figure
-        low, high = (bound / LUT6_SLICE for bound in figure.interval)
-        text = f"{figure.source}; half of it for each of the two slices that laws count in one of these"
-        return Figure(figure.value / LUT6_SLICE, figure.unit, figure.status, text, low, high)
+        low, high = (bound / share for bound in figure.interval)
+        text = (
+            f"{figure.source}; 1/{share} of it for each of the {share} slices that laws count in one of these"
+        )
+        return Figure(figure.value / share, figure.unit, figure.status, text, low, high)
 
 
-def parts_folder() -> Path:
-    """The folder of shipped parts."""
-    return data_folder("platforms/parts")
+PARTS = Library("part", PartFile)
+"""Part files."""
 
 
 def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
@@ -148,74 +158,26 @@ def load_part(full_name: str, folders: Sequence[Path] = ()) -> Part:
         InputError: no such part or speed grade; with the nearest one and the list.
         SpecError: a faulty part file.
     """
-    files = _part_files(folders)
-    name, dash, grade = full_name.partition("-")
-    if name not in files:
-        raise InputError(f"there is no part {clip(name)!r}", hint=choose_hint(clip(name, 60), files))
-    part_file = load_part_file(files[name] / f"{name}.yaml")
-    if dash + grade not in part_file.speed_grades:
+    name, grade = (full_name, "") if full_name in PARTS.names(folders) else name_and_grade(full_name)
+    part_file = PARTS.find(name, folders)
+    if grade not in part_file.speed_grades:
         grades = [f"{name}{accepted}" for accepted in part_file.speed_grades]
-        lacks = (
-            f"no speed grade {clip(dash + grade)!r}" if grade else "several speed grades; one has to be named"
-        )
+        lacks = f"no speed grade {clip(grade)!r}" if grade else "several speed grades; one has to be named"
         raise InputError(f"part {name} has {lacks}", hint=choose_hint(clip(full_name, 60), grades))
-    return part_file.part(dash + grade)
+    return part_file.part(grade)
 
 
-def part_state(full_name: str, folders: Sequence[Path] = ()) -> tuple[tuple[int, int], ...]:
-    """When the files of a part were changed, and their sizes: what is kept of a part holds for this state alone."""
-    name, states = full_name.partition("-")[0], []
-    for folder in (*folders, parts_folder()):
-        with contextlib.suppress(OSError, ValueError):
-            state = os.stat(f"{folder}/{name}.yaml")
-            states.append((state.st_mtime_ns, state.st_size))
-    return tuple(states)
+def name_and_grade(full_name: str) -> tuple[str, str]:
+    """Name and speed grade of a full name; the name alone where there is no dash.
+
+    >>> name_and_grade("LFE5U-85F-8"), name_and_grade("XC4VLX160")
+    (('LFE5U-85F', '-8'), ('XC4VLX160', ''))
+    """
+    name, dash, grade = full_name.rpartition("-")
+    return (name, dash + grade) if dash else (full_name, "")
 
 
 def list_parts(folders: Sequence[Path] = ()) -> list[str]:
     """Full names of all parts, in every speed grade, sorted."""
-    loaded = [load_part_file(folder / f"{name}.yaml") for name, folder in _part_files(folders).items()]
+    loaded = [PARTS.load(path) for path in PARTS.names(folders).values()]
     return sorted(f"{part.name}{grade}" for part in loaded for grade in part.speed_grades)
-
-
-def load_part_file(path: Path) -> PartFile:
-    """A part file; read once a process as long as it does not change.
-
-    Raises:
-        SpecError: all the faults of the file.
-    """
-    try:
-        state = path.stat()
-    except OSError:
-        return _load_part_file(path, 0, 0)
-    return _load_part_file(path, state.st_mtime_ns, state.st_size)
-
-
-@functools.lru_cache(maxsize=256)
-def _load_part_file(path: Path, _modified: int, _size: int) -> PartFile:
-    document = read_document(path, shown(path))
-    return validate(PartFile, document, also=_name_fault).with_document(document)
-
-
-def _name_fault(document: Document) -> list[Fault]:
-    """Parts are found by the names of their files, so the two have to agree."""
-    name = document.tree.get("name") if isinstance(document.tree, dict) else None
-    expected = Path(document.file).stem
-    if not isinstance(name, str) or name == expected:
-        return []
-    return [
-        document.fault(
-            ("name",), f"{clip(name)!r} in file {expected}.yaml", "give file and part the same name"
-        )
-    ]
-
-
-def _part_files(folders: Sequence[Path]) -> dict[str, Path]:
-    """The folder of each part file, by the name of the part."""
-    folder_of: dict[str, Path] = {}
-    for folder in (*folders, parts_folder()):
-        # No folder, no parts.
-        with contextlib.suppress(OSError):
-            names = [name.removesuffix(".yaml") for name in os.listdir(folder) if name.endswith(".yaml")]
-            folder_of |= {name: folder for name in names if name not in folder_of}
-    return folder_of

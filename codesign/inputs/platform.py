@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import functools
+from collections.abc import Iterable
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
@@ -12,13 +13,29 @@ from codesign.inputs.base import Spec
 from codesign.inputs.components import Component, FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
-from codesign.inputs.fields import Name
-from codesign.inputs.files import find_spec, shipped_names
+from codesign.inputs.fields import Name, PriceFigure
+from codesign.inputs.files import Source, read_spec, shipped_names
 from codesign.inputs.links import MAX_ENDS, Link
-from codesign.inputs.yaml_tree import read_document
+from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
+from codesign.models import SpecModel
 
 MAX_NAMES = 256
 """Components of a platform, and links of a platform."""
+
+
+class Board(SpecModel):
+    """A board that is sold. It changes no result."""
+
+    product: Annotated[str, Field(min_length=1)] = Field(description="Name of the product.")
+    maker: str | None = Field(default=None, description="Name of its maker.")
+    price: PriceFigure | None = Field(
+        default=None, description="Price of one board; left out where it is not known."
+    )
+    beside: Name | None = Field(
+        default=None,
+        description="The shipped platform of a computer that is sold apart, where a component is of it. hwsw advise"
+        " adds its price.",
+    )
 
 
 class Platform(Spec):
@@ -33,6 +50,21 @@ class Platform(Spec):
     links: Annotated[dict[Name, Link], Field(max_length=MAX_NAMES)] = Field(
         default={}, description="Links by name."
     )
+    board: Board | None = Field(default=None, description="The board that the platform stands for.")
+    roles: Roles = Field(
+        default=Roles(),
+        description="What a workload means by fabric, host and link. A component or link with the name of a role"
+        " fills that role by itself.",
+    )
+
+    @property
+    def filled(self) -> dict[str, str]:
+        """The name of the component or link that fills each role; a role that nothing fills is left out."""
+        return filled_roles(dict(self.roles), self.components, self.links)
+
+    def named(self, name: str) -> str:
+        """The component or link that a workload means by a name or a role; the name itself where it is no role."""
+        return self.filled.get(name, name)
 
     def _identity(self) -> dict[str, Any]:
         chips = [
@@ -40,7 +72,9 @@ class Platform(Spec):
             for part in self.components.values()
             if isinstance(part, FpgaComponent)
         ]
-        return {**super()._identity(), "chips": chips}
+        identity = super()._identity()
+        del identity["board"]
+        return {**identity, "chips": chips}
 
 
 def _link_faults(document: Document) -> list[Fault]:
@@ -99,21 +133,41 @@ def _beside_faults(document: Document) -> list[Fault]:
 
 
 def _name_faults(document: Document) -> list[Fault]:
-    return _link_faults(document) + _beside_faults(document)
+    return _link_faults(document) + _beside_faults(document) + role_faults(document)
 
 
-def load_platform(source: str | Path) -> Platform:
-    """The platform with a shipped name (``virtex4-pci``), or in a file (with a separator or ``.yaml``).
+def load_platform(source: Source) -> Platform:
+    """The platform with a shipped name (``virtex4-pci``), in a file, in YAML text or in a dict; see ``read_spec``.
 
-    Its parts are looked for in the folder ``parts`` beside the file first, then among the shipped ones.
+    Its parts are looked for in the folder ``parts`` beside the file first (of text and dict: in the current folder),
+    then among the shipped ones.
 
     Raises:
         InputError: no shipped platform of that name.
         SpecError: all the faults of the file.
     """
-    path, shown = find_spec(source, "platforms")
-    document = read_document(path, shown)
+    document = read_spec(source, "platforms")
     return validate(Platform, document, also=_name_faults).with_document(document)
+
+
+@functools.cache
+def shipped_with(role: str) -> tuple[str, ...]:
+    """Names of the shipped platforms that fill a role."""
+    return tuple(name for name in list_platforms() if role in load_platform(name).filled)
+
+
+def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> tuple[str, str]:
+    """What is wrong where a workload names what a platform does not have, and the remedy.
+
+    Args:
+        name: of a component or link, or a role that nothing fills.
+        kind: what is looked for, such as ``component``. ``names``: those that there are.
+    """
+    if name not in ROLES:
+        return f"platform {platform.name} has no {kind} {clip(name)!r}", choose_hint(clip(name, 60), names)
+    kind = "link between host and fabric" if name == LINK else f"component of type {ROLE_TYPES[name]}"
+    hint = f"give it roles: {{{name}: NAME}}, a {kind}; or take {', '.join(shipped_with(name))}"
+    return f"platform {platform.name} has no {name}", hint
 
 
 def list_platforms() -> list[str]:

@@ -16,8 +16,9 @@ from codesign.inputs.base import Spec, with_sources
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.document import Document
 from codesign.inputs.faults import Keep, Teller, context_of, translate
+from codesign.inputs.host_file import host_state
 from codesign.inputs.links import LINKS
-from codesign.inputs.part_file import part_state
+from codesign.inputs.part_file import PARTS, name_and_grade
 from codesign.inputs.workload import RawParameters, Workload, map_task, problem_model
 from codesign.models import SpecModel
 
@@ -119,14 +120,19 @@ def _alone(spec: Spec, section: str, name: str, raw: Any, document: Document) ->
                 return model.model_validate(raw, context=context_of(document))
             models = spec.task_models
             return map_task(raw, RawParameters if models is None else models[name], document)
-        part = raw.get("part")
-        state = part_state(part, (document.folder / "parts",)) if isinstance(part, str) else ()
-        return _of_content(section, json.dumps(raw), document.folder, state)
+        return _of_content(section, json.dumps(raw), document.folder, _state(raw, document.folder))
     return None
 
 
+def _state(raw: Mapping[str, Any], folder: Path) -> tuple[object, ...]:
+    """When the files that a component names were changed."""
+    part, host = raw.get("part"), raw.get("host")
+    parts = PARTS.state([name_and_grade(part)[0]], (folder / "parts",)) if isinstance(part, str) else ()
+    return (*parts, *(host_state(host, (folder / "hosts",)) if isinstance(host, str) else ()))
+
+
 @functools.lru_cache(maxsize=1024)
-def _of_content(section: str, text: str, folder: Path, _parts: object) -> SpecModel:
+def _of_content(section: str, text: str, folder: Path, _files: object) -> SpecModel:
     entry = json.loads(text)
     model: type[SpecModel] = (LINKS if section == "links" else COMPONENTS)[entry["type"]]
     return model.model_validate(entry, context={"document": Document("", folder, entry)})

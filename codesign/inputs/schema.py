@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign.errors import InputError, choose_hint
+from codesign.inputs.host_file import HostFile
 from codesign.inputs.part_file import PartFile
 from codesign.inputs.platform import Platform
 from codesign.inputs.tasks import SCENARIO_TASKS
@@ -15,7 +16,12 @@ from codesign.inputs.workload import PLACE_KEYS, ProblemModels, TaskMapping, Tas
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
-_MODELS: dict[str, type[BaseModel]] = {"platform": Platform, "workload": Workload, "part": PartFile}
+_MODELS: dict[str, type[BaseModel]] = {
+    "platform": Platform,
+    "workload": Workload,
+    "part": PartFile,
+    "host": HostFile,
+}
 
 
 def json_schema(
@@ -24,7 +30,7 @@ def json_schema(
     """JSON Schema, draft 2020-12, of a kind of file.
 
     Args:
-        kind: ``platform``, ``workload`` or ``part``.
+        kind: ``platform``, ``workload``, ``part`` or ``host``.
         tasks: parameter models by planner and task, for ``workload``; without, parameters are left open.
         problems: models of problems other than a map with goals and starts, by planner.
 

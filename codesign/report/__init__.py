@@ -18,7 +18,12 @@ from codesign.report.map_pictures import drive_picture, map_picture, moment_pict
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
-from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
+from codesign.report.reproduction_tables import (
+    findings_table,
+    reproduction_csv,
+    reproduction_sources_table,
+    reproduction_table,
+)
 from codesign.report.result_tables import result_tables
 from codesign.report.study_tables import (
     best_table,
@@ -26,6 +31,7 @@ from codesign.report.study_tables import (
     infeasible_table,
     nearest_table,
     reasons_table,
+    study_csv,
     study_table,
     winners_table,
     write_study_csv,
@@ -54,12 +60,14 @@ __all__ = [
     "render_csv",
     "render_markdown",
     "render_text",
+    "reproduction_csv",
     "reproduction_page",
     "reproduction_sources_table",
     "reproduction_table",
     "result_page",
     "result_tables",
     "run_pictures",
+    "study_csv",
     "study_page",
     "study_table",
     "timeline_picture",

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.report.wording import axis_text
 
 if TYPE_CHECKING:
@@ -40,9 +41,13 @@ def axis_levels(study: Study, name: str) -> list[str]:
 def level_texts(study: Study, name: str) -> Callable[[Any], str]:
     """The function that gives the text of a value of an axis.
 
-    Of mappings, such as whole problems and whole scenarios, the text has only what differs among them.
+    Of mappings, such as whole problems and whole scenarios, the text has only what differs among them. A platform is
+    shown with its part, unless an axis moves parts.
     """
     values = study.axes.get(name, ())
+    if name == PLATFORM_AXIS:
+        platforms = _platform_texts(study)
+        return lambda value: platforms.get(value, axis_text(name, value))
     mappings = [value for value in values if isinstance(value, Mapping)]
     ranges = all(set(value) == {"first", "step", "last"} for value in mappings)
     if len(mappings) < len(values) or len(values) < 2 or ranges:
@@ -57,6 +62,18 @@ def level_texts(study: Study, name: str) -> Callable[[Any], str]:
         return ", ".join(parts) or axis_text(name, value)
 
     return text
+
+
+def _platform_texts(study: Study) -> dict[str, str]:
+    """The name and part of the platform that each value of the axis stands for; of values with a result."""
+    moved = any(name.endswith(".part") for name in study.axes)
+    texts: dict[str, str] = {}
+    for point in study.points:
+        value, result = point.axes[PLATFORM_AXIS], point.result
+        if result is not None:
+            part = None if moved else result.part
+            texts[value] = f"{result.platform} ({part})" if part else texts.get(value, result.platform)
+    return texts
 
 
 def _leaves(value: Mapping[str, Any], path: tuple[str, ...] = ()) -> dict[tuple[str, ...], Any]:

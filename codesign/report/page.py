@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from codesign.files import write_atomically
+from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.planners.reproduction import Reproduction
 from codesign.report.axes import fixed_axes
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
@@ -59,6 +60,10 @@ def study_page(
     _write(path, study_html(study, pictures=pictures, command=command))
 
 
+def _platform_word(study: Study) -> str:
+    return "" if PLATFORM_AXIS in study.axes else f"{study.platform} "
+
+
 def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str | None = None) -> str:
     """The page of ``study_page`` as text."""
     feasible = bool(study.feasible)
@@ -80,7 +85,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
         bokeh=bokeh_script() if feasible else None,
         script=_text("study.js"),
         pictures=pictures,
-        command=command or f"hwsw explore {study.platform} {study.workload} --html report.html",
+        command=command or f"hwsw explore {_platform_word(study)}{study.workload} --html report.html",
     )
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from codesign.planners.reproduction import Reproduction
+from collections.abc import Sequence
+from dataclasses import astuple, fields
+
+from codesign.planners.reproduction import Reproduction, Row
 from codesign.report.table import Cell, Table, left, right, word, words
 from codesign.report.wording import ABSENT, quantity_cell, yes_cell
 
@@ -34,6 +37,17 @@ def reproduction_table(reproduction: Reproduction) -> Table:
         *left("status", "use", "note"),
     )
     return Table("Published against modelled", columns, tuple(rows))
+
+
+def reproduction_csv(reproductions: Sequence[Reproduction]) -> Table:
+    """The rows of all papers as raw values: ``paper``, then the fields of ``Row``; the unit is a column of its own."""
+    rows = ((each.paper, *astuple(row)) for each in reproductions for row in each.rows)
+    names = ("paper", *(field.name for field in fields(Row)))
+    return Table(
+        "Published against modelled",
+        left(*names),
+        tuple(tuple(Cell("", value) for value in row) for row in rows),
+    )
 
 
 def findings_table(reproduction: Reproduction) -> Table:

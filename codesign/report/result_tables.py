@@ -99,11 +99,12 @@ def result_reasons_table(result: Result) -> Table:
 
 
 def _reason_cells(reason: Reason) -> tuple[Cell, ...]:
-    """One reason as kind, what, demand, limit, gap and levers."""
+    """One reason as kind, what, demand, limit, gap and levers. A mapping is refused without numbers."""
+    numbers = (None,) * 3 if reason.kind == "mapping" else (reason.demand, reason.limit, reason.gap)
     return (
         word(reason.kind),
         word(label(reason.name)),
-        *(quantity_cell(value, reason.unit) for value in (reason.demand, reason.limit, reason.gap)),
+        *(quantity_cell(value, reason.unit) for value in numbers),
         word("; ".join(reason.levers) or ABSENT),
     )
 

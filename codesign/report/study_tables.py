@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from codesign.figures import FIGURES, ResultFigure, label
+from codesign.exploration.rows import study_columns
+from codesign.figures import ResultFigure, label
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.render import write_csv
@@ -67,39 +68,30 @@ class _Points:
         return (_number(point), *axes, *_figure_cells(point, self._figures))
 
 
-def study_table(study: Study, *, every_figure: bool = False) -> Table:
-    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
-
-    ``every_figure``, made for CSV: every axis with its full values, and every figure that any point has, under the
-    names that JSON has.
-    """
+def study_table(study: Study) -> Table:
+    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front."""
     points = _Points(study, study.objectives)
-    columns = (*points.columns, *left("feasible", "on the front", "why not"))
-    cells = points.cells
-    if every_figure:
-        figures = _figures_with_values(study)
-        columns = (
-            *right("index"),
-            *left(*study.axes),
-            *_figure_columns(figures, named=False),
-            *left("feasible", "on_front", "why_not"),
-        )
-
-        def cells(point: StudyPoint) -> tuple[Cell, ...]:
-            axes = words(*(axis_text(name, point.axes.get(name)) for name in study.axes))
-            return (_number(point), *axes, *_figure_cells(point, figures))
-
     front, feasible = set(study.front), set(study.feasible)
     rows = tuple(
         (
-            *cells(point),
+            *points.cells(point),
             yes_cell(position in feasible),
             yes_cell(position in front),
             word(why_not(point, study.lacking(point))),
         )
         for position, point in enumerate(study.points)
     )
+    columns = (*points.columns, *left("feasible", "on the front", "why not"))
     return Table("All points", columns, rows, _fixed_notes(study), frozenset(study.front))
+
+
+def study_csv(study: Study) -> Table:
+    """All points as raw values: ``study_columns``, and in words why a point is not on the front."""
+    columns = study_columns(study)
+    reasons = [why_not(point, study.lacking(point)) for point in study.points]
+    rows = zip(*columns.values(), reasons, strict=True)
+    cells = tuple(tuple(Cell(str(value), value) for value in row) for row in rows)
+    return Table("All points", left(*columns, "why_not"), cells)
 
 
 def write_study_csv(study: Study, path: Path) -> None:
@@ -108,7 +100,7 @@ def write_study_csv(study: Study, path: Path) -> None:
     Raises:
         RunError: the file cannot be written.
     """
-    write_csv(study_table(study, every_figure=True), path)
+    write_csv(study_csv(study), path)
 
 
 def front_table(study: Study) -> Table:
@@ -173,8 +165,8 @@ def reasons_table(study: Study) -> Table:
     """
     rows = []
     for count in study.reasons:
-        measured = count.kind not in {"failure", "unreached", "no figure"}
-        in_words = count.kind in {"failure", "unreached"}
+        measured = count.kind not in {"failure", "unreached", "no figure", "mapping"}
+        in_words = count.kind in {"failure", "unreached", "mapping"}
         rows.append(
             (
                 word(count.kind),
@@ -213,29 +205,15 @@ def reason_text(reason: Reason) -> str:
     >>> reason_text(Reason(kind="resource", name="slices", demand=40000, limit=33792, gap=6208, unit=""))
     'slices 40,000 against 33,792'
     """
+    if reason.kind == "mapping":
+        return reason.name
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
     return f"{label(reason.name)} {demand} against {limit}"
 
 
-def _figures_with_values(study: Study) -> tuple[ResultFigure, ...]:
-    """The figures that at least one point has: the objectives first, then the rest in their own order."""
-    ordered = (*study.objectives, *(figure for figure in FIGURES.values() if figure not in study.objectives))
-    return tuple(
-        figure for figure in ordered if any(point.figure(figure) is not None for point in study.points)
-    )
-
-
-def _figure_columns(figures: Sequence[ResultFigure], *, named: bool = True) -> tuple[Column, ...]:
-    """A column for each figure, in the figure's unit; headed by its label, or else by its name.
-
-    A name that ends with its unit is left as JSON has it.
-    """
-    if named:
-        return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
-    return tuple(
-        Column(figure.name, "" if figure.name.endswith(f"_{figure.unit.lower()}") else figure.unit, "right")
-        for figure in figures
-    )
+def _figure_columns(figures: Sequence[ResultFigure]) -> tuple[Column, ...]:
+    """A column for each figure, in the figure's unit, headed by its label."""
+    return tuple(Column(figure.label, figure.unit, "right") for figure in figures)
 
 
 def _fixed_notes(study: Study) -> tuple[str, ...]:

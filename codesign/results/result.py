@@ -8,16 +8,21 @@ the figures that only a run gives are None.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
-from codesign.figures import Figure, ResultFigure, described, label
+from codesign.data_frames import data_frame
+from codesign.errors import clip
+from codesign.figures import FIGURES, Figure, ResultFigure, described, label
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel
 from codesign.results.terms import Terms
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
 class ResourceItem(ResultModel):
@@ -40,7 +45,8 @@ class ResourceUse(ResultModel):
 class Reason(ResultModel):
     """Why a design point cannot be built, or is not wanted: ``demand`` passes ``limit`` by ``gap``.
 
-    All three are in ``unit``; what is whole, as counts are, is an integer.
+    All three are in ``unit``; what is whole, as counts are, is an integer. Of a mapping, they are 1, 0 and 1: a
+    platform cannot take the design, and ``name`` is the sentence that says why.
     """
 
     kind: Literal["resource", "bound", "clock", "constraint", "mapping"] = Field(
@@ -60,6 +66,8 @@ class Reason(ResultModel):
         return int(value) if isinstance(value, float) and value.is_integer() and abs(value) < 2**53 else value
 
     def __str__(self) -> str:
+        if self.kind == "mapping":
+            return f"{self.name} ({'; '.join(self.levers)})" if self.levers else self.name
         text = f"{label(self.name)}: {self.demand:g} against {self.limit:g} {self.unit}".rstrip()
         return f"{text} ({'; '.join(self.levers)})" if self.levers else text
 
@@ -153,7 +161,8 @@ class Result(ResultModel):
     )
     notes: tuple[str, ...] = Field(
         default=(),
-        description="where the design does other work than its parameters let one expect: key, then a sentence",
+        description="where the design does other work than its parameters let one expect, or its clock is not sure:"
+        " key, then a sentence",
     )
     blocks: int | None = Field(default=None, description="number of blocks of the partition")
     feasible: bool = Field(description="whether the design fits; where not, figures of a run are None")
@@ -195,6 +204,27 @@ class Result(ResultModel):
         description="what the time and the energy of a plan are made of, and the figures they rest on",
     )
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
+
+    def __repr__(self) -> str:
+        fate = "feasible" if self.feasible else "; ".join(map(str, self.reasons)) or "infeasible"
+        return f"Result({self.platform} × {self.workload}: {self.planner} {self.style}, {clip(fate, 200)})"
+
+    def frame(self) -> DataFrame:
+        """The declared figures that this result has, a row each: figure, value, unit, description.
+
+        Raises:
+            InputError: pandas is not installed.
+        """
+        values = {figure: self.figure(figure) for figure in FIGURES.values()}
+        held = [figure for figure, value in values.items() if value is not None]
+        return data_frame(
+            {
+                "figure": [figure.name for figure in held],
+                "value": [values[figure] for figure in held],
+                "unit": [figure.unit for figure in held],
+                "description": [figure.description for figure in held],
+            }
+        )
 
     def figure(self, figure: ResultFigure) -> float | None:
         """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""

@@ -93,6 +93,10 @@ def _faults_of_pair(
 
 def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
     """The faults of a workload and its variants that are known without a platform."""
+    try:
+        spec.platforms_of(workload)
+    except SpecError as wrong:
+        yield from wrong.faults
     for each in (workload, *(choose_variant(workload, name, "") for name in workload.variants)):
         yield from plannable(each, scenario_of(each))[1]
 

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign import maps
-from codesign.errors import Fault, SpecError, choose_hint
+from codesign.errors import Fault, SpecError, UnsuitedError, choose_hint
 from codesign.inputs import Platform, Workload, cross_check, fault
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
+from codesign.inputs.edit import on_platform
 from codesign.inputs.problem import ProblemSpec
 from codesign.maps import OccupancyGrid
 from codesign.models import TaskParameters
@@ -74,10 +75,12 @@ def bind_to(
     it is read.
 
     Raises:
-        SpecError: every fault that stands between them, each with its place in the file that holds it.
+        SpecError: every fault that stands between them, each with its place in the file that holds it; UnsuitedError
+            where the workload by itself is sound.
         InputError: the planner plug-in lists flows that cannot be.
     """
     cross_check(platform, workload)
+    workload = on_platform(platform, workload)
     planner = catalog.planner(workload.planner)
     task = workload.mapping.get(planner.planning_task)
     if task is None:
@@ -100,7 +103,7 @@ def bind_to(
             faults += more
         faults += memory_faults(draft)
     if faults or draft is None or placement is None:
-        raise SpecError(faults)
+        raise (SpecError if of_workload else UnsuitedError)(faults)
     component = platform.components[task.component]
     assert isinstance(component, FpgaComponent | ProcessorComponent), "place() refuses all others"
     return System(

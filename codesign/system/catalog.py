@@ -11,14 +11,12 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
-from pathlib import Path
 from typing import Any
 
 from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.inputs import SpecModel, Workload
-from codesign.inputs.document import Document
-from codesign.inputs.faults import validate
+from codesign.inputs.files import Source
 from codesign.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
@@ -98,8 +96,8 @@ def problem_models() -> dict[str, type[SpecModel]]:
     return {name: model for name, model in models.items() if model is not None}
 
 
-def load_workload(source: str | Path) -> Workload:
-    """The workload of that shipped name or file, checked against the installed planners.
+def load_workload(source: Source) -> Workload:
+    """The workload of that shipped name, file, YAML text or dict, checked against the installed planners.
 
     Raises:
         InputError: no shipped workload of that name. SpecError: all the faults of the file.
@@ -108,19 +106,6 @@ def load_workload(source: str | Path) -> Workload:
         return spec.load_workload(source, task_models(), problem_models())
     except SpecError as wrong:
         raise SpecError(_blame_plug_in(fault) for fault in wrong.faults) from None
-
-
-def workload_of(tree: Mapping[str, Any], folder: Path | None = None) -> Workload:
-    """The workload of a tree that stands in no file, checked against the installed planners.
-
-    ``folder``: where relative paths start; by default the current one.
-
-    Raises:
-        SpecError: all its faults, without a place.
-    """
-    context = {"tasks": task_models(), "problems": problem_models()}
-    document = Document("workload", folder or Path(), dict(tree), context=context)
-    return validate(Workload, document).with_document(document)
 
 
 def _blame_plug_in(fault: Fault) -> Fault:

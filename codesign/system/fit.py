@@ -12,6 +12,7 @@ from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
 from codesign.planners.styles import Demand, Lever
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
+from codesign.units import format_frequency
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,23 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
             )
         )
     return PartFit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
+
+
+def clock_notes(component: str, held: PartFit) -> tuple[str, ...]:
+    """A note where a clock is below the value of its limit and above the low end of its interval; else none.
+
+    The design counts as feasible, and whether it is one depends on where in the interval the limit lies.
+    """
+    if held.clock is None:
+        return ()
+    low, limit = held.clock.limit.interval[0], held.clock.limit.value
+    if not low < held.clock.hz <= limit:
+        return ()
+    clock, sure, most = (format_frequency(hertz) for hertz in (held.clock.hz, low, limit))
+    return (
+        f"{component}.clock: it is not sure that the design runs at {clock}; the limit is {most} by its law,"
+        f" and may be as low as {sure}",
+    )
 
 
 def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:

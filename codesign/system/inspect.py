@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +10,12 @@ from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.figures import label
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
+from codesign.inputs.components import FpgaComponent
 from codesign.inputs.document import Document
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
-from codesign.inputs.part_file import load_part_file
+from codesign.inputs.host_file import HOSTS
+from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import ProblemSpec
 from codesign.inputs.yaml_tree import read_document
 from codesign.part import Part
@@ -33,7 +35,7 @@ def point_of(
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a ``platform``, ``workload`` or ``part`` file, or of a ``result``.
+    """The JSON Schema (draft 2020-12) of a ``platform``, ``workload``, ``part`` or ``host`` file, or of a ``result``.
 
     Raises:
         InputError: another kind.
@@ -43,17 +45,18 @@ def schema_of(kind: str) -> dict[str, Any]:
             "$schema": "https://json-schema.org/draft/2020-12/schema",
             **Result.model_json_schema(mode="serialization"),
         }
-    if kind not in ("platform", "workload", "part"):
+    if kind not in ("platform", "workload", "part", "host"):
         raise InputError(
             f"there is no schema of {kind!r}",
-            hint=choose_hint(kind, ["platform", "workload", "part", "result"]),
+            hint=choose_hint(kind, ["platform", "workload", "part", "host", "result"]),
         )
     return spec.json_schema(kind, catalog.task_models(), catalog.problem_models())
 
 
 def at_hand() -> dict[str, dict[str, str]]:
     """Names and one-line descriptions of what ships or is installed, by kind."""
-    platforms = {name: spec.load_platform(name).description for name in spec.list_platforms()}
+    platforms = {name: _board(spec.load_platform(name)) for name in spec.list_platforms()}
+    hosts = {name: HOSTS.find(name).description for name in sorted(HOSTS.names())}
     workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: planner.description for name, planner in catalog.planners().items()}
@@ -65,6 +68,7 @@ def at_hand() -> dict[str, dict[str, str]]:
         "platforms": platforms,
         "workloads": workloads,
         "parts": parts,
+        "hosts": hosts,
         "planners": planners,
         "styles": styles,
     }
@@ -75,21 +79,35 @@ def at_hand() -> dict[str, dict[str, str]]:
 def load_any(source: str | Path) -> Spec | Part:
     """The spec of a source of any kind."""
     if not is_path(source):
-        shipped = [*spec.list_platforms(), *spec.list_workloads(), *spec.list_parts()]
-        if source in spec.list_platforms():
-            return spec.load_platform(source)
-        if source in spec.list_workloads():
-            return catalog.load_workload(source)
-        if source in spec.list_parts():
-            return spec.load_part(str(source))
-        raise InputError(f"there is no shipped spec {source!r}", hint=choose_hint(str(source), shipped))
+        shipped: dict[str, Callable[[str], Spec | Part]] = {
+            **dict.fromkeys(HOSTS.names(), HOSTS.find),
+            **dict.fromkeys(spec.list_parts(), spec.load_part),
+            **dict.fromkeys(spec.list_workloads(), catalog.load_workload),
+            **dict.fromkeys(spec.list_platforms(), spec.load_platform),
+        }
+        name = str(source)
+        if name not in shipped:
+            raise InputError(f"there is no shipped spec {name!r}", hint=choose_hint(name, shipped))
+        return shipped[name](name)
     tree = read_document(Path(source), str(source)).tree
     kind = tree.get("kind") if isinstance(tree, dict) else None
-    if kind == "platform":
-        return spec.load_platform(source)
-    if kind == "part":
-        return load_part_file(Path(source))
-    return catalog.load_workload(source)
+    readers: dict[Any, Callable[[Path], Spec]] = {
+        "platform": spec.load_platform,
+        "part": PARTS.load,
+        "host": HOSTS.load,
+    }
+    read = readers.get(kind) if isinstance(kind, str) else None
+    return catalog.load_workload(source) if read is None else read(Path(source))
+
+
+def _board(platform: Platform) -> str:
+    """Its description, and its part and price where it has them."""
+    chips = [part.part for part in platform.components.values() if isinstance(part, FpgaComponent)]
+    price = platform.board.price if platform.board is not None else None
+    facts = [*chips, *([f"{price.value:,g} {price.unit}, {price.status}"] if price is not None else [])]
+    return (
+        f"{platform.description} [{'; '.join(facts)}]" if platform.board and facts else platform.description
+    )
 
 
 def _budgets(part: Part) -> str:

@@ -18,7 +18,7 @@ from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import fit
+from codesign.system.fit import clock_notes, fit
 from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -68,12 +68,13 @@ def fit_system(system: System) -> SystemFit:
     job, part = system.job, system.part
     demand = system.architecture.demand(job)
     fields, reasons, powers = _apart(system)
+    fields["notes"] = system.notes + fields.get("notes", ())
     if part is None:
         held = fit(demand, None, system.clock, None)
         fields = {"processor": _processor_figures(system), **fields}
     else:
-        limit = system.architecture.clock_limit(job)
-        held = fit(demand, part, system.clock, limit)
+        held = fit(demand, part, system.clock, system.architecture.clock_limit(job))
+        fields["notes"] += clock_notes(system.component, held)
         static, dynamic = system.architecture.power(demand, system.clock, part)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
@@ -98,7 +99,12 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
         held = fit(demand, part, clock, style.clock_limit(job))
         static, dynamic = style.power(demand, clock, part)
         powers[name] = power = Power(static=static, dynamic=dynamic)
-        fields = {"resources": held.resources, "clock": held.clock, "power": power}
+        fields = {
+            "resources": held.resources,
+            "clock": held.clock,
+            "power": power,
+            "notes": clock_notes(name, held),
+        }
         reasons += held.reasons
     return fields, reasons, powers
 

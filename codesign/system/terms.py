@@ -16,8 +16,8 @@ from codesign.inputs.components import (
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
-    ProcessorPower,
 )
+from codesign.inputs.host_file import ProcessorPower
 from codesign.inputs.links import BusLink, SerialLink
 from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power

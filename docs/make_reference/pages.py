@@ -10,6 +10,7 @@ from codesign.exploration.document import StudyDocument
 from codesign.figures import FIGURES
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
+from codesign.inputs.host_file import HostFile
 from codesign.inputs.links import LINKS, AnyLink
 from codesign.inputs.map_spec import MAPS, FileMap
 from codesign.inputs.part_file import PartFile
@@ -39,6 +40,7 @@ def pages() -> dict[str, str]:
         "platform.md": platform_page,
         "workload.md": workload_page,
         "part.md": part_page,
+        "host.md": host_page,
         "result.md": result_page,
         "trace.md": trace_page,
         "python.md": python_page,
@@ -75,6 +77,11 @@ def platform_page() -> list[str]:
 def part_page() -> list[str]:
     """Keys of a part file."""
     return [*_file_head("Part files"), *Keys({}).section(2, "Part", PartFile)]
+
+
+def host_page() -> list[str]:
+    """Keys of a host file."""
+    return [*_file_head("Host files"), *Keys({}).section(2, "Host", HostFile)]
 
 
 def workload_page() -> list[str]:

@@ -26,6 +26,8 @@ FIGURES = {
     "AccelerationFigure": "acceleration",
     "TurnRateFigure": "rate of turning",
     "DataFigure": "amount of data",
+    "PriceFigure": "price",
+    "FactorFigure": "factor",
     "CountFigure": "count",
     "PositiveFigure": "count from 1",
 }

@@ -62,9 +62,12 @@ def test_list_names_what_ships(hwsw: Run) -> None:
     assert "labyrinth" in found["workloads"]
     assert {"XC4VLX160-12", "XC2V6000-4", "XC3S500E-4"} <= set(found["parts"])
     assert "harmonic.bit_serial" in found["styles"]
+    assert "cortex-a72" in found["hosts"]
+    assert found["platforms"]["pynq-z2"].endswith("as the host [XC7Z020-1; 169 USD, assumed]")
+    assert "[" not in found["platforms"]["laptop"]
 
 
-@pytest.mark.parametrize("kind", ["platform", "workload", "part", "result"])
+@pytest.mark.parametrize("kind", ["platform", "workload", "part", "host", "result"])
 def test_schema_is_json_schema(hwsw: Run, kind: str) -> None:
     schema = json.loads(hwsw("schema", kind).output)
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"

@@ -186,7 +186,7 @@ def test_a_part_of_lut6_is_counted_in_lut4_from_below(example: Path) -> None:
     assert (lut4.value, lut4.interval) == (63400, (63400, 2 * 63400))
     assert {slices.status, lut4.status} == {"assumed"}
     assert chip.resources["flip_flops"].status == "published"
-    assert chip.dynamic_power.value == pytest.approx(0.46e-12 / 2)
+    assert chip.dynamic_power.value == pytest.approx(0.088e-12 / 2)
     old = load_part("XC2V6000-4").resources
     assert (old["lut4"].value, old["lut4"].status) == (67584, "published")
 

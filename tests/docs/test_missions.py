@@ -133,12 +133,12 @@ def test_the_partition_of_the_small_office_holds(hwsw: Run) -> None:
     file = yaml.safe_load((data_folder("workloads") / "office-partition.yaml").read_text(encoding="utf-8"))
     axes = file["explore"]["axes"]
     office = f"workload.problem={json.dumps(axes['workload.problem'][0])}"
-    latencies = cells_below("| office | AXI |")[: len(axes["axi.clock"])]
+    latencies = cells_below("| office | AXI |")[: len(axes["link.clock"])]
     wholes = cells_below("| office, AXI at 100 MHz |")[0][1:]
-    for clock, (_, stated, *cells) in zip(axes["axi.clock"], latencies, strict=True):
+    for clock, (_, stated, *cells) in zip(axes["link.clock"], latencies, strict=True):
         assert stated == clock
         for variant, cell, whole in zip(axes["workload.variant"], cells, wholes, strict=True):
-            values = ("--set", office, "--set", f"axi.clock={clock}", "--set", f"workload.variant={variant}")
+            values = ("--set", office, "--set", f"link.clock={clock}", "--set", f"workload.variant={variant}")
             told = mission(hwsw, "zynq", "office-partition", *values)
             assert says(cell, told["replan_latency_95_s"] * 1e3), (clock, variant)
             if clock == "100 MHz":

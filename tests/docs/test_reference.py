@@ -13,11 +13,12 @@ from codesign.inputs.links import LINKS
 from codesign.inputs.map_spec import MAPS
 from codesign.inputs.scenario import SCENARIOS
 from codesign.system import catalog
+from docs.make_reference.boards import PAGE, boards_page
 from docs.make_reference.docstrings import markdown, signature_text
 from docs.make_reference.pages import FOLDER, SHIPPED, pages
 
 PAGES = pages()
-SPOKEN = ("platform.md", "workload.md", "part.md", "result.md", "cli.md")
+SPOKEN = ("platform.md", "workload.md", "part.md", "host.md", "result.md", "cli.md")
 
 
 def test_the_committed_pages_are_those_that_the_code_makes() -> None:
@@ -25,6 +26,10 @@ def test_the_committed_pages_are_those_that_the_code_makes() -> None:
     for name, text in PAGES.items():
         committed = (FOLDER / name).read_text(encoding="utf-8")
         assert committed == text, f"{name} is out of date: run `make docs`"
+
+
+def test_the_tables_of_boards_are_those_of_the_files() -> None:
+    assert PAGE.read_text(encoding="utf-8") == boards_page(), "boards.md is out of date: run `make docs`"
 
 
 @pytest.mark.parametrize("name", SPOKEN)

@@ -10,7 +10,7 @@ import codesign
 from codesign.errors import RunError
 from codesign.exploration import Progress, explore, load_study
 from codesign.exploration.identity import code_digest
-from codesign.inputs.part_file import parts_folder
+from codesign.inputs.part_file import PARTS
 from codesign.planners.plug_in import GROUP
 from codesign.system import catalog
 
@@ -116,7 +116,7 @@ def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(
     specs: Specs, tmp_path: Path
 ) -> None:
     put_map(specs)
-    source = parts_folder() / "XC2V6000.yaml"
+    source = PARTS.shipped / "XC2V6000.yaml"
     folder = specs[0].parent / "parts"
     folder.mkdir()
     part = folder / "XC2V6000.yaml"
@@ -127,6 +127,6 @@ def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(
     def change(_progress: Progress) -> None:
         part.write_bytes(source.read_bytes() + b"# changed\n")
 
-    with pytest.raises(RunError, match="part file changed"):
+    with pytest.raises(RunError, match="part or host file changed"):
         explore(platform, workload, workers=1, store=store, progress=change)
     assert len(load_study(store).missing) == 2

@@ -280,7 +280,7 @@ def kept(specs: Specs, tmp_path: Path) -> tuple[Path, str, str]:
             '"axes": {"relax.iterations": [1, 4]}',
             '"axes": ' + json.dumps({f"a.x{axis}": list(range(1000)) for axis in range(9)}),
         ),
-        ('"platform": {', '"platform": {}, "other": {'),
+        ('"platforms": {', '"platforms": {}, "other": {'),
         ('"workload": {', '"workload": 7, "others": {'),
         ('"constraints": []', '"constraints": 7'),
     ],

@@ -14,7 +14,9 @@ from explore_fakes import Fake, computed
 import codesign
 from codesign.errors import SpecError
 from codesign.exploration import FileStore, Space, Study, explore, load_study
-from codesign.exploration.identity import variant_digests
+from codesign.exploration.explored import Explored
+from codesign.exploration.identity import contents_of
+from codesign.exploration.space import canonical
 from codesign.inputs import Workload
 
 Run = Callable[..., Result]
@@ -169,7 +171,8 @@ def test_keys_of_points_tell_variants_apart() -> None:
     axes: dict[str, Any] = {"workload.variant": ["base", "b", 3], "x.y": [1]}
 
     def keys(variants: dict[str, str]) -> list[str]:
-        return [point.key for point in Space(axes, "same", variants).points()]
+        contents = {"workload.variant": {canonical(name): digest for name, digest in variants.items()}}
+        return [point.key for point in Space(axes, "same", contents).points()]
 
     assert len(set(keys({"b": "one"}))) == 3
     changes = [one == other for one, other in zip(keys({"b": "one"}), keys({"b": "two"}), strict=True)]
@@ -179,8 +182,10 @@ def test_keys_of_points_tell_variants_apart() -> None:
 
 
 def test_only_the_variants_explored_are_digested(file: Path) -> None:
-    assert list(variant_digests(codesign.load_workload(file))) == ["on-host"]
-    assert variant_digests(codesign.load_workload("labyrinth")) == {}
+    platform = codesign.load_platform("virtex4-pci")
+    contents = contents_of(Explored.of(platform, codesign.load_workload(file)))
+    assert {axis: list(digests) for axis, digests in contents.items()} == {"workload.variant": ['"on-host"']}
+    assert contents_of(Explored.of(platform, codesign.load_workload("labyrinth"))) == {}
 
 
 def test_where_no_variant_can_be_built_the_first_says_so(file: Path) -> None:

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 from codesign.errors import InputError
 from codesign.inputs import json_schema, list_platforms, list_workloads, load_platform
 from codesign.inputs.files import data_folder
-from codesign.inputs.part_file import load_part_file
+from codesign.inputs.part_file import PARTS
 from codesign.inputs.workload import PLACE_KEYS
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.system import catalog
@@ -50,7 +50,7 @@ def test_schemas_accept_the_shipped_files() -> None:
         ("workload", [catalog.load_workload(name).document for name in list_workloads()]),
         (
             "part",
-            [load_part_file(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")],
+            [PARTS.load(path).document for path in (data_folder("platforms") / "parts").glob("*.yaml")],
         ),
     ):
         schema = json_schema(kind, SHIPPED_TASKS, catalog.problem_models())

@@ -17,11 +17,11 @@ from codesign.report import (
     infeasible_table,
     nearest_table,
     reasons_table,
-    render_csv,
     render_text,
     reproduction_sources_table,
     reproduction_table,
     result_tables,
+    study_csv,
     study_table,
 )
 from codesign.report.axes import fixed_axes, short_names, varying_axes
@@ -171,26 +171,16 @@ def test_axes_that_vary_are_columns_and_the_others_a_note() -> None:
     assert names[:4] == ["point", "block", "iterations", "schedule"]
 
 
-def test_the_table_of_every_figure_has_full_names_units_and_plain_values() -> None:
+def test_the_csv_of_a_study_has_raw_numbers_with_units_in_their_names() -> None:
     study = a_study()
-    table = study_table(study, every_figure=True)
-    units = {column.name: column.unit for column in table.columns}
-    assert {"relax.block", "fpga.part", "cycles", "power"} <= set(units)
-    assert (units["first_plan_s"], units["power"]) == ("", "W")
+    table = study_csv(study)
+    names = [column.name for column in table.columns]
+    assert {"relax.block", "fpga.part", "cycles", "power_w", "energy_j", "share_reaching_goal"} <= set(names)
+    assert names[-1] == "why_not"
+    assert {column.unit for column in table.columns} == {""}
     assert values(table, "first_plan_s") == [point.figure(FIGURES["first_plan_s"]) for point in study.points]
     assert values(table, "feasible") == [point.feasible for point in study.points]
     assert [i for i, on_front in enumerate(values(table, "on_front")) if on_front] == list(study.front)
-
-
-def test_the_table_of_every_figure_is_headed_as_json_is() -> None:
-    study = a_study()
-    told = study.to_dict()["points"][0]
-    names = [column.name for column in study_table(study, every_figure=True).columns]
-    assert names[-1] == "why_not"
-    assert set(names[:-1]) <= {*told, *told["axes"], *told["figures"]}
-    assert {"index", "share_reaching_goal", "block_rams", "feasible"} <= set(names)
-    header = render_csv(study_table(study, every_figure=True)).partition("\n")[0].split(",")
-    assert {"energy_j", "power [W]"} <= set(header)
 
 
 def test_axes_with_the_same_last_word_keep_their_full_names() -> None:

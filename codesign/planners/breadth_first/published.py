@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 PAPER = "Vacariu et al. 2008"
+FAMILY = "Virtex-II Pro"
+"""The family of the XC2VP30, which the circuit was synthesised for."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from enum import StrEnum
 
 PAPER = "Dubey et al. 2013"
-PART = "XC3S500E"
+PART, FAMILY = "XC3S500E", "Spartan-3E"
 CLOCK = 50_000_000
 """Hz: the oscillator of the Nexys-2 board (section VI)."""
 UPDATES_A_RUN = 500

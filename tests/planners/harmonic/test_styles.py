@@ -40,7 +40,7 @@ def part(name: str, ram_clock: float = 500e6) -> Part:
     budget = {"slices": slices, "lut4": cells, "flip_flops": cells, "block_rams": rams, "multipliers": 20}
     return Part(
         name=name,
-        family="Virtex",
+        family="Virtex-II",
         speed_grade="-4",
         resources={kind: Figure(count, "1", Status.PUBLISHED, "datasheet") for kind, count in budget.items()},
         block_ram_shapes=((2048, 9), (1024, 18), (512, 36)),

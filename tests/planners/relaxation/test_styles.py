@@ -181,8 +181,12 @@ def test_a_direct_solution_has_a_cost_of_its_own(tmp_path: Path) -> None:
     assert rest == 0
     assert 0 < steps < 600
 
-    text = (data_folder("platforms") / "pc-epyc.yaml").read_text(encoding="utf-8")
-    (tmp_path / "old.yaml").write_text(text.replace(DIRECT_KERNEL, "another_kernel"), encoding="utf-8")
+    shipped = data_folder("platforms")
+    (tmp_path / "hosts").mkdir()
+    for file, to in (("pc-epyc", "old"), ("hosts/epyc-9004", "hosts/epyc-9004")):
+        text = (shipped / f"{file}.yaml").read_text(encoding="utf-8")
+        changed = text.replace(DIRECT_KERNEL, "another_kernel")
+        (tmp_path / f"{to}.yaml").write_text(changed, encoding="utf-8")
     with pytest.raises(SpecError, match=DIRECT_KERNEL):
         direct_on(load_platform(tmp_path / "old.yaml"))
 

@@ -93,7 +93,7 @@ def clock_limit(alone: Figure, memory: ExternalMemoryLaw) -> Figure:
         unit="Hz",
         status=Status.ASSUMED,
         source=f"one clock for the design and {memory.name}; the paper says 'smaller', without a figure",
-        low=memory.hz,
+        low=min(memory.hz, alone.interval[0]),
         high=alone.interval[1],
     )
 

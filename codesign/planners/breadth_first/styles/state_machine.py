@@ -32,6 +32,7 @@ from codesign.planners.breadth_first.styles.steps import (
     step,
     steps,
 )
+from codesign.planners.clock_law import on_family
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -88,16 +89,17 @@ class StateMachine(Architecture):
         """The paper's 185 MHz, or the limit of the block RAM or the external memory where that is lower, Hz.
 
         Published for the XC2VP30-6, for no size in particular: other parts, sizes and micro-architectures are
-        assumed to reach it too. The low end is the fastest clock with published times.
+        assumed to reach it too. The low end is the fastest clock with published times, on other families less
+        (``on_family``).
         """
         if job.external is not None:
             return outside.clock_limit(self.clock_limit(replace(job, external=None)), job.external)
         part = job.chip
         ram = part.block_ram_clock
         if ram.value < published.CLOCK_LIMIT:
-            return ram
+            return on_family(ram, part, published.FAMILY)
         synthesised = part.full_name == "XC2VP30-6"
-        return Figure(
+        limit = Figure(
             value=published.CLOCK_LIMIT,
             unit="Hz",
             status=Status.PUBLISHED if synthesised else Status.ASSUMED,
@@ -105,6 +107,7 @@ class StateMachine(Architecture):
             low=published.SHOWN_CLOCK,
             high=published.CLOCK_LIMIT,
         )
+        return on_family(limit, part, published.FAMILY)
 
     def memory(self, job: Job[Problem, SearchParameters]) -> Memory | None:
         """One bit of the cells in each of their block RAMs; None where the cells are external."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -66,12 +67,11 @@ class DecisionModule(TaskStyle):
         """The fastest published clock of a design with the module, that of the largest block, Hz. Assumed."""
         shown = published.BLOCK.clock
         ram = job.chip.block_ram_clock
-        if ram.value < shown:
-            return ram
         source = (
             f"{published.PAPER}, Table 3: the design that the module is a part of; by itself it may be faster"
         )
-        return Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
+        law = Figure(shown, "Hz", Status.ASSUMED, source, shown, ram.value)
+        return on_family(ram if ram.value < shown else law, job.chip, *timing.FITTED)
 
     def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Path]:
         """One decision."""

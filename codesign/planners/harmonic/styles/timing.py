@@ -30,6 +30,7 @@ from functools import cache
 
 from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
+from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic import published
 
 LEVELS_A_PIPELINE_STAGE = 4
@@ -128,6 +129,9 @@ class ClockFit:
         return math.sqrt(sum(value**2 for value in self.residuals) / len(self.residuals))
 
 
+FITTED = "Virtex-II", "Virtex-4"
+"""The families of the published clocks."""
+
 POINTS = (published.NODE, published.CLUSTER, published.BLOCK)
 """The published clocks that the law is fitted to."""
 
@@ -163,7 +167,8 @@ def clock_miss() -> float:
 def clock_limit(rows: int, columns: int, part: Part) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
-    The law of the size is one line for all parts and grades: three points cannot distinguish them.
+    The law of the size is one line for all parts and grades: three points cannot distinguish them. On another family
+    than theirs its interval is wider (``on_family``).
     """
     # Three points leave one degree of freedom, too little for a statistical interval. So the interval is twice the
     # error on the held-out clock.
@@ -178,7 +183,7 @@ def clock_limit(rows: int, columns: int, part: Part) -> Figure:
     )
     if ram.value < law:
         text = f"block RAM of {part.full_name}: {ram.source}"
-    return Figure(
+    limit = Figure(
         value=min(law, ram.value),
         unit="Hz",
         status=weakest(Status.CALIBRATED, ram.status) if ram.value < law else Status.CALIBRATED,
@@ -186,3 +191,4 @@ def clock_limit(rows: int, columns: int, part: Part) -> Figure:
         low=min(law * (1 - margin), ram_low),
         high=min(law * (1 + margin), ram_high),
     )
+    return on_family(limit, part, *FITTED)

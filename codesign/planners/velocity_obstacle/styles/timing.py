@@ -23,9 +23,10 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
+from codesign.planners.clock_law import on_family
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
-from codesign.planners.velocity_obstacle.published import CLOCK, PAPER, Style
+from codesign.planners.velocity_obstacle.published import CLOCK, FAMILY, PAPER, Style
 from codesign.planners.velocity_obstacle.styles.resources import units_of
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
 
@@ -140,7 +141,7 @@ def addresses(phase: str) -> int:
 def clock_limit(part: Part) -> Figure:
     """The fastest clock, Hz: the board's oscillator, the only published clock."""
     ram = part.block_ram_clock.interval[1]
-    return Figure(
+    limit = Figure(
         value=min(CLOCK, ram),
         unit="Hz",
         status=Status.PUBLISHED,
@@ -149,3 +150,4 @@ def clock_limit(part: Part) -> Figure:
         low=min(CLOCK, ram),
         high=min(FASTEST_SHOWN, ram),
     )
+    return on_family(limit, part, FAMILY)

@@ -11,6 +11,7 @@ from codesign.figures import Figure, Status
 from codesign.part import Part
 from codesign.planners.breadth_first.styles import resources as memories
 from codesign.planners.breadth_first.styles.state_machine import StateMachine
+from codesign.planners.clock_law import on_family
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -70,10 +71,9 @@ class Tracker(TaskStyle):
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """That of its block RAM, Hz, up to the published clock of a state machine around block RAMs. Assumed."""
         shown, ram = timing.TRACK_CLOCK, job.chip.block_ram_clock
-        if ram.value < shown:
-            return ram
         source = "as of a state machine around block RAMs: Vacariu et al. 2008, section 3.2"
-        return Figure(shown, "Hz", Status.ASSUMED, source, shown / 2, shown)
+        law = Figure(shown, "Hz", Status.ASSUMED, source, shown / 2, shown)
+        return on_family(ram if ram.value < shown else law, job.chip, timing.TRACK_FITTED)
 
     def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
         """The path from the position; a local course costs its first steps only."""

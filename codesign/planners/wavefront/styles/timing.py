@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
+from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.parameters import Paths
@@ -30,6 +31,9 @@ SAFE_STEP = 17
 
 TRACK_CLOCK = 185_000_000
 """Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
+
+TRACK_FITTED = "Virtex-II Pro"
+"""The family of that machine."""
 
 ADDER_LEVELS = 5
 LEVEL_NS, CARRY_NS = 1.2, 0.05
@@ -81,7 +85,7 @@ def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
     if chain:
         text += f", and {ADDER_LEVELS} chained operations over {adder_bits} bits, {chain:.1f} ns"
     value = min(law, part.block_ram_clock.value)
-    return Figure(
+    limit = Figure(
         value=value,
         unit="Hz",
         status=Status.ASSUMED,
@@ -89,3 +93,4 @@ def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
         low=min(value, published.CLOCK),
         high=min(1.5 * law, part.block_ram_clock.interval[1]),
     )
+    return on_family(limit, part, *harmonic_timing.FITTED)

@@ -1,0 +1,145 @@
+"""What is explored: a workload, and the platform or platforms that its points are on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from codesign.errors import Fault, InputError, SpecError, UnsuitedError
+from codesign.inputs import Exploration, Platform, Workload, cross_check, design_point
+from codesign.inputs.document import Origin, put
+from codesign.inputs.edit import PLATFORM_AXIS, Movable
+from codesign.inputs.platform_axis import platforms_of
+from codesign.inputs.roles import ROLES
+
+
+@dataclass(frozen=True)
+class Explored:
+    """What the points of an exploration are made of.
+
+    - ``workload``: with the section ``explore``; its document has the same axes.
+    - ``platforms``: by value of the axis ``platform``; without that axis the only one, under an empty name.
+    """
+
+    workload: Workload
+    platforms: Mapping[str, Platform]
+
+    @classmethod
+    def of(cls, platform: Platform | Sequence[Platform] | None, workload: Workload) -> Explored:
+        """What is explored.
+
+        Args:
+            platform: one platform, which settles the axis ``platform``; several, which become the values of that axis,
+                by name; or None, where the workload has that axis.
+            workload: with a section ``explore``, unless there are several platforms.
+
+        Raises:
+            InputError: there is nothing to explore, no platform, or two of one name. SpecError: faults of the axis.
+        """
+        section = workload.explore
+        if isinstance(platform, Sequence):
+            section = _over(platform, section)
+            platforms = {each.name: each for each in platform}
+        elif section is None:
+            what = f"workload {workload.name} has nothing to explore"
+            raise InputError(what, hint="give it a section explore: with axes:")
+        elif platform is None:
+            platforms = platforms_of(workload)
+            if not platforms:
+                hint = "name one, or give the workload an axis platform: under explore.axes"
+                raise InputError(f"workload {workload.name} is explored on no platform", hint=hint)
+        else:
+            platforms = {"": platform}
+            axes = {axis: values for axis, values in section.axes.items() if axis != PLATFORM_AXIS}
+            section = section.model_copy(update={"axes": axes})
+        return cls(_with_section(workload, section), platforms)
+
+    @property
+    def section(self) -> Exploration:
+        """The section ``explore`` of the workload."""
+        assert self.workload.explore is not None, "set by Explored.of"
+        return self.workload.explore
+
+    @property
+    def single(self) -> Platform | None:
+        """The platform of all points; None where there is an axis over platforms."""
+        return self.platforms.get("")
+
+    def platform(self, axes: Mapping[str, Any]) -> Platform:
+        """The platform of a point."""
+        return self.platforms[axes.get(PLATFORM_AXIS, "")]
+
+    def point(self, axes: Mapping[str, Any]) -> tuple[Platform, Workload]:
+        """Platform and workload of a point.
+
+        Over several platforms, an axis of a role that the point's platform does not fill moves nothing: a design that
+        needs no fabric has no clock of a fabric.
+
+        Raises:
+            SpecError: see ``design_point``; over several platforms, ``UnsuitedError``.
+        """
+        platform = self.platform(axes)
+        if self.single is not None:
+            return design_point(platform, self.workload, axes)
+        unmoved = {PLATFORM_AXIS, *self._unfilled(platform)}
+        values = {axis: value for axis, value in axes.items() if axis not in unmoved}
+        try:
+            return design_point(platform, self.workload, values)
+        except SpecError as wrong:
+            raise UnsuitedError(wrong.faults) from wrong
+
+    def check_axes(self) -> None:
+        """Check the axes; each fault is reported at its place in the file.
+
+        Over several platforms, a key or value is at fault where none of those that fill the roles of the axes takes it.
+        Where some take it, its points on the others are infeasible.
+
+        Raises:
+            SpecError: every fault.
+        """
+        filling = [platform for platform in self.platforms.values() if not self._unfilled(platform)]
+        faults_by_platform = [self._faults(platform) for platform in filling or self.platforms.values()]
+        everywhere = set.intersection(*(set(map(_place, faults)) for faults in faults_by_platform))
+        faults = [fault for faults in faults_by_platform for fault in faults if _place(fault) in everywhere]
+        if faults:
+            raise SpecError(dict.fromkeys(faults))
+
+    def _unfilled(self, platform: Platform) -> set[str]:
+        """The axes of roles that a platform does not fill."""
+        movable = Movable.of(platform, self.workload.document)
+        heads = {axis: axis.partition(".")[0] for axis in self.section.axes}
+        return {axis for axis, head in heads.items() if head in ROLES and movable.section(head) is None}
+
+    def _faults(self, platform: Platform) -> list[Fault]:
+        try:
+            cross_check(platform, self.workload, explored=True)
+        except SpecError as wrong:
+            return list(wrong.faults)
+        return []
+
+
+def _place(fault: Fault) -> tuple[str, int, int, str]:
+    return fault.file, fault.line, fault.column, fault.key
+
+
+def _over(platforms: Sequence[Platform], section: Exploration | None) -> Exploration:
+    """The section with an axis over these platforms: in the place of the one that it has, or else the first."""
+    names = tuple(platform.name for platform in platforms)
+    twice = [name for index, name in enumerate(names) if name in names[:index]]
+    if twice or not names:
+        what = f"two platforms have the name {twice[0]}" if twice else "no platform to explore"
+        raise InputError(
+            what, "platform", "give each file a name: of its own" if twice else "name at least one"
+        )
+    section = section or Exploration()
+    return section.model_copy(update={"axes": {PLATFORM_AXIS: names} | section.axes | {PLATFORM_AXIS: names}})
+
+
+def _with_section(workload: Workload, section: Exploration) -> Workload:
+    """The workload with this exploration in its document too: where none is written, faults are those of the file."""
+    document = workload.document
+    axes = {name: list(values) for name, values in section.axes.items()}
+    if (document.tree.get("explore") or {}).get("axes", {}) != axes:
+        document = put(document, {("explore", "axes"): axes}, lambda path: Origin(path, workload.document))
+    return workload.model_copy(update={"explore": section}).with_document(document, workload)
