@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shlex
 from collections.abc import Mapping
@@ -30,7 +31,9 @@ def write_design(candidate: Candidate, question: Question, folder: Path, *, port
         file = os.path.relpath(section["map"]["file"], folder.resolve())
         section["map"] = {**section["map"], "file": file}
     tree = workload_tree(candidate.planner.name, section, candidate.mapping)
-    text = f"# {_first_line(candidate)}\n{yaml.safe_dump(tree, sort_keys=False, allow_unicode=True)}"
+    # YAML has no tuples, which samples of plug-ins may hold.
+    plain = json.loads(json.dumps(tree))
+    text = f"# {_first_line(candidate)}\n{yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as fault:

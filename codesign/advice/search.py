@@ -68,7 +68,7 @@ def search(
     while chains:
         chains.sort(key=lambda chain: chain[level].bits)
         further = []
-        for chain in chains:
+        for index, chain in enumerate(chains, 1):
             candidate = chain[level]
             trial = waiting.trial(laboratory.key(candidate))
             if trial is not None:
@@ -86,7 +86,7 @@ def search(
             findings.tried[candidate.board.name].append((tried, trial))
             if level + 1 < len(chain) and _goes_on(trial, question):
                 further.append(chain)
-            progress(total - len(further), total)
+            progress(total - len(further) - len(chains) + index, total)
         chains, level = further, level + 1
     waiting.write()
     return findings

@@ -38,7 +38,18 @@ def verdict(
         f"{best.board} suffices: {design_text(best.design)} answers in {_time(time, certainty)},"
         f" {margin_text(best)} {rate_text(needs)} asks"
     )
-    return f"{text}; {certainty.text}; {_cheaper(best, boards, needs, next_certainty)}"
+    sure = "" if certainty.rate.state == "proved" else _surely_fast(boards, needs)
+    return f"{text}; {certainty.text}{sure}; {_cheaper(best, boards, needs, next_certainty)}"
+
+
+def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
+    """The first board that suffices and is fast enough at every value inside the intervals."""
+    for board in boards:
+        for design in (board.design, board.fastest):
+            high = None if design is None else design.trial.time_high_s
+            if board.suffices and design is not None and high is not None and high <= needs.period_s:
+                return f"; {board.board} ({cost_text(board)}) is at every value, with {design_text(design)}"
+    return "; no board is at every value inside the intervals"
 
 
 def _time(time: float, certainty: Certainty) -> str:
@@ -159,7 +170,16 @@ def _amount(value: float, unit: str) -> str:
         return format_time(round(float(f"{value:.3g}") * PICOSECONDS_PER_SECOND))
     if unit in _DIMENSIONS:
         return format_quantity(value, _DIMENSIONS[unit], 3)
-    return f"{value:,.0f} {unit}".rstrip()
+    return f"{number_text(value)} {unit}".rstrip()
+
+
+def number_text(value: float) -> str:
+    """A number with at most two decimals.
+
+    >>> number_text(31.5), number_text(1500)
+    ('31.5', '1,500')
+    """
+    return f"{value:,.2f}".rstrip("0").rstrip(".")
 
 
 _DIMENSIONS = {"W": Dimension.POWER, "Hz": Dimension.FREQUENCY}

@@ -83,6 +83,9 @@ class Trial(ResultModel):
         description="the clock that the fabric was lowered to, as the design is too slow for its own",
     )
     time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
+    time_high_s: float | None = Field(
+        default=None, description="the same, the greatest value inside the intervals of all figures, s"
+    )
     mean_time_s: float | None = Field(default=None, description="the same, mean, s")
     energy_j: float | None = Field(default=None, description="energy of a plan, J")
     starts: int = Field(default=0, description="starts tried")
@@ -200,8 +203,10 @@ def trial_of(result: Result) -> Trial:
     ]
     if result.feasible and arrived < starts:
         shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
+    interval = result.interval(WORST_TIME)
     return Trial(
         time_s=result.figure(WORST_TIME),
+        time_high_s=None if interval is None else interval[1],
         mean_time_s=result.figure(MEAN_TIME),
         energy_j=result.figure(ENERGY),
         starts=starts,

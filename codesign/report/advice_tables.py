@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from codesign.advice.answer import Advice, BoardAdvice, Design
 from codesign.advice.needs import Needs
-from codesign.advice.sentence import design_text, shortfall_text
+from codesign.advice.sentence import design_text, number_text, shortfall_text
 from codesign.figures import label
 from codesign.report.table import Cell, Table, left, right, word
 from codesign.report.wording import (
     ABSENT,
     axis_text,
-    count_cell,
     quantity_cell,
     quantity_text,
     share_text,
@@ -53,7 +52,7 @@ def _row(board: BoardAdvice, needs: Needs) -> tuple[Cell, ...]:
     return (
         word(board.board),
         yes_cell(board.suffices),
-        Cell(ABSENT) if board.price_usd is None else count_cell(round(board.price_usd)),
+        Cell(ABSENT) if board.price_usd is None else Cell(number_text(board.price_usd), board.price_usd),
         quantity_cell(None if design is None else design.rate_hz, "Hz"),
         margin,
         quantity_cell(board.idle_w if design is None else design.mean_power_w, "W"),

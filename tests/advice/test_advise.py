@@ -14,7 +14,11 @@ from click.testing import Result
 
 from codesign import advice
 from codesign.advice import candidates
-from codesign.advice.trials import Laboratory
+from codesign.advice.files import write_design
+from codesign.advice.trials import MEAN_TIME, WORST_TIME, Laboratory
+from codesign.figures import FIGURES
+from codesign.planners.styles import Architecture
+from codesign.system import catalog
 
 Run = Callable[..., Result]
 
@@ -113,6 +117,20 @@ def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
     assert answer["certainty"]["rate"]["state"] == "depends"
     assert answer["certainty"]["rate"]["decides"]["flips_at"] == pytest.approx(100e-6)
     assert "depends on close's cpu.costs.breadth_first_cell, and changes at 100 us" in answer["verdict"]
+    assert "; no board is at every value inside the intervals; " in answer["verdict"]
+    sure = board(tmp_path, "sure", 10, busy=20, idle=10)
+    _, answer = asked(hwsw, corridor, [tmp_path / "close.yaml", sure], "100 Hz")
+    assert answer["recommended"] == "close"
+    assert (
+        "; sure (price not known, 11 W) is at every value, with breadth_first (software on its cpu); "
+        in answer["verdict"]
+    )
+
+
+def test_a_rate_is_held_against_the_worst_time_over_the_starts() -> None:
+    declared = [name for name in ("plan_time_worst_s", "first_plan_s") if name in FIGURES]
+    assert WORST_TIME.name == declared[0]
+    assert MEAN_TIME.name == ("plan_time_mean_s" if "plan_time_mean_s" in FIGURES else "first_plan_s")
 
 
 def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
@@ -222,6 +240,85 @@ def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None
     assert result.exit_code == 2, result.output
     assert "free" in result.output
     assert "hint: " in result.output
+
+
+def priced(path: Path, usd: float, beside: str = "") -> Path:
+    """The board with a price."""
+    more = f", beside: {beside}" if beside else ""
+    text = path.read_text(encoding="utf-8")
+    price = f"{{value: {usd} USD, status: assumed, source: a test}}"
+    path.write_text(f"{text}board: {{product: a product, price: {price}{more}}}\n", encoding="utf-8")
+    return path
+
+
+def test_the_cheapest_board_is_named_and_why_not_the_next_cheaper_one(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    dear = priced(board(tmp_path, "dear", 1), 90)
+    fair = priced(board(tmp_path, "fair", 10, busy=20, idle=10), 40)
+    poor = priced(board(tmp_path, "poor", 1000), 20)
+    free = board(tmp_path, "free", 1, busy=0.5, idle=0.1)
+    _, answer = asked(hwsw, corridor, [dear, fair, poor, free], "100 Hz")
+    # A board without a price comes after those with one.
+    assert [each["board"] for each in answer["boards"]] == ["fair", "dear", "free", "poor"]
+    assert "nothing cheaper does: the next, poor (20 USD), fails: a plan takes 100 ms" in answer["verdict"]
+    code, answer = asked(hwsw, corridor, [dear, poor, free], "100 Hz", "--price", "50 USD")
+    assert code == 3
+    assert "it costs 90 USD, 40 USD more than 50 USD" in answer["verdict"]
+    (short,) = by_name(answer)["free"]["shortfalls"]
+    assert (short["need"], short["demand"], short["limit"]) == ("price", None, 50)
+
+
+def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:
+    alone = priced(board(tmp_path, "alone", 1), 20)
+    beside = priced(board(tmp_path, "pair", 1), 20, beside="raspberry-pi-4")
+    prices = [each.price_usd for each in advice.boards_of([str(alone), str(beside), "raspberry-pi-4"])]
+    assert prices[2] is not None
+    assert prices == [20, 20 + prices[2], prices[2]]
+    on_sale = advice.boards_of()
+    assert len(on_sale) >= 15
+    assert {each.name for each in on_sale} >= {"raspberry-pi-4", "pynq-z2", "kv260", "icebreaker"}
+    assert not {each.name for each in on_sale} & {"virtex4-pci", "wavefront-array"}
+
+
+def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_in(
+    corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    section = advice.problem_section(corridor, ["0,0"], [], advice.parse_needs("10 Hz"))
+    question = advice.ask(advice.parse_needs("10 Hz"), section, corridor)
+    for plug_in in catalog.plug_ins():
+        for style in plug_in.styles:
+            monkeypatch.setattr(type(style), "designs", Architecture.designs)
+    chains = list(candidates.chains_of(advice.boards_of(["zynq"])[0], question.problem))
+    assert {len(chain) for chain in chains} == {1}
+    blocks = [each.parameters for (each,) in chains if each.planner.name == "harmonic"]
+    sample = {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)}
+    assert sample in blocks
+    chosen = next(each for (each,) in chains if each.parameters == sample)
+    written = catalog.load_workload(write_design(chosen, question, tmp_path / "design", portable=True))
+    assert written.mapping["relax"].parameters.precisions == (7, 15, 23)
+    assert {chain[0].planner.name for chain in chains} == {
+        "breadth_first",
+        "harmonic",
+        "relaxation",
+        "wavefront",
+    }
+
+
+def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (style,) = (each for (_, name), each in catalog.architectures().items() if name == "state_machine")
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(type(style), "demand", broken)
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
+    assert code == 0
+    assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
 
 
 def server_map(folder: Path) -> Path:
