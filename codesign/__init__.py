@@ -119,7 +119,7 @@ def simulate(
             levers=levers,
             lever_progress=lever_progress,
         )
-        if writer is not None and not result.feasible:
+        if writer is not None and not result.simulated:
             writer.abort()
     return result
 

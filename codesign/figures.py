@@ -165,11 +165,34 @@ _count = partial(ResultFigure, counted="count")
 FIGURES: dict[str, ResultFigure] = {
     figure.name: figure
     for figure in (
+        *(
+            ResultFigure(
+                f"plan_time_{name}_s",
+                "task",
+                f"from a request to its answer, {text} over the starts; of task field, until the component that decides"
+                " holds an answer for every cell",
+                label,
+            )
+            for name, text, label in (
+                ("worst", "worst", "worst plan time"),
+                ("mean", "mean", "mean plan time"),
+                ("95", "95th percentile", "plan time at 95 %"),
+            )
+        ),
         ResultFigure(
             "first_plan_s",
             "time",
-            "when the first decision reached the component that asked for it, from the start of the run",
-            "time",
+            "when the first decision reached the component that asked for it, from the start of the run; of a plan, for"
+            " its first start",
+            "first plan time",
+        ),
+        ResultFigure(
+            "arrive",
+            "task",
+            "share of the starts that can arrive, by the planner's own moves, from which following the plan arrives",
+            "starts that arrive",
+            maximise=True,
+            counted="share",
         ),
         _count("cycles", "", "clock cycles of the component that plans, over all phases"),
         *(
@@ -177,7 +200,11 @@ FIGURES: dict[str, ResultFigure] = {
             for name, text in _RESOURCES.items()
         ),
         ResultFigure("power", "", "static and dynamic power of the FPGA while it plans", unit="W"),
-        ResultFigure("energy_j", "energy", "energy up to the first plan"),
+        ResultFigure(
+            "energy_j",
+            "energy",
+            "energy a plan, mean over the starts; of a drive or a fleet, of the whole run",
+        ),
         ResultFigure(
             "share_reaching_goal",
             "quality",
@@ -268,7 +295,7 @@ def _declared(name: str) -> ResultFigure:
 
 
 RENAMED = {
-    "time": "first_plan_s",
+    "time": "plan_time_worst_s",
     "energy": "energy_j",
     "path_length_ratio": "path_length_ratio_mean",
     "clearance": "clearance_mean",
@@ -292,7 +319,7 @@ def label(name: str) -> str:
     """A name of the model (a resource, a figure, a phase), or words with such names among them, in a reader's words.
 
     >>> label("share_reaching_goal"), label("block_rams"), label("first_plan_s at most")
-    ('share reaching goal', 'block RAMs', 'time at most')
+    ('share reaching goal', 'block RAMs', 'first plan time at most')
     """
     return " ".join(
         FIGURES[word].label if word in FIGURES else word.replace("_", " ") for word in name.split(" ")

@@ -1,11 +1,17 @@
-"""A folder for numba's compiled kernels, where neither this package's folder nor the user's cache is writable."""
+"""The folder of numba's compiled kernels, and when kernels are compiled.
+
+Where neither this package's folder nor the user's cache is writable, kernels get a private temporary folder.
+"""
 
 from __future__ import annotations
 
 import os
 import stat
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 VARIABLE = "NUMBA_CACHE_DIR"
 
@@ -27,6 +33,45 @@ def provide_kernel_cache() -> None:
     os.environ[VARIABLE] = folder
     if "numba" in sys.modules:
         sys.modules["numba"].config.reload_config()
+
+
+def kernel_folders() -> tuple[Path, ...]:
+    """The folders where numba looks for compiled kernels of this package."""
+    if os.environ.get(VARIABLE):
+        return (Path(os.environ[VARIABLE]),)
+    return (Path(__file__).parent, _user_cache())
+
+
+def is_cold() -> bool:
+    """Whether no kernel is compiled yet: no folder has an index of numba."""
+    return not any(next(folder.rglob("*.nbi"), None) for folder in kernel_folders() if folder.is_dir())
+
+
+@contextmanager
+def compiling_reported(report: Callable[[int], None]) -> Iterator[None]:
+    """Call ``report`` with the number of kernels compiled so far: when the first begins, and when each is compiled.
+
+    A kernel that is loaded from the cache is not reported. Only this process is watched.
+    """
+    from numba.core import event
+
+    class Watch(event.Listener):
+        """Counts the kernels that numba compiles."""
+
+        begun = False
+        compiled = 0
+
+        def on_start(self, _event: Any) -> None:
+            if not self.begun:
+                self.begun = True
+                report(0)
+
+        def on_end(self, _event: Any) -> None:
+            self.compiled += 1
+            report(self.compiled)
+
+    with event.install_listener("numba:compile", Watch()):
+        yield
 
 
 def _user_cache() -> Path:

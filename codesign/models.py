@@ -11,6 +11,7 @@ Pydantic checks. ``codesign.inputs.faults`` turns its errors into faults with pl
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from enum import StrEnum
 from typing import Any, ClassVar, Self
 
 from pydantic import (
@@ -29,6 +30,20 @@ from codesign.errors import InputError, choose_hint, clip, show
 
 NAME_PATTERN = r"^[A-Za-z_][A-Za-z0-9_-]*$"
 SPEED_GRADE_PATTERN = r"^-[0-9A-Za-z]+$"
+
+
+class Task(StrEnum):
+    """What is asked of a planner on a map, and timed.
+
+    - ``path``: from each start, a request of its own: the map is sent, a path is planned, the answer is received.
+    - ``field``: the deciding component holds an answer for every cell that leads to a goal.
+    - ``replan``: as ``path``, after a change of a map that was planned on before.
+    """
+
+    PATH = "path"
+    FIELD = "field"
+    REPLAN = "replan"
+
 
 Location = tuple[str | int, ...]
 """The path of a key inside a model: field names and list indices."""

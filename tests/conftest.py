@@ -63,7 +63,7 @@ def specs(tmp_path: Path) -> tuple[Path, Path]:
 
 @pytest.fixture
 def hwsw(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
-    """Run ``hwsw`` in an empty folder; a traceback fails the test."""
+    """Run ``hwsw`` in an empty folder; an unexpected error fails the test."""
     from codesign.cli import main
 
     monkeypatch.chdir(tmp_path)
@@ -74,6 +74,7 @@ def hwsw(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Resul
         if result.exception is not None and not isinstance(result.exception, SystemExit):
             raise result.exception
         assert "Traceback" not in result.output
+        assert "unexpected error" not in result.output
         return result
 
     return run

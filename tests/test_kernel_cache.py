@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -55,3 +56,40 @@ def test_a_folder_can_be_written_to_only_below_a_folder(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     assert kernel_cache._may_write(tmp_path / "new" / "numba")
     assert not kernel_cache._may_write(tmp_path / "file" / "numba")
+
+
+def test_a_compiled_kernel_is_reported_once_and_a_cached_one_never() -> None:
+    from numba import njit
+
+    reports: list[int] = []
+    kernel = njit(lambda number: number + 1)
+    with kernel_cache.compiling_reported(reports.append):
+        assert kernel(1) == 2
+        assert reports == [0, 1]
+        assert kernel(2) == 3
+        assert kernel(1.5) == 2.5
+    assert reports == [0, 1, 2]
+    assert njit(lambda number: number - 1)(1) == 0
+    assert reports == [0, 1, 2]
+
+
+def test_a_cache_is_cold_until_a_kernel_is_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "none"))
+    assert kernel_cache.is_cold()
+    (tmp_path / "none" / "maps_1").mkdir(parents=True)
+    assert kernel_cache.is_cold()
+    (tmp_path / "none" / "maps_1" / "reach.fill-12.py311.nbi").touch()
+    assert not kernel_cache.is_cold()
+
+
+@pytest.mark.slow
+def test_the_first_run_announces_the_compilation_and_the_second_does_not(tmp_path: Path) -> None:
+    """In processes of their own, with an empty cache."""
+    words = [sys.executable, "-m", "codesign", "run", "virtex2pro", "breadth-first"]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    first, second = (
+        subprocess.run(words, env=environment, capture_output=True, text=True, check=True) for _ in range(2)
+    )
+    assert first.stderr == "compiling kernels, once: about 20 s\n"
+    assert second.stderr == ""
+    assert first.stdout == second.stdout

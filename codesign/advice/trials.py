@@ -26,10 +26,10 @@ from codesign.scenarios import simulate
 from codesign.system import catalog
 from codesign.system.build import planner_code
 
-WORST_TIME = FIGURES["first_plan_s"]
+WORST_TIME = FIGURES["plan_time_worst_s"]
 """The time that a rate is held against."""
 
-MEAN_TIME = FIGURES["first_plan_s"]
+MEAN_TIME = FIGURES["plan_time_mean_s"]
 """The time that the energy of a plan belongs to."""
 
 ENERGY = FIGURES["energy_j"]

@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 import click
 
 from codesign import __version__, interrupts
+from codesign.cli.options import debug_option, is_debug
 from codesign.cli.pipes import UnfailingStream, output_may_fail
 from codesign.errors import (
     EXIT_DONE,
@@ -68,10 +69,14 @@ COMMANDS = {
         "Print a JSON Schema, for editors and for programs that read the JSON output.",
     ),
     "list": (
-        "codesign.cli.inspect:list_",
-        "List the available platforms, parts, hosts, workloads, planners and styles.",
+        "codesign.cli.begin:list_",
+        "List platforms, parts, hosts, workloads, planners and styles, or the parameters of a planner.",
     ),
-    "init": ("codesign.cli.inspect:init", "Write an example platform and workload."),
+    "show": ("codesign.cli.begin:show", "Print a shipped platform, part, workload or map."),
+    "init": (
+        "codesign.cli.begin:init",
+        "Write a first platform and workload, for a board, a planner and a map.",
+    ),
 }
 
 
@@ -113,7 +118,7 @@ class LazyGroup(click.Group):
                 raise
 
     def invoke(self, ctx: click.Context) -> object:
-        """Run a command. A user's mistake ends with its message and exit code, never with a traceback."""
+        """Run a command. Every error ends with a message and an exit code; ``--debug`` adds an unexpected traceback."""
         interrupts.keep("")
         try:
             _check_current_folder()
@@ -131,10 +136,21 @@ class LazyGroup(click.Group):
                     None,
                     _CACHE,
                 )
-            else:
+            elif isinstance(fault, _OF_CLICK):
                 raise
+            else:
+                if is_debug(ctx):
+                    click.echo(traceback.format_exc(), err=True, nl=False)
+                error = RunError(f"{_UNEXPECTED}: {type(fault).__name__}: {fault}", None, _REPORT)
         click.echo(str(error), err=True)
         raise click.exceptions.Exit(error.exit_code)
+
+
+_OF_CLICK = (click.ClickException, click.Abort, click.exceptions.Exit, BrokenPipeError)
+"""What click reports itself."""
+
+_UNEXPECTED = "unexpected error, a fault of hwsw"
+_REPORT = "hwsw --debug COMMAND ... prints the traceback; please report it with the files"
 
 
 def _leave_at_once(code: int) -> NoReturn:
@@ -185,6 +201,7 @@ def _was_lost(out: UnfailingStream | None) -> bool:
     cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
 )
 @click.version_option(__version__, prog_name="hwsw")
+@debug_option
 def main() -> None:
     """Co-design robot path planners in hardware and software.
 

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import memory_option, settings_of
+from codesign.cli.options import (
+    ANSWER,
+    SENTENCE,
+    TABLES,
+    cell_of,
+    debug_step,
+    memory_option,
+    output_options,
+    settings_of,
+)
 from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
@@ -42,9 +51,17 @@ DEFAULT = (
 @click.option("--goal", metavar="ROW,COLUMN", help="The goal on --map.")
 @click.option("--start", metavar="ROW,COLUMN", help="The start on --map.")
 @click.option(
+    "--task",
+    type=click.Choice(["path", "field", "replan"]),
+    help="What is asked of every design.  [default: the task of --on; path on --map]",
+)
+@click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, in every design that has it."
 )
 @memory_option
+@output_options(
+    "Print a sentence for each design alone.", "Print all tables of each design after the comparison."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the results as JSON.")
 def compare(
     designs: tuple[str, ...],
@@ -52,29 +69,34 @@ def compare(
     map_file: Path | None,
     goal: str | None,
     start: str | None,
+    task: str | None,
     settings: tuple[str, ...],
     memory: int | None,
+    detail: str,
     as_json: bool,
 ) -> None:
     """Simulate each PLATFORM:WORKLOAD and print the figures side by side.
 
-    All designs run on the same map: the map of --on, or --map with --goal and --start. By default the shipped designs
-    of harmonic control, wavefront, breadth-first search and relaxation on a host are compared. Where a design cannot
+    All designs are asked the same: the task of --on or --task, on the map of --on, or --map with --goal and --start. By
+    default the shipped designs of harmonic control, wavefront, breadth-first search and relaxation on a host are
+    compared. Where a design cannot
     use the map, its column says why, and the others still run. The exit code is 1 where no design could run.
     """
     import codesign
+    from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.inputs import has_axis
-    from codesign.report import comparison_table, render_text
     from codesign.system import problem_from_map, problem_of
+    from codesign.system.inspect import with_task
 
     if map_file is not None:
         if goal is None or start is None:
             raise InputError(
                 "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
             )
-        problem = problem_from_map(map_file, _cell("--goal", goal), _cell("--start", start))
+        problem = problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
+    problem = problem if task is None else with_task(problem, task)
     values = settings_of(settings)
     loaded = []
     for design in designs or DEFAULT:
@@ -91,18 +113,38 @@ def compare(
                 f"--set {axis}",
                 "write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, or workload.variant",
             )
-    results: list[tuple[str, Result | CodesignError]] = [
-        (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
-        for design, platform, workload in loaded
-    ]
+    debug_step("files read and checked")
+    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
+        results: list[tuple[str, Result | CodesignError]] = [
+            (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
+            for design, platform, workload in loaded
+        ]
+    debug_step("simulated")
     if as_json:
         document = {design: _as_json(result) for design, result in results}
         click.echo(json.dumps(document, indent=2))
     else:
-        click.echo(render_text(comparison_table(results)))
+        _print(results, detail)
     _report_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
     if all(isinstance(result, CodesignError) for _, result in results):
         raise click.exceptions.Exit(EXIT_FAILED)
+
+
+def _print(results: list[tuple[str, Result | CodesignError]], detail: str) -> None:
+    """The comparison, with ``TABLES`` those of each design; with ``SENTENCE`` a sentence for each design."""
+    from codesign.report import answer, comparison_table, render_text, result_tables
+
+    if detail != SENTENCE:
+        click.echo(render_text(comparison_table(results)))
+    for _, result in results:
+        if isinstance(result, CodesignError):
+            continue
+        if detail != ANSWER:
+            click.echo(answer(result).sentence_text)
+        if detail == TABLES:
+            click.echo()
+            for table in result_tables(result):
+                click.echo(render_text(table))
 
 
 def _result_or_error(
@@ -139,10 +181,3 @@ def _report_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
 
 def _as_json(result: Result | CodesignError) -> Any:
     return {"error": str(result)} if isinstance(result, CodesignError) else result.model_dump(mode="json")
-
-
-def _cell(option: str, text: str) -> tuple[int, int]:
-    numbers = text.split(",")
-    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
-        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
-    return int(numbers[0]), int(numbers[1])

@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import command_line, memory_option, settings_of
+from codesign.cli.options import (
+    SENTENCE,
+    TABLES,
+    command_line,
+    debug_step,
+    memory_option,
+    output_options,
+    settings_of,
+)
 from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, InputError, printable
 from codesign.units import counted
 
@@ -47,6 +55,9 @@ def _cores() -> int:
 @memory_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@output_options(
+    "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print every point, feasible or not, as JSON.")
 def explore(
     specs: tuple[str, ...],
@@ -56,9 +67,10 @@ def explore(
     memory: int | None,
     csv_file: Path | None,
     page: Path | None,
+    detail: str,
     as_json: bool,
 ) -> None:
-    """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front.
+    """Evaluate every point of WORKLOAD's exploration on PLATFORM, and print the front, after one sentence.
 
     Finished points are kept in one file. The command continues from that file when it runs again.
 
@@ -67,8 +79,10 @@ def explore(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import Advance, progress_shown
+    from codesign.cli.progress import COMPILING, Advance, compiling_shown, progress_shown
+    from codesign.kernel_cache import is_cold
 
+    debug_step("modules loaded")
     platform, workload_spec = _explored(specs, settings_of(settings))
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
@@ -78,16 +92,24 @@ def explore(
         store=("--store", file),
     )
     interrupts.keep("finished points are kept")
-    with progress_shown() as show:
+    debug_step("files read and checked")
+    cold = is_cold()
+    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
 
         def progress(state: Progress) -> None:
+            nonlocal cold
+            if cold and workers > 1 and state.done < state.total:
+                # A worker compiles them, which this process does not see.
+                show(Advance(0, None, COMPILING))
+            cold = False
             show(Advance(state.done, state.total, _words(state), state.left_s))
 
         study = codesign.explore(
             platform, workload_spec, store=file, workers=workers, progress=progress, memory=memory
         )
-    _deliver(study, csv_file, page, as_json)
-    if not as_json:
+    debug_step("explored")
+    _deliver(study, csv_file, page, detail, as_json)
+    if not as_json and detail != SENTENCE:
         click.echo(f"points kept in {printable(str(file), None)}")
     if len(study.feasible) == len(study.unreached):
         # A design that fits and never reaches its goals is as useless as a design that does not fit.
@@ -125,26 +147,21 @@ def _explored(
 @click.argument("store", type=click.Path(exists=True, dir_okay=False, path_type=Path))
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
+@output_options(
+    "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
-def report(store: Path, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
+def report(store: Path, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
     """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated."""
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
     check_outputs({"--csv": csv_file, "--html": page}, [store])
-    _deliver(load_study(store), csv_file, page, as_json)
+    _deliver(load_study(store), csv_file, page, detail, as_json)
 
 
-def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bool) -> None:
-    from codesign.report import (
-        front_table,
-        nearest_table,
-        reasons_table,
-        render_text,
-        study_page,
-        winners_table,
-        write_study_csv,
-    )
+def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
+    from codesign.report import render_text, study_page, study_sentence, study_tables, write_study_csv
 
     if csv_file is not None:
         write_study_csv(study, csv_file)
@@ -153,12 +170,12 @@ def _deliver(study: Study, csv_file: Path | None, page: Path | None, as_json: bo
     if as_json:
         click.echo(study.to_json())
         return
-    click.echo(render_text(front_table(study) if study.feasible else nearest_table(study)))
-    winners = winners_table(study)
-    if winners is not None:
-        click.echo(render_text(winners))
-    if study.reasons:
-        click.echo(render_text(reasons_table(study)))
+    click.echo(study_sentence(study))
+    if detail == SENTENCE:
+        return
+    click.echo()
+    for table in study_tables(study, everything=detail == TABLES):
+        click.echo(render_text(table))
     for name, path in (("csv", csv_file), ("page", page)):
         if path is not None:
             click.echo(f"{name}: {printable(str(path), None)}")

@@ -1,14 +1,13 @@
-"""``hwsw check``, ``schema``, ``list`` and ``init``."""
+"""``hwsw check`` and ``hwsw schema``."""
 
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import click
 
 from codesign.cli.options import memory_option, settings_of
-from codesign.errors import InputError, SpecError, printable
+from codesign.errors import SpecError, printable
 
 KINDS = ("platform", "workload", "part", "host", "result", "study", "reproduction", "advice")
 
@@ -66,52 +65,3 @@ def schema(kind: str) -> None:
 
         document = schema_of(kind)
     click.echo(json.dumps(document, indent=2))
-
-
-@click.command("list", short_help="List platforms, parts, hosts, workloads, planners and styles.")
-@click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
-def list_(as_json: bool) -> None:
-    """List the shipped platforms, parts, hosts and workloads, and the installed planners and styles."""
-    from codesign.system import at_hand
-
-    available = at_hand()
-    if as_json:
-        click.echo(json.dumps(available, indent=2))
-        return
-    for kind, entries in available.items():
-        click.echo(f"{kind}:")
-        width = max(map(len, entries), default=0)
-        for name, text in entries.items():
-            click.echo(f"  {name:<{width}}  {text}".rstrip())
-
-
-@click.command(short_help="Write an example platform and workload.")
-@click.argument("folder", type=click.Path(file_okay=False, path_type=Path), default=Path())
-def init(folder: Path) -> None:
-    """Write my-platform.yaml and my-workload.yaml into FOLDER, ready to run and to edit."""
-    from codesign.files import write_atomically
-    from codesign.inputs import starting_files
-
-    texts = starting_files()
-    existing = [folder / name for name in texts if (folder / name).exists()]
-    if existing:
-        raise InputError(
-            f"{existing[0]} exists already", hint="choose another folder, or remove the file first"
-        )
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as fault:
-        raise InputError(f"cannot write into {folder}: {fault.strerror}") from fault
-    written: list[Path] = []
-    try:
-        for name, text in texts.items():
-            write_atomically(folder / name, text.encode())
-            written.append(folder / name)
-    except BaseException:
-        # One file without the other is useless, and the next attempt would refuse to overwrite it.
-        for path in written:
-            path.unlink(missing_ok=True)
-        raise
-    for name in texts:
-        click.echo(f"written: {printable(str(folder / name), None)}")
-    click.echo(f"next: hwsw run {' '.join(printable(str(folder / name), None) for name in texts)}")

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import platform
 import shlex
-from collections.abc import Iterable
+import sys
+import time
+from collections.abc import Callable, Iterable
+from typing import TypeVar
 
 import click
 from click.core import ParameterSource
 
-from codesign.errors import CodesignError, InputError
+from codesign.errors import CodesignError, InputError, printable
 
 
 class Quantity(click.ParamType[int]):
@@ -37,6 +41,81 @@ class Quantity(click.ParamType[int]):
             raise InputError(f"{value!r} is too small", option, "leave the option out for its default")
         return number
 
+
+class Stopwatch:
+    """Prints on standard error how long each step of a command took, for ``--debug``."""
+
+    def __init__(self) -> None:
+        self._begun = self._last = time.perf_counter()
+
+    def step(self, name: str) -> None:
+        """The end of a step."""
+        now = time.perf_counter()
+        click.echo(f"debug: {now - self._last:8.3f} s  {name} ({now - self._begun:.3f} s in all)", err=True)
+        self._last = now
+
+
+_STOPWATCH = "codesign.stopwatch"
+
+
+def _begin_debug(context: click.Context, _param: click.Parameter, wanted: bool) -> None:
+    if not wanted or is_debug(context):
+        return
+    from codesign import __version__
+    from codesign.kernel_cache import kernel_folders
+
+    context.meta[_STOPWATCH] = Stopwatch()
+    python = f"Python {platform.python_version()} at {sys.executable}"
+    click.echo(f"debug: hwsw {__version__}, {python}", err=True)
+    for folder in kernel_folders():
+        click.echo(f"debug: compiled kernels in {printable(str(folder), None)}", err=True)
+
+
+def is_debug(context: click.Context) -> bool:
+    """Whether ``--debug`` was given, to the command or to a command around it."""
+    return _STOPWATCH in context.meta
+
+
+def debug_step(name: str) -> None:
+    """The end of a step of the current command: prints its time under ``--debug``."""
+    stopwatch = click.get_current_context().meta.get(_STOPWATCH)
+    if stopwatch is not None:
+        stopwatch.step(name)
+
+
+debug_option = click.option(
+    "--debug",
+    is_flag=True,
+    expose_value=False,
+    is_eager=True,
+    callback=_begin_debug,
+    help="Print the time of each step, and the traceback of an unexpected error.",
+)
+
+SENTENCE, ANSWER, TABLES = "sentence", "answer", "tables"
+"""How much a command prints: one sentence (``-q``), the answer, or the answer and all tables (``-v``)."""
+
+_Command = TypeVar("_Command", bound=Callable[..., object])
+
+
+def output_options(quiet: str, verbose: str) -> Callable[[_Command], _Command]:
+    """The options ``-q``, ``-v`` and ``--debug``. The command gets ``detail``: of ``-q`` and ``-v``, the last one.
+
+    ``quiet``, ``verbose``: what the command prints with them, for its help.
+    """
+
+    def decorate(command: _Command) -> _Command:
+        command = debug_option(command)
+        command = click.option("-v", "--verbose", "detail", flag_value=TABLES, help=verbose)(command)
+        return click.option(
+            "-q", "--quiet", "detail", flag_value=SENTENCE, default=ANSWER, help=f"{quiet} No progress."
+        )(command)
+
+    return decorate
+
+
+_PRINTED_ONLY = frozenset({"as_json", "detail", "debug"})
+"""Parameters that change only what is printed."""
 
 memory_option = click.option(
     "--memory",
@@ -75,14 +154,13 @@ def setting(text: str) -> tuple[str, object]:
 def command_line() -> str:
     """The current command line, quoted for a shell, for pages that show how to make them again.
 
-    The options are in the order of the help, without defaults. ``--json`` is left out, because it changes only what is
-    printed.
+    The options are in the order of the help, without defaults. Those that change only what is printed are left out.
     """
     context = click.get_current_context()
     options, arguments = [], []
     for parameter in context.command.params:
         name = parameter.name or ""
-        if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE or name == "as_json":
+        if context.get_parameter_source(name) is not ParameterSource.COMMANDLINE or name in _PRINTED_ONLY:
             continue
         value = context.params[name]
         values = [str(each) for each in (value if isinstance(value, tuple) else (value,))]
@@ -95,3 +173,15 @@ def command_line() -> str:
     dashed = any(word.startswith("-") for word in arguments)
     words = [*options, "--", *arguments] if dashed else [*arguments, *options]
     return shlex.join(["hwsw", context.info_name or "", *words])
+
+
+def cell_of(option: str, text: str) -> tuple[int, int]:
+    """The cell of an option, (row, column).
+
+    Raises:
+        InputError: the text is no cell.
+    """
+    numbers = text.split(",")
+    if len(numbers) != 2 or not all(number.strip().isdecimal() for number in numbers):
+        raise InputError(f"{text!r} is no cell", option, "write ROW,COLUMN from 0,0, as in 3,128")
+    return int(numbers[0]), int(numbers[1])

@@ -15,10 +15,13 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 @dataclass(frozen=True)
 class Advance:
-    """The progress of work: ``done`` of ``total``, their description in ``words``, and the seconds left, if known."""
+    """The progress of work: ``done`` of ``total``, their description in ``words``, and the seconds left, if known.
+
+    ``total``: None where it is not known. Such work is announced at once, and outside of a terminal only once.
+    """
 
     done: int
-    total: int
+    total: int | None
     words: str
     left_s: float | None = None
 
@@ -30,9 +33,29 @@ class Show(Protocol):
         """Show the progress."""
 
 
+COMPILING = "compiling kernels, once: about 20 s"
+"""What is shown while kernels are compiled. Measured: 16 s for harmonic control on two busy cores."""
+
+
 @contextmanager
-def progress_shown(*, after_s: float = 0.0) -> Iterator[Show]:
-    """A display of progress until the end of the block, after the first ``after_s`` seconds."""
+def compiling_shown(show: Show) -> Iterator[None]:
+    """Show that kernels are compiled, if they are, while the block runs."""
+    from codesign.kernel_cache import compiling_reported
+
+    with compiling_reported(lambda compiled: show(Advance(compiled, None, COMPILING))):
+        yield
+
+
+def silent(advance: Advance) -> None:
+    """Show nothing."""
+
+
+@contextmanager
+def progress_shown(*, after_s: float = 0.0, quiet: bool = False) -> Iterator[Show]:
+    """A display of progress until the end of the block, after the first ``after_s`` seconds; ``quiet``: none."""
+    if quiet:
+        yield silent
+        return
     from rich.console import Console
 
     console = Console(stderr=True)
@@ -47,7 +70,7 @@ def progress_shown(*, after_s: float = 0.0) -> Iterator[Show]:
     begun = time.monotonic()
 
     def show(advance: Advance) -> None:
-        if time.monotonic() - begun >= after_s:
+        if advance.total is None or time.monotonic() - begun >= after_s:
             bar.start()
             bar.update(task, total=advance.total, completed=advance.done, description=advance.words)
 
@@ -67,6 +90,10 @@ class PlainLines:
 
     def __call__(self, advance: Advance) -> None:
         """Write a line if one is due."""
+        if advance.total is None:
+            if advance.done == 0:
+                click.echo(advance.words, err=True)
+            return
         now = time.monotonic()
         if now < self.after:
             return

@@ -5,11 +5,15 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import command_line
+from codesign.cli.options import SENTENCE, TABLES, command_line, debug_step, output_options
 from codesign.errors import InputError, choose_hint, printable
+
+if TYPE_CHECKING:
+    from codesign.planners.reproduction import Reproduction
 
 
 @click.command(short_help="Compare the model with the published tables.")
@@ -24,6 +28,7 @@ from codesign.errors import InputError, choose_hint, printable
 @click.option(
     "--csv", "csv_file", type=click.Path(dir_okay=False, path_type=Path), help="Write the rows as CSV."
 )
+@output_options("Print the findings alone.", "Print the sources of the modelled figures too.")
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
 def reproduce(
     names: tuple[str, ...],
@@ -31,6 +36,7 @@ def reproduce(
     page: Path | None,
     plots: Path | None,
     csv_file: Path | None,
+    detail: str,
     as_json: bool,
 ) -> None:
     """Print published and modelled figures row by row, with the error and the source of each figure.
@@ -39,15 +45,9 @@ def reproduce(
     """
     from codesign import reproduce as papers
     from codesign.cli.outputs import check_folder, check_outputs
-    from codesign.report import (
-        Picture,
-        findings_table,
-        render_text,
-        reproduction_csv,
-        reproduction_page,
-        reproduction_table,
-        write_csv,
-    )
+    from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.planners.reproduction import silent
+    from codesign.report import Picture, reproduction_csv, reproduction_page, write_csv
     from codesign.system import catalog
 
     check_outputs({"--html": page, "--csv": csv_file})
@@ -58,10 +58,13 @@ def reproduce(
             raise InputError(
                 f"no planner named {name!r} has a paper", "PLANNER", choose_hint(name, available)
             )
-    reproductions = [
-        available[name](quick=quick, progress=lambda line: click.echo(line, err=True))
-        for name in names or available
-    ]
+    reproductions = []
+    with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
+        for name in names or available:
+            reproductions.append(
+                available[name](quick=quick, progress=silent if detail == SENTENCE else _print_progress)
+            )
+            debug_step(f"{name} reproduced")
     written = [
         path for each in reproductions if plots is not None for path in papers.write_plots(each, plots)
     ]
@@ -84,13 +87,27 @@ def reproduce(
         click.echo(papers.joined(reproductions).to_json())
         return
     for each in reproductions:
-        click.echo(each.paper)
-        click.echo(render_text(reproduction_table(each)))
-        if each.note:
-            click.echo(each.note)
-        click.echo(render_text(findings_table(each)))
+        _print(each, detail)
     for path in (*written, *(file for file in (page, csv_file) if file is not None)):
         click.echo(f"written: {printable(str(path), None)}")
+
+
+def _print_progress(line: str) -> None:
+    click.echo(line, err=True)
+
+
+def _print(reproduction: Reproduction, detail: str) -> None:
+    """The rows and findings of a paper; with ``TABLES`` the sources, with ``SENTENCE`` the findings alone."""
+    from codesign.report import findings_table, render_text, reproduction_sources_table, reproduction_table
+
+    click.echo(reproduction.paper)
+    if detail != SENTENCE:
+        click.echo(render_text(reproduction_table(reproduction)))
+        if reproduction.note:
+            click.echo(reproduction.note)
+    click.echo(render_text(findings_table(reproduction)))
+    if detail == TABLES:
+        click.echo(render_text(reproduction_sources_table(reproduction)))
 
 
 @click.group(short_help="Measure this machine.")

@@ -9,11 +9,21 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import command_line, memory_option, settings_of
+from codesign.cli.options import (
+    SENTENCE,
+    TABLES,
+    command_line,
+    debug_step,
+    memory_option,
+    output_options,
+    settings_of,
+)
 from codesign.errors import EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
     from codesign.cli.progress import Show
+    from codesign.inputs import Workload
+    from codesign.results.result import Result
     from codesign.system import MissionProgress
 
 _QUIET_SECONDS = 5.0
@@ -44,6 +54,7 @@ _QUIET_SECONDS = 5.0
     show_default=True,
     help="Repeat a mission with each of its levers moved, to find its bottleneck.",
 )
+@output_options("Print the sentence alone.", "Print all tables after the sentence and its figures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def run(
     platform: str,
@@ -54,9 +65,13 @@ def run(
     granularity: str,
     memory: int | None,
     levers: bool,
+    detail: str,
     as_json: bool,
 ) -> None:
-    """Simulate WORKLOAD on PLATFORM (names or YAML files), and print its costs and the quality of the plan.
+    """Simulate WORKLOAD on PLATFORM (names or YAML files), and print the answer: one sentence and five figures.
+
+    -v adds all tables: costs, quality of the plan, resources, and the sources of the figures. For the exit code alone,
+    use -q and send the output to /dev/null.
 
     The exit code is 3 where the design does not fit. A mission that ends without its goal is a result: the exit code is
     0, and the result says why.
@@ -64,12 +79,13 @@ def run(
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
-    from codesign.cli.progress import progress_shown
-    from codesign.report import render_text, result_page, result_tables, run_pictures
+    from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
     from codesign.trace import MemoryListener
 
+    debug_step("modules loaded")
     values = settings_of(settings)
     workload_spec = codesign.load_workload(workload)
     check_outputs(
@@ -78,11 +94,13 @@ def run(
         plain=["--trace"],
     )
     point = point_of(codesign.load_platform(platform), workload_spec, values)
+    debug_step("files read and checked")
     records = MemoryListener()
+    quiet = detail == SENTENCE
     long = outlook(point[1])
-    if long is not None:
+    if long is not None and not quiet:
         click.echo(long, err=True)
-    with progress_shown(after_s=_QUIET_SECONDS) as show:
+    with progress_shown(after_s=_QUIET_SECONDS, quiet=quiet) as show, compiling_shown(show):
         result = codesign.simulate(
             *point,
             granularity=granularity,
@@ -94,22 +112,48 @@ def run(
             levers=levers,
             lever_progress=lever_progress(show),
         )
+    debug_step("simulated")
     if page is not None:
         result_page(result, page, pictures=run_pictures(records.records), command=command_line())
-    if as_json:
-        click.echo(result.model_dump_json(indent=2))
-    else:
-        for table in result_tables(result):
-            click.echo(render_text(table))
-        for name, path, written in (("trace", trace_file, result.feasible), ("page", page, True)):
-            if path is not None and written:
-                click.echo(f"{name}: {printable(str(path), None)}")
+        debug_step("page written")
+    _print(result, workload_spec, detail, as_json)
+    _print_files(result, trace_file, page, silent=as_json or quiet)
     struck = interrupts.struck()
     if struck is not None:
         interrupts.keep("the mission is complete, but not all of its levers were run")
         raise struck
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, silent: bool) -> None:
+    """The files that were written, unless ``silent``; a trace that was not written always, on standard error."""
+    files = {"trace": trace_file, "page": page}
+    for name, path in files.items():
+        if path is None:
+            continue
+        text = f"{name}: {printable(str(path), None)}"
+        if name == "trace" and not result.simulated:
+            click.echo(f"{text} is not written, as the design is not feasible and was not run", err=True)
+        elif not silent:
+            click.echo(text)
+
+
+def _print(result: Result, workload: Workload, detail: str, as_json: bool) -> None:
+    """The answer, and the reasons of a design that is not feasible; with ``TABLES`` all tables."""
+    from codesign.report import answer, render_text, result_reasons_table, result_tables
+
+    if as_json:
+        click.echo(result.model_dump_json(indent=2))
+        return
+    lead = answer(result, () if workload.explore is None else workload.explore.constraints)
+    if detail == SENTENCE:
+        click.echo(lead.sentence_text)
+        return
+    click.echo(lead.text)
+    why_not = (result_reasons_table(result),) if result.reasons else ()
+    for table in result_tables(result) if detail == TABLES else why_not:
+        click.echo(render_text(table))
 
 
 def mission_progress(show: Show) -> Callable[[MissionProgress], None]:

@@ -82,13 +82,15 @@ def _unsuited(explored: Explored, point: DesignPoint, wrong: UnsuitedError) -> R
         workload = choose_variant(workload, point.axes[VARIANT_AXIS])
     task = workload.mapping[planner(workload.planner).planning_task]
     faults = {_sentence(fault): fault for fault in wrong.faults}
+    platform = explored.platform(point.axes)
     return Result(
-        platform=explored.platform(point.axes).name,
+        platform=platform.name,
         workload=workload.name,
         planner=workload.planner,
         style=task.style or "",
         component=task.component,
         places={name: mapped.component for name, mapped in workload.mapping.items()},
+        roles=platform.filled,
         parameters={
             name: mapped.parameters.model_dump(mode="json") for name, mapped in workload.mapping.items()
         },

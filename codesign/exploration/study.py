@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
@@ -137,15 +137,23 @@ class Study:
         """Indices of the feasible points that no other feasible point dominates.
 
         A feasible point without one of the objectives (no start arrives, so no path length) is not on the
-        front; nor is one whose mission ended before its goals, whatever the objectives.
+        front; nor is one whose mission ended before its goals, whatever the objectives. Points of different tasks do
+        not dominate each other.
         """
-        candidates = tuple(index for index in self.feasible if self.points[index].unreached is None)
-        if not candidates or not self.objectives:
+        if not self.objectives:
             return ()
+        by_task: dict[str, list[int]] = {}
+        for index in self.feasible:
+            point = self.points[index]
+            if point.unreached is None and point.result is not None:
+                by_task.setdefault(point.result.task.task if point.result.task else "", []).append(index)
+        return tuple(sorted(index for indices in by_task.values() for index in self._non_dominated(indices)))
+
+    def _non_dominated(self, candidates: Sequence[int]) -> list[int]:
         figures = [[self.points[index].figure(name) for name in self.objectives] for index in candidates]
         values = [[math.nan if value is None else value for value in row] for row in figures]
         chosen = non_dominated(values, [name.maximise for name in self.objectives])
-        return tuple(index for index, on_front in zip(candidates, chosen, strict=True) if on_front)
+        return [index for index, on_front in zip(candidates, chosen, strict=True) if on_front]
 
     @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:

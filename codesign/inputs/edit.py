@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from codesign.errors import Fault, SpecError, choose_hint, clip, show
@@ -102,6 +102,8 @@ class Movable:
         """What is wrong with an axis of a task, component or link, whatever its values; and the remedy."""
         name, *keys = axis.split(".")
         section = self.section(name)
+        if axis == PLATFORM_AXIS:
+            return "only an exploration has an axis over platforms", "name the platform in its own place"
         if section is None:
             return self._nothing_named(name, axis)
         accepted = self.keys(name)
@@ -359,6 +361,9 @@ def held(workload: Workload, values: Mapping[str, Any], by: str = "point: ") -> 
     document = put(workload.document, edits, lambda path: Origin(path, workload.document))
     edits = {("explore", "axes", axis): [value] for axis, value in values.items()}
     document = put(document, edits, lambda path: Origin((f"{by}{path[-1]}",)))
+    # The value is the first of its axis, and is reported as the axis itself.
+    first = {(*path, 0): (len(document.origins) + 1, Origin((f"{by}{path[-1]}",))) for path in edits}
+    document = replace(document, origins={**document.origins, **first})
     return workload.model_copy(update={"explore": section.model_copy(update={"axes": axes})}).with_document(
         document, workload
     )

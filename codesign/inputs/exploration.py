@@ -32,8 +32,11 @@ _AXIS = re.compile(r"platform|[A-Za-z_][A-Za-z0-9_-]*(\.[A-Za-z_][A-Za-z0-9_-]*)
 
 
 DEFAULT_OBJECTIVES = tuple(
-    FIGURES[name] for name in ("first_plan_s", "slices", "block_rams", "energy_j", "share_reaching_goal")
+    FIGURES[name] for name in ("plan_time_worst_s", "slices", "block_rams", "energy_j", "share_reaching_goal")
 )
+
+FLEET_OBJECTIVES = (FIGURES["first_plan_s"], *DEFAULT_OBJECTIVES[1:])
+"""The objectives of an exploration of fleets that names none: a fleet has no plan of its own."""
 
 MISSION_OBJECTIVES = tuple(
     FIGURES[name] for name in ("mission_time_s", "mission_energy_j", "slices", "block_rams")

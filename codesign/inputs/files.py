@@ -6,6 +6,7 @@ import functools
 import os
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -114,12 +115,59 @@ def parse_value(text: str, where: str) -> Any:
     return document.tree
 
 
+@dataclass(frozen=True)
+class ShippedFile:
+    """A file that ships: its kind (``platform``, ``part``, ``workload`` or ``map``), a name of it, and its path."""
+
+    kind: str
+    name: str
+    path: Path
+
+    def __str__(self) -> str:
+        return f"{self.kind}:{self.name}"
+
+
+def shipped_files() -> list[ShippedFile]:
+    """Every shipped file under each of its names. A map has its file name too."""
+    platforms, workloads = data_folder("platforms"), data_folder("workloads")
+    kinds = {
+        "platform": platforms.glob("*.yaml"),
+        "part": (platforms / "parts").glob("*.yaml"),
+        "host": (platforms / "hosts").glob("*.yaml"),
+        "workload": workloads.glob("*.yaml"),
+        "map": (workloads / "maps").iterdir(),
+    }
+    files = [ShippedFile(kind, path.stem, path) for kind, paths in kinds.items() for path in sorted(paths)]
+    return files + [ShippedFile("map", each.path.name, each.path) for each in files if each.kind == "map"]
+
+
+def find_shipped(name: str) -> Path:
+    """The shipped file of a name, or of ``KIND:NAME`` where files of several kinds have the name.
+
+    A part is found by its name with a speed grade too.
+
+    Raises:
+        InputError: no file has this name, with the nearest one; or several have it.
+    """
+    files = shipped_files()
+    ungraded = name.rpartition("-")[0].removeprefix("part:")
+    matches = [each for each in files if name in (each.name, str(each))]
+    matches = matches or [each for each in files if each.kind == "part" and each.name == ungraded]
+    if not matches:
+        hint = choose_hint(clip(name, 60), {each.name for each in files})
+        raise InputError(f"no shipped file is named {clip(name)!r}", hint=hint)
+    if len({each.path for each in matches}) > 1:
+        choices = ", ".join(sorted({str(each) for each in matches}))
+        raise InputError(f"several shipped files are named {clip(name)!r}", hint=f"write one of {choices}")
+    return matches[0].path
+
+
 def starting_files() -> dict[str, str]:
     """A platform and a workload to run and change, by file name: the shipped ones under a new name."""
-    texts = {}
-    for file, (folder, name) in _STARTERS.items():
-        text = (data_folder(folder) / f"{name}.yaml").read_text(encoding="utf-8")
-        texts[file] = re.sub(
-            rf"^name: {name}$", f"name: {file.removesuffix('.yaml')}", text, count=1, flags=re.M
-        )
-    return texts
+    return {file: renamed(folder, name, Path(file).stem) for file, (folder, name) in _STARTERS.items()}
+
+
+def renamed(folder: str, name: str, new: str) -> str:
+    """The text of a shipped file of ``platforms`` or ``workloads`` under a new name."""
+    text = (data_folder(folder) / f"{name}.yaml").read_text(encoding="utf-8")
+    return re.sub(rf"^name: {re.escape(name)}$", f"name: {new}", text, count=1, flags=re.M)

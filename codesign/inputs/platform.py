@@ -19,6 +19,9 @@ from codesign.inputs.links import MAX_ENDS, Link
 from codesign.inputs.roles import LINK, ROLE_TYPES, ROLES, Roles, filled_roles, role_faults
 from codesign.models import SpecModel
 
+_SHOWN = 6
+"""Most platforms that a remedy lists."""
+
 MAX_NAMES = 256
 """Components of a platform, and links of a platform."""
 
@@ -166,7 +169,9 @@ def no_such(name: str, platform: Platform, kind: str, names: Iterable[str]) -> t
     if name not in ROLES:
         return f"platform {platform.name} has no {kind} {clip(name)!r}", choose_hint(clip(name, 60), names)
     kind = "link between host and fabric" if name == LINK else f"component of type {ROLE_TYPES[name]}"
-    hint = f"give it roles: {{{name}: NAME}}, a {kind}; or take {', '.join(shipped_with(name))}"
+    filling = shipped_with(name)
+    more = f" or one of {len(filling) - _SHOWN} more (hwsw list)" if len(filling) > _SHOWN else ""
+    hint = f"give it roles: {{{name}: NAME}}, a {kind}; or take {', '.join(filling[:_SHOWN])}{more}"
     return f"platform {platform.name} has no {name}", hint
 
 

@@ -7,9 +7,10 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationInfo, WrapValidator, field_validator, model_validator
 
 from codesign.errors import outside_map, show
-from codesign.inputs.map_spec import GeneratedMap, Map, Seed
+from codesign.inputs.map_spec import GeneratedMap, Map, Seed, Share
 from codesign.inputs.places import Place, Point, ScenarioLine, as_list
-from codesign.models import RefusalError, SpecModel, raise_all, refusal_details
+from codesign.inputs.task import Change
+from codesign.models import RefusalError, SpecModel, Task, raise_all, refusal_details
 
 
 class SampledStarts(SpecModel):
@@ -59,6 +60,27 @@ class ProblemSpec(SpecModel):
         " of cells to a goal. A list names them, written as goals are; the planner's own moves must lead each of them"
         " to a goal. With goals from a .scen file, the default is the start of the same problem.",
     )
+    task: Task = Field(
+        default=Task.PATH,
+        description="What is asked and timed. path: a path from each start; field: an answer in every cell that leads"
+        " to a goal; replan: a path from each start after a change.",
+    )
+    change: Change | None = Field(
+        default=None,
+        description="The change that task replan follows: {blocked, freed}, lists of cells, or {count, seed}, drawn."
+        " The other tasks leave it out.",
+    )
+    arrive: Share = Field(
+        default=1.0,
+        description="Share of the starts that can arrive which have to arrive. A plan of fewer is not feasible.",
+    )
+
+    @model_validator(mode="after")
+    def _has_a_change(self) -> Self:
+        if self.task is Task.REPLAN and self.change is None:
+            hint = "add change: {count: 20, seed: 0}, or name cells: {blocked: [[row, column], ...]}"
+            raise RefusalError("task replan follows a change of the map, and none is given", hint, ("task",))
+        return self
 
     @field_validator("goals", "starts", mode="after")
     @classmethod

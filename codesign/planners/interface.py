@@ -7,17 +7,17 @@ the same way.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
 from codesign.figures import described
-from codesign.models import SpecModel, TaskParameters
+from codesign.models import SpecModel, Task, TaskParameters
 from codesign.planners.job import Job
 from codesign.planners.task_graph import Flow
 
@@ -46,12 +46,22 @@ LOWER_BOUND = "lower_bound"
 """The task that computes a start for policy ``lower_bound``. It runs only where it is mapped."""
 
 
+@dataclass(frozen=True)
+class MapChange:
+    """The cells of a map that change: ``blocked`` become obstacles, ``freed`` become free."""
+
+    blocked: tuple[Cell, ...] = ()
+    freed: tuple[Cell, ...] = ()
+
+
 @dataclass(frozen=True, eq=False)
 class Problem:
     """One planning problem.
 
-    ``free``: bool array, rows × columns. ``goals`` and ``starts``: (row, column) pairs on free cells. ``resolution``:
-    metres a cell, or None where the map declares none.
+    - ``free``: bool array, rows × columns. ``resolution``: metres a cell, or None where the map declares none.
+    - ``goals`` and ``starts``: (row, column) pairs on free cells. One request for a path comes from the first start.
+      The others are requests of their own (``asked_from``). A design is sized for all of them.
+    - ``task``: what is asked; of ``replan`` with the ``change``.
 
     The map may be cropped. A planner counts rows and columns from the first cell that is left, users from that of the
     whole map. ``corner``: (row, column) of the first cell in the whole map; ``named`` takes a cell there. ``origin``:
@@ -64,6 +74,8 @@ class Problem:
     goals: tuple[tuple[int, int], ...]
     starts: tuple[tuple[int, int], ...]
     resolution: float | None = None
+    task: Task = Task.PATH
+    change: MapChange | None = None
     corner: Cell = (0, 0)
     origin: tuple[float, float, float] | None = None
     optimal_lengths: tuple[float, ...] = ()
@@ -92,8 +104,37 @@ class Problem:
         """SHA-256 over map, goals and starts: equal problems have equal digests, in every process."""
         import hashlib
 
-        text = f"{self.free.shape}{self.goals}{self.starts}{self.resolution}"
+        text = f"{self.map_digest}{self.starts}{self.task}{self.change}"
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @cached_property
+    def map_digest(self) -> str:
+        """SHA-256 over map and goals: all that a plan depends on where it serves every start."""
+        import hashlib
+
+        text = f"{self.free.shape}{self.goals}{self.resolution}"
         return hashlib.sha256(text.encode() + np.packbits(self.free).tobytes()).hexdigest()
+
+    def asked_from(self, start: Cell) -> Self:
+        """The same problem with ``start`` as its first: the request that comes from there."""
+        starts = (start, *(each for each in self.starts if each != start))
+        lengths = dict(zip(self.starts, self.optimal_lengths, strict=False))
+        return replace(
+            self, starts=starts, optimal_lengths=tuple(lengths[each] for each in starts if each in lengths)
+        )
+
+    @cached_property
+    def changed(self) -> Self:
+        """The problem after its change, with the change back; the problem itself where it has none."""
+        if self.change is None:
+            return self
+        free = self.free.copy()
+        for cell in self.change.blocked:
+            free[cell] = False
+        for cell in self.change.freed:
+            free[cell] = True
+        back = MapChange(blocked=self.change.freed, freed=self.change.blocked)
+        return replace(self, free=free, change=back)
 
 
 @dataclass(frozen=True)
@@ -236,6 +277,13 @@ class RobotsQuality:
     ] = None
 
 
+_TASK_TEXTS = {
+    Task.PATH: "one plan serves every start, and each start waits for its own answer",
+    Task.FIELD: "the plan leads to a goal from every cell, and the component that decides receives it",
+    Task.REPLAN: "a new plan of the whole changed map serves every start",
+}
+
+
 class LoadParameters(TaskParameters):
     """The task ``load``, which brings the map to the planner, has nothing to choose."""
 
@@ -279,6 +327,25 @@ class Planner(ABC):
     def check_drive(self, _job: Job[Any, Any], /) -> tuple[str, str, str] | None:
         """The reason why the planner cannot drive, as (key of the planning task, sentence, hint). By default None."""
         return None
+
+    def task_text(self, task: Task) -> str:
+        """What the planner does for a task, without a full stop. ``check`` refuses a task that it cannot do."""
+        return _TASK_TEXTS[task]
+
+    def plans_for_start(self, _job: Job[Any, Any], /) -> bool:
+        """Whether the plan depends on the first start, so that each start is simulated. By default it does."""
+        return True
+
+    def answer_class(self, _job: Job[Any, Any], start: Cell, /) -> Hashable:
+        """Starts of one class are answered from ``job.plan`` in the same time. By default each is its own class."""
+        return start
+
+    def arrival_changes(self, _job: Job[Any, Any], /) -> Mapping[str, Mapping[str, Mapping[str, Any]]]:
+        """Changes of the planning task that may let more starts arrive, in the order in which to try them.
+
+        By parameter, then by the value in words: the raw parameters to change. By default there are none.
+        """
+        return {}
 
     @abstractmethod
     def reachable(self, job: Job[Any, Any]) -> NDArray[np.bool_]:

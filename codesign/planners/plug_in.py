@@ -78,6 +78,8 @@ class PlugIn:
       their cost in kernels. A probe is made when it is needed.
     - ``reproduce``: the comparison with the paper for ``hwsw reproduce``; None where there is no paper.
     - ``samples``: the samples of the conformance suite.
+    - ``beginnings``: sets of parameters of the planning task for a first workload on any map, the best first. ``hwsw
+      init`` writes the first that fits the board.
     """
 
     planner: Planner | None = None
@@ -86,3 +88,4 @@ class PlugIn:
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
     reproduce: Reproduce | None = None
     samples: Samples = Samples()
+    beginnings: Sequence[Mapping[str, Any]] = ({},)

@@ -23,10 +23,24 @@ from codesign.planners.job import Job
 
 @dataclass(frozen=True)
 class Lever:
-    """A change that would close a gap: the parameter to move, and to which value (or in which direction)."""
+    """A change that would close a gap: the parameter to move, and to which value (or in which direction).
+
+    ``changes``: raw parameters of the planning task by which the change is tried, where it changes the plan.
+    """
 
     parameter: str
     advice: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """The change in words."""
+        return f"{self.parameter}: {self.advice}"
+
+
+def lever_texts(levers: Iterable[Lever]) -> tuple[str, ...]:
+    """Levers in words."""
+    return tuple(lever.text for lever in levers)
 
 
 @dataclass(frozen=True)

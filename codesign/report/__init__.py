@@ -11,12 +11,15 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 
 from __future__ import annotations
 
+from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
+from codesign.report.certainty import winners_certainty_table
 from codesign.report.comparison_tables import comparison_table
 from codesign.report.front_picture import front_picture
 from codesign.report.map_pictures import drive_picture, map_picture, moment_picture
 from codesign.report.page import reproduction_page, result_page, study_page
 from codesign.report.pictures import run_pictures
+from codesign.report.planner_tables import planner_tables
 from codesign.report.render import render_csv, render_markdown, render_text, write_csv
 from codesign.report.reproduction_tables import (
     findings_table,
@@ -24,7 +27,8 @@ from codesign.report.reproduction_tables import (
     reproduction_sources_table,
     reproduction_table,
 )
-from codesign.report.result_tables import result_tables
+from codesign.report.result_tables import result_reasons_table, result_tables
+from codesign.report.study_answer import study_sentence, study_tables
 from codesign.report.study_tables import (
     best_table,
     front_table,
@@ -40,11 +44,13 @@ from codesign.report.table import Cell, Column, Table
 from codesign.report.timelines import account_picture, mission_timeline_picture, timeline_picture
 
 __all__ = [
+    "Answer",
     "Cell",
     "Column",
     "Picture",
     "Table",
     "account_picture",
+    "answer",
     "best_table",
     "comparison_table",
     "drive_picture",
@@ -56,6 +62,7 @@ __all__ = [
     "mission_timeline_picture",
     "moment_picture",
     "nearest_table",
+    "planner_tables",
     "reasons_table",
     "render_csv",
     "render_markdown",
@@ -65,12 +72,16 @@ __all__ = [
     "reproduction_sources_table",
     "reproduction_table",
     "result_page",
+    "result_reasons_table",
     "result_tables",
     "run_pictures",
     "study_csv",
     "study_page",
+    "study_sentence",
     "study_table",
+    "study_tables",
     "timeline_picture",
+    "winners_certainty_table",
     "winners_table",
     "write_csv",
     "write_study_csv",

@@ -8,11 +8,13 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality
+from codesign.report.certainty import sure_cell, winner_text
 from codesign.report.result_tables import SHORTEST
-from codesign.report.sentences import arrivals_of, arrived_cell
+from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes
 from codesign.report.table import Cell, Column, Table, left, word
-from codesign.report.wording import ABSENT, figure_cell, quantity_text, yes_cell
+from codesign.report.wording import ABSENT, quantity_text, yes_cell
 from codesign.results.result import Result
 
 _WIDTH_OF_REASON = 28
@@ -32,15 +34,39 @@ def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> T
     if not all(result and result.feasible for result in results):
         rows += _why_not_rows([_why_not(result) for _, result in designs])
     rows.append((word("part"), *(word((result and result.part) or ABSENT) for result in results)))
+    asked = asked_notes(results)
     notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
+    left_out = () if _cover_all_cells(results) else _OF_CELLS
     for figure in FIGURES.values():
+        # The row of arrivals counts the starts already.
+        if figure.name in (*left_out, "arrive"):
+            continue
         values = [result.figure(figure) if result else None for result in results]
         if any(value is not None for value in values):
-            rows.append((word(figure.label), *_against(base, figure, values)))
+            rows.append((word(figure.label), *_against(base, figure, results)))
             notes += [SHORTEST] if figure.name == "path_length_ratio_mean" else []
+    names = [name for name, _ in designs]
+    notes += [text for figure in DEFAULT_OBJECTIVES if (text := winner_text(names, results, figure))]
+    if left_out:
+        figures = ", ".join(label(name) for name in left_out)
+        notes.append(f"left out: {figures}, as not every plan covers every cell; --task field compares them")
     notes += [f"{name}: {warning}" for name, result in designs for warning in _warnings(result)]
     columns = (*left("figure"), *(Column(name, align="right") for name, _ in designs))
-    return Table("Comparison", columns, tuple(rows), tuple(notes))
+    return Table(", ".join(("Comparison", *asked)), columns, tuple(rows), tuple(notes))
+
+
+_OF_CELLS = ("share_reaching_goal", "local_maxima", "wrong_cells")
+"""Figures that count over the cells of a plan. A plan that ends at a start covers fewer than a field."""
+
+
+def _cover_all_cells(results: Sequence[Result | None]) -> bool:
+    """Whether the plan of every design covers all cells that lead to a goal."""
+    qualities = [result.quality for result in results if result is not None]
+    return all(
+        quality.planned_cells == quality.reachable_cells
+        for quality in qualities
+        if isinstance(quality, Quality)
+    )
 
 
 def _warnings(result: Result | CodesignError) -> tuple[str, ...]:
@@ -79,11 +105,12 @@ def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
         yield word("" if number else "why infeasible"), *map(word, row)
 
 
-def _against(base: int | None, figure: ResultFigure, values: Sequence[float | None]) -> tuple[Cell, ...]:
+def _against(base: int | None, figure: ResultFigure, results: Sequence[Result | None]) -> tuple[Cell, ...]:
+    values = [result.figure(figure) if result else None for result in results]
     unit = None if base is None else values[base]
     cells = []
-    for number, value in enumerate(values):
-        cell = figure_cell(figure, value)
+    for number, (value, result) in enumerate(zip(values, results, strict=True)):
+        cell = sure_cell(result, figure, value)
         if number != base and value is not None and unit:
             cell = Cell(f"{cell.text} (×{value / unit:.3g})", cell.value)
         cells.append(cell)

@@ -22,7 +22,7 @@ from codesign.report.axes import fixed_axes
 from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
-from codesign.report.sentences import bottleneck_text, headline, pace_text
+from codesign.report.sentences import headline, run_pace_text
 from codesign.report.study_tables import (
     best_table,
     front_table,
@@ -110,7 +110,7 @@ def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: st
         title=f"{result.workload} on {result.platform}",
         headline=headline(result),
         ended=next((run.ended for run in (mission, fleet) if run is not None), ""),
-        bottleneck=bottleneck_text(mission) if mission else pace_text(fleet) if fleet else "",
+        bottleneck=run_pace_text(result),
         reasons=result_reasons_table(result) if result.reasons else None,
         narrow=[table for table in tables if _is_narrow(table)],
         wide=[table for table in tables if not _is_narrow(table)],

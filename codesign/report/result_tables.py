@@ -6,12 +6,21 @@ from collections.abc import Iterable, Mapping
 
 from codesign.figures import FIGURES, Figure, label
 from codesign.planners.interface import RobotsQuality
+from codesign.report.certainty import certainty_table, sure_cell
 from codesign.report.fields import records_table, rows_of, shares_table
 from codesign.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables
-from codesign.report.sentences import ARRIVALS, all_arrive, arrivals_of, arrived_cell
+from codesign.report.sentences import (
+    ARRIVALS,
+    all_arrive,
+    arrivals_of,
+    arrived_cell,
+    plan_pace_text,
+    question_text,
+)
 from codesign.report.table import Cell, Column, Table, left, pairs, right, word, words
 from codesign.report.wording import (
     ABSENT,
+    PACE,
     axis_text,
     count_cell,
     figure_cell,
@@ -48,6 +57,7 @@ def figure_tables(result: Result) -> tuple[Table, ...]:
         *fleet_tables(result),
         *mission_tables(result),
         *_run_tables(result),
+        *([certainty_table(result)] if result.terms is not None else []),
         resource_table(result),
         clock_and_power_table(result),
         *_energy_tables(result),
@@ -78,9 +88,12 @@ def overview_table(result: Result) -> Table:
         rows.append(("blocks", count_cell(result.blocks)))
     if result.precision is not None:
         rows.append(("final precision", figure_cell(FIGURES["precision"], result.precision)))
-    if result.time is not None:
+    if result.task is not None:
+        rows += [("asked", word(question_text(result.task))), ("done for it", word(result.task.text))]
+        rows.append((FIGURES["plan_time_worst_s"].label, quantity_cell(result.task.plan_time_worst_s, "s")))
+    elif result.time is not None:
         name = "time to the first plan" if result.fleet is None else "time of the run"
-        rows.append((name, quantity_cell(result.time.first_plan_s, "s")))
+        rows.append((name, sure_cell(result, FIGURES["first_plan_s"], result.time.first_plan_s)))
     rows.append(("feasible", yes_cell(result.feasible)))
     arrivals = arrivals_of(result)
     if arrivals is not None and not all_arrive(arrivals[1]):
@@ -111,6 +124,9 @@ def _reason_cells(reason: Reason) -> tuple[Cell, ...]:
 
 def _run_tables(result: Result) -> list[Table]:
     tables = []
+    if result.task is not None:
+        times = rows_of(result.task, "starts", "changed_cells", "arrive", always=False)
+        tables.append(pairs("Time from request to answer", times))
     if result.time is not None:
         tables.append(_times_table(result))
     if result.cycles is not None:
@@ -143,7 +159,14 @@ def _times_table(result: Result) -> Table:
             ("starts and targets loaded", quantity_cell(time.map_loaded_s, "s")),
             ("last update over", quantity_cell(time.first_plan_s, "s")),
         ]
-    return pairs("Time from the start of the run", rows)
+    elif result.mission is None and (pace := plan_pace_text(result)):
+        rows = [*rows, (PACE, word(pace))]
+    return pairs(f"Time from the start of the run{', for the first start' if _several(result) else ''}", rows)
+
+
+def _several(result: Result) -> bool:
+    """Whether several starts asked for an answer each."""
+    return result.task is not None and result.task.starts > 1 and result.task.task != "field"
 
 
 def _whose_cycles(result: Result) -> str:
@@ -237,8 +260,10 @@ def _energy_tables(result: Result) -> list[Table]:
     """Energy of the plan or of the fleet. That of a mission stands among the tables of the mission."""
     if result.energy is None or result.mission is not None:
         return []
-    what = "up to the first plan" if result.fleet is None else "of the run"
-    return [energy_table(f"Energy {what}", result.energy)]
+    what = "of the run" if result.task is None else "a plan"
+    return [
+        energy_table(f"Energy {what}{', mean over the starts' if _several(result) else ''}", result.energy)
+    ]
 
 
 def sources_table(results: Iterable[Result]) -> Table:

@@ -68,8 +68,9 @@ def mission_tables(result: Result) -> tuple[Table, ...]:
             tables += [latency_table(title, shares)] if shares else []
         tables.append(energy_table("Energy of the mission", mission.energy))
     if len(set(result.places.values())) > 1:
-        places = tuple(words(*pair) for pair in result.places.items())
-        tables.append(Table("Where each task runs", left("task", "component"), places))
+        roles = {name: role for role, name in result.roles.items()}
+        places = tuple(words(task, name, roles.get(name, ABSENT)) for task, name in result.places.items())
+        tables.append(Table("Where each task runs", left("task", "component", "role"), places))
     if mission is not None and mission.account:
         tables.append(account_table(mission.account))
     if result.links:

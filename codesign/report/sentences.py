@@ -1,4 +1,4 @@
-"""The headline of a result, and in a sentence what sets the pace of a mission or a fleet and what would change it.
+"""The headline of a result, and in a sentence what sets the pace of a plan, a mission or a fleet and what would help.
 
 The sentence about a fleet rests on the closed forms of ``benchmarks/velocity_obstacle_pace`` of the repository, with
 the mean time in which the robots decide. A result gives the time of a message on the line only where it is longer than
@@ -7,6 +7,7 @@ deciding. Otherwise the effect of doubling is given as a bound.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
@@ -17,6 +18,7 @@ from codesign.report.wording import figure_cell, quantity_text, share_text
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import Mission
 from codesign.results.result import Result
+from codesign.results.task import TaskFigures
 from codesign.units import counted
 
 Headline = tuple[tuple[str, str], ...]
@@ -24,6 +26,10 @@ Headline = tuple[tuple[str, str], ...]
 
 _OF_MISSION = ("mission_time_s", "distance_ratio", "replans", "replan_latency_95_s")
 _IF_ANY = ("contacts", "missed_deadlines")
+_LISTED = 3
+"""Components and links that the sentence about a plan names, the busiest first."""
+_MEMORY_BOUND = 0.5
+"""A component that plans waits for its memory if the memory is busy for more than this share of its own busy time."""
 _SAME = 0.02
 """Two rates that differ by less than this share are given as one."""
 
@@ -37,7 +43,40 @@ def headline(result: Result) -> Headline:
         return feasible + fleet_headline(result)
     values = ((figure, result.figure(figure)) for figure in DEFAULT_OBJECTIVES)
     return feasible + tuple(
-        (figure_cell(figure, value).text, figure.label) for figure, value in values if value is not None
+        (figure_cell(figure, value, result.interval(figure)).text, figure.label)
+        for figure, value in values
+        if value is not None
+    )
+
+
+def question_text(task: TaskFigures) -> str:
+    """What was asked, in words, such as ``path from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)``."""
+    asked = _ASKED[task.task].format(
+        starts="one start" if task.starts == 1 else f"each of {task.starts:,} starts",
+        cells=counted(task.changed_cells or 0, "cell"),
+    )
+    return f"{asked}; {task.map}" if task.map else asked
+
+
+_ASKED = {
+    "path": "task path, from {starts}",
+    "field": "task field, an answer in every cell that leads to a goal, judged from {starts}",
+    "replan": "task replan, from {starts} after a change of {cells}",
+    "robots": "the paths of all robots",
+}
+
+
+def asked_notes(results: Iterable[Result | None]) -> tuple[str, ...]:
+    """At the head of results side by side: what was asked of them all, or that they were not asked the same."""
+    tasks = {result.task.question: result.task for result in results if result is not None and result.task}
+    if not tasks:
+        return ()
+    first, *others = (question_text(task) for task in tasks.values())
+    if not others:
+        return (f"asked: {first}",)
+    return (
+        f"{len(tasks)} different questions were asked, as map, goals, starts or task differ: compare results of one"
+        f" question only. The first is {first}",
     )
 
 
@@ -112,6 +151,51 @@ def bottleneck_text(mission: Mission) -> str:
     if bottleneck.text.startswith(bottleneck.name):
         return bottleneck.text
     return f"{bottleneck.name} ({bottleneck.kind}, {share_text(bottleneck.share)}): {bottleneck.text}"
+
+
+def run_pace_text(result: Result) -> str:
+    """What sets the pace of a mission, a fleet or a plan; "" where it is not known."""
+    if result.mission is not None:
+        return bottleneck_text(result.mission)
+    return plan_pace_text(result) if result.fleet is None else pace_text(result.fleet)
+
+
+def plan_pace_text(result: Result) -> str:
+    """Where the time of one plan goes, and what helps first; "" where no time passed, or no component is busy.
+
+    The shares are the busy shares of the component that plans, its external memory, the links and the other components
+    that have a task.
+    """
+    busy = result.utilisation or {}
+    planning = busy.get(result.component, 0.0)
+    memory = busy.get(result.external_memory or "", 0.0)
+    links = {name: busy.get(name, 0.0) for name in result.links or {}}
+    others = {name: busy.get(name, 0.0) for name in result.places.values() if name != result.component}
+    if not (planning or any(links.values()) or any(others.values())):
+        return ""
+    spent = [(f"planning on {result.component}", planning)]
+    spent += [(f"link {name}", share) for name, share in links.items() if share]
+    spent += [(name, share) for name, share in others.items() if share]
+    (name, most), *rest = sorted(spent, key=lambda each: -each[1])[:_LISTED]
+    texts = [f"{name} takes {share_text(most)} of the time"]
+    texts += [f"memory {result.external_memory} is busy {share_text(memory)} of it"] if memory else []
+    texts += [f"{name} takes {share_text(share)}" for name, share in rest]
+    remedy = (
+        f"a faster {name} helps first" if most > planning else _faster_planning(result, memory / planning)
+    )
+    return f"{', '.join(texts)}: {remedy}"
+
+
+def _faster_planning(result: Result, waiting: float) -> str:
+    """What speeds up the component that plans; ``waiting``: busy time of its memory over its own."""
+    if waiting > _MEMORY_BOUND:
+        return f"a faster memory {result.external_memory} helps first"
+    if result.clock is None:
+        return f"a faster {result.component} helps first"
+    limit = result.clock.limit.value
+    if result.clock.hz >= limit:
+        return f"its clock is at the limit of {quantity_text(limit, 'Hz')}; a faster part helps first"
+    return f"a faster clock of {result.component} helps first"
 
 
 def pace_text(fleet: FleetFigures) -> str:

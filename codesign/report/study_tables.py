@@ -13,7 +13,9 @@ from codesign.exploration.rows import study_columns
 from codesign.figures import ResultFigure, label
 from codesign.inputs.edit import VARIANT_AXIS
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
+from codesign.report.certainty import sure_cell, verdict_text
 from codesign.report.render import write_csv
+from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
@@ -24,8 +26,9 @@ from codesign.report.wording import (
     quantity_text,
     yes_cell,
 )
-from codesign.results.result import Reason
+from codesign.results.result import Reason, Result
 from codesign.units import counted, format_count
+from codesign.verdicts import winner_verdict
 
 if TYPE_CHECKING:
     from codesign.exploration import Study, StudyPoint
@@ -57,15 +60,15 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
 class _Points:
     """The number, the axes that vary and some figures of each point of a study, as the cells of a row."""
 
-    def __init__(self, study: Study, figures: Sequence[ResultFigure] = ()) -> None:
+    def __init__(self, study: Study, figures: Sequence[ResultFigure] = (), *, sure: bool = False) -> None:
         axes = varying_axes(study)
-        self._figures = figures
+        self._figures, self._sure = figures, sure
         self._texts = [(name, level_texts(study, name)) for name in axes]
         self.columns = (*right("point"), *left(*short_names(axes)), *_figure_columns(figures))
 
     def cells(self, point: StudyPoint) -> tuple[Cell, ...]:
         axes = words(*(text(point.axes.get(name)) for name, text in self._texts))
-        return (_number(point), *axes, *_figure_cells(point, self._figures))
+        return (_number(point), *axes, *_figure_cells(point, self._figures, sure=self._sure))
 
 
 def study_table(study: Study) -> Table:
@@ -105,21 +108,26 @@ def write_study_csv(study: Study, path: Path) -> None:
 
 def front_table(study: Study) -> Table:
     """The points that no other point beats in every objective, best first by the first objective."""
-    points = _Points(study, study.objectives)
+    points = _Points(study, study.objectives, sure=True)
     rows = tuple(points.cells(study.points[position]) for position in _ranked(study, *study.objectives[:1]))
-    return Table("Front", points.columns, rows, (summary(study), *_fixed_notes(study)))
+    asked = asked_notes(point.result for point in study.points)
+    return Table("Front", points.columns, rows, (*asked, summary(study), *_fixed_notes(study)))
 
 
 def best_table(study: Study) -> Table:
-    """For each objective the point of the front that is best in it; of equals the first."""
-    points = _Points(study, study.objectives)
+    """For each objective the point of the front that is best in it, and whether that holds; of equals the first."""
+    points = _Points(study, study.objectives, sure=True)
+    compared = [point for point in study.points if point.feasible and point.unreached is None]
+    results = [point.result for point in compared if point.result is not None]
     rows = []
     for objective in study.objectives:
         for position in _ranked(study, objective)[:1]:
             point = study.points[position]
             if point.figure(objective) is not None:
-                rows.append((Cell(objective.aim, objective.name), *points.cells(point)))
-    return Table("Best in each objective", (*left("best"), *points.columns), tuple(rows))
+                sure = word(verdict_text(winner_verdict(results, objective)))
+                rows.append((Cell(objective.aim, objective.name), *points.cells(point), sure))
+    columns = (*left("best"), *points.columns, *left("how sure"))
+    return Table("Best in each objective", columns, tuple(rows))
 
 
 def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
@@ -222,8 +230,12 @@ def _fixed_notes(study: Study) -> tuple[str, ...]:
     return (f"the same for all: {', '.join(f'{name} {value}' for name, value in fixed)}",) if fixed else ()
 
 
-def _figure_cells(point: StudyPoint, figures: Sequence[ResultFigure]) -> tuple[Cell, ...]:
-    return tuple(figure_cell(figure, point.figure(figure)) for figure in figures)
+def _figure_cells(
+    point: StudyPoint, figures: Sequence[ResultFigure], *, sure: bool = False
+) -> tuple[Cell, ...]:
+    """``sure``: with the intervals."""
+    result = point.result if sure else None
+    return tuple(sure_cell(result, figure, point.figure(figure)) for figure in figures)
 
 
 def _number(point: StudyPoint) -> Cell:
@@ -267,7 +279,7 @@ def winners_table(
         *left("runner-up"),
         Column(f"its {figure}", objective.unit, "right"),
         *right("times better"),
-        *left("left out"),
+        *left("how sure", "left out"),
     )
     if not any(row[-1].text for row in rows):
         columns, rows = columns[:-1], [row[:-1] for row in rows]
@@ -282,16 +294,24 @@ def winners_table(
 def _contest(
     points: Sequence[StudyPoint], objective: ResultFigure, axis: str
 ) -> tuple[str, tuple[Cell, ...]]:
-    """The winner at one setting, and the cells from ``best`` to ``left out``."""
+    """The winner at one setting, and the cells from ``best`` to ``left out``.
+
+    There is none where the questions of the points differ.
+    """
     names_by_loss: dict[float, list[str]] = {}
+    compared: list[Result] = []
     out = []
+    differ = len({point.result.task.question for point in points if point.result and point.result.task}) > 1
     for point in points:
         name = axis_text(axis, point.axes.get(axis))
         value = point.figure(objective) if point.feasible and point.unreached is None else None
-        if value is None:
+        if differ:
+            out.append(f"{name}: another question")
+        elif value is None:
             out.append(f"{name}: {_fate(point, objective)}")
         else:
             names_by_loss.setdefault(_loss(objective, value), []).append(name)
+            compared += [point.result] if point.result is not None else []
     ranks = sorted(names_by_loss)[:2]
     names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
     values = [_loss(objective, rank) for rank in ranks]
@@ -305,7 +325,8 @@ def _contest(
     if len(values) == 2:
         over, under = values if objective.maximise else values[::-1]
         ratio = over / under if under > 0 else None
-    return names[0] if names else "", (*cells, quantity_cell(ratio), word("; ".join(out)))
+    sure = verdict_text(winner_verdict(compared, objective)) if len(compared) > 1 else ABSENT
+    return names[0] if names else "", (*cells, quantity_cell(ratio), word(sure), word("; ".join(out)))
 
 
 def _fate(point: StudyPoint, objective: ResultFigure) -> str:

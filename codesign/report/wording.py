@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from codesign.figures import ResultFigure
@@ -28,12 +28,16 @@ _SHAPES = {"block", "blocks"}
 _PREFIXES = ((1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1.0, ""))
 
 
-def figure_cell(figure: ResultFigure, value: float | None) -> Cell:
-    """A figure of a result. The value is in the unit of ``figure``."""
+def figure_cell(
+    figure: ResultFigure, value: float | None, interval: tuple[float, float] | None = None
+) -> Cell:
+    """A figure of a result, with its interval where one is given. The value is in the unit of ``figure``."""
     if figure.counted == "share":
         return share_cell(value)
     whole = figure.counted == "count" and value is not None
-    return quantity_cell(round(value) if whole and value is not None else value, figure.unit)
+    cell = quantity_cell(round(value) if whole and value is not None else value, figure.unit)
+    ends = "" if interval is None or value is None else ends_text(cell.text, *interval, figure.unit)
+    return Cell(f"{cell.text} ({ends})", value) if ends else cell
 
 
 def quantity_cell(value: float | None, unit: str = "") -> Cell:
@@ -108,6 +112,34 @@ def interval_text(low: float, high: float, unit: str) -> str:
     if low == high:
         return ""
     return f"{quantity_text(low, unit)} to {quantity_text(high, unit)}"
+
+
+def ends_text(value: str, low: float, high: float, unit: str) -> str:
+    """The interval of a figure of a result behind its ``value``, to three digits, without the unit that both share.
+
+    Rounded outwards: what is shown holds all that may be. Nothing where both ends are one.
+
+    >>> ends_text("12.3 ms", 0.008, 0.02501, "s"), ends_text("900 us", 0.0008, 0.0025, "s")
+    ('8 to 25.1', '800 us to 2.5 ms')
+    """
+    if low == high:
+        return ""
+    ends = [quantity_text(_outwards(low, math.floor), unit), quantity_text(_outwards(high, math.ceil), unit)]
+    shared = value.partition(" ")[2]
+    if shared and all(end.endswith(f" {shared}") for end in ends):
+        ends = [end.removesuffix(f" {shared}") for end in ends]
+    return " to ".join(ends)
+
+
+def _outwards(value: float, rounded: Callable[[float], int]) -> float:
+    """A value rounded up or down to three digits."""
+    if not value or not math.isfinite(value):
+        return value
+    scale = 10.0 ** (math.floor(math.log10(abs(value))) - 2)
+    # What is on the grid but for its last bits stays there.
+    steps = value / scale
+    nearest = round(steps)
+    return (nearest if math.isclose(steps, nearest, rel_tol=1e-9) else rounded(steps)) * scale
 
 
 def axis_text(name: str, value: Any) -> str:

@@ -19,6 +19,7 @@ from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel
+from codesign.results.task import TaskFigures
 from codesign.results.terms import Terms
 
 if TYPE_CHECKING:
@@ -49,8 +50,9 @@ class Reason(ResultModel):
     platform cannot take the design, and ``name`` is the sentence that says why.
     """
 
-    kind: Literal["resource", "bound", "clock", "constraint", "mapping"] = Field(
-        description="what passes its limit: a resource, a bound of the design, a clock, a constraint, or a mapping"
+    kind: Literal["resource", "bound", "clock", "constraint", "mapping", "quality"] = Field(
+        description="what passes its limit: a resource, a bound of the design, a clock, a constraint, a mapping, or the"
+        " quality of a plan"
     )
     name: str = Field(description="which of that kind")
     demand: int | float = Field(description="what it comes to, in unit")
@@ -85,7 +87,7 @@ class StageUse(ResultModel):
 
 
 class Times(ResultModel):
-    """When things were done, from the start of the run."""
+    """When things were done for the first start, from the start of the run."""
 
     map_loaded_s: float = Field(
         title="map loaded", description="when the map stood in the component that plans, s"
@@ -109,7 +111,10 @@ class Power(ResultModel):
 
 
 class Energy(ResultModel):
-    """Energy up to the first plan, J: static power over the whole time, dynamic power over the busy time."""
+    """Energy a plan, J: static power over the whole time, dynamic power over the busy time.
+
+    It is the mean over the starts; of a drive or a fleet, the energy of the whole run.
+    """
 
     fpga_j: float = Field(
         title="FPGAs",
@@ -152,6 +157,9 @@ class Result(ResultModel):
     style: str = Field(description="architecture style of the planning task")
     component: str = Field(description="the component that plans")
     places: dict[str, str] = Field(default={}, description="component of each task")
+    roles: dict[str, str] = Field(
+        default={}, description="component or link of the platform that fills each role"
+    )
     external_memory: str | None = Field(
         default=None, description="the memory beside the FPGA that holds what does not fit in block RAM"
     )
@@ -178,24 +186,38 @@ class Result(ResultModel):
     processor: dict[str, Figure] = Field(
         default={}, description="cost of the kernel (s a unit) and power (W) of the processor that plans"
     )
-    time: Times | None = Field(default=None, description="when things were done, up to the first plan")
+    task: TaskFigures | None = Field(
+        default=None, description="what was asked, and the time from request to answer; None of a drive"
+    )
+    time: Times | None = Field(
+        default=None, description="when things were done, up to the first plan: that for the first start"
+    )
     cycles: dict[str, int] | None = Field(
         default=None,
-        description="clock cycles of the planning component by phase; of a fleet those of the first robot's board",
+        description="clock cycles of the planning component by phase, for the first start; of a fleet those of the"
+        " first robot's board",
     )
     stages: tuple[StageUse, ...] | None = Field(
         default=None, description="stages of the relaxation, of planners that have them"
     )
     precision: int | None = Field(default=None, description=described("precision"))
-    energy: Energy | None = Field(default=None, description="energy up to the first plan")
+    energy: Energy | None = Field(
+        default=None,
+        description="energy a plan, mean over the starts; of a drive or a fleet, of the whole run",
+    )
     utilisation: dict[str, float] | None = Field(
         default=None,
-        description="busy share of each component and link; of a fleet's FPGAs that of the first robot's board",
+        description="busy share of each component and link, for the first start; of a fleet's FPGAs that of the first"
+        " robot's board",
     )
-    links: dict[str, LinkUse] | None = Field(default=None, description="messages of each link")
+    links: dict[str, LinkUse] | None = Field(
+        default=None, description="messages of each link, for the first start"
+    )
     displays: dict[str, DisplayUse] | None = Field(default=None, description="reads of each display")
     quality: Quality | RobotsQuality | None = Field(
-        default=None, description="what the plan is worth; of a drive, the first one"
+        default=None,
+        description="what the plan is worth for all starts; counts of cells are those of the first start's plan, or of"
+        " a drive's first one",
     )
     mission: Mission | None = Field(default=None, description="figures of a drive")
     fleet: FleetFigures | None = Field(default=None, description="figures of a fleet")
@@ -225,6 +247,11 @@ class Result(ResultModel):
                 "description": [figure.description for figure in held],
             }
         )
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the design was run. One that does not fit was not; one with a plan of too few starts was."""
+        return self.utilisation is not None
 
     def figure(self, figure: ResultFigure) -> float | None:
         """The value of a declared figure, in its unit; None where there is none: no run, or no field of this name."""

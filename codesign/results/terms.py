@@ -20,7 +20,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from codesign.figures import Figure
+from codesign.figures import Figure, ResultFigure
 from codesign.results.model import ResultModel
 
 Interval = tuple[float, float]
@@ -63,9 +63,8 @@ class Monomial:
         for name, power in self.powers.items():
             product = product * _power(values[name], power)
         if self.divide:
-            product = product * np.ceil(
-                self.divide / math.prod((values[name] for name in self.by), start=1.0)
-            )
+            quotient = self.divide / math.prod((values[name] for name in self.by), start=1.0)
+            product = product * -(-quotient // 1)  # rounded up, of a number as of an array
         return product
 
     def bounds(self, inputs: Mapping[str, Figure]) -> Interval:
@@ -116,7 +115,7 @@ class Terms(ResultModel):
         " of several starts, the greatest sum is the figure"
     )
     draws: tuple[Draw, ...] = Field(
-        description="what is drawn, which with the terms of first_plan_s gives the energy"
+        description="what is drawn, which with the terms of the time gives the energy"
     )
     open: dict[str, str] = Field(default={}, description="by figure: why it is no sum of terms")
 
@@ -125,7 +124,7 @@ class Terms(ResultModel):
         if figure in self.open:
             return ()
         if figure == "energy_j":
-            plans = self.times.get("first_plan_s", ())
+            plans = self.times.get(ENERGY_OVER, ())
             return tuple(
                 merged(_product(term, draw) for term in plan for draw in self.draws if draw.during(term))
                 for plan in plans
@@ -139,6 +138,17 @@ class Terms(ResultModel):
         """
         bounds = [_sum_bounds(plan, self.inputs) for plan in self.plans(figure)]
         return (max(low for low, _ in bounds), max(high for _, high in bounds)) if bounds else None
+
+
+ENERGY_OVER = "plan_time_mean_s"
+"""The time over which the energy of a plan is drawn."""
+
+
+def priced(figure: ResultFigure) -> bool:
+    """Whether a figure rests on figures with intervals: the times and the energy of a plan, and power."""
+    return (
+        figure.within in {"time", "task", "energy"} and figure.unit in {"s", "J"}
+    ) or figure.name == "power"
 
 
 def is_edges(name: str) -> bool:

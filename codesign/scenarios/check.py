@@ -15,6 +15,7 @@ from codesign.scenarios.run import bind, scenario_of
 from codesign.system.assemble import platform_faults
 from codesign.system.bind import plannable
 from codesign.system.inspect import load_any
+from codesign.system.problem_map import map_notes
 from codesign.system.ready import ready
 
 
@@ -59,7 +60,7 @@ def check_files(
     ]
     if not pairs:
         checks += [iter(platform_faults(platform)) for platform in platforms]
-        checks += [_faults_of_workload(workload) for workload in workloads]
+        checks += [_faults_of_workload(workload, notes) for workload in workloads]
     for fault in itertools.chain.from_iterable(checks):
         faults += [fault] if fault not in faults else []
     if tell is not None:
@@ -91,14 +92,17 @@ def _faults_of_pair(
             notes |= dict.fromkeys(system.notes)
 
 
-def _faults_of_workload(workload: Workload) -> Iterator[Fault]:
-    """The faults of a workload and its variants that are known without a platform."""
+def _faults_of_workload(workload: Workload, notes: dict[str, None]) -> Iterator[Fault]:
+    """The faults of a workload and its variants that are known without a platform. ``notes``: as above, of its map."""
     try:
         spec.platforms_of(workload)
     except SpecError as wrong:
         yield from wrong.faults
     for each in (workload, *(choose_variant(workload, name, "") for name in workload.variants)):
-        yield from plannable(each, scenario_of(each))[1]
+        problem, faults = plannable(each, scenario_of(each))
+        yield from faults
+        if problem is not None:
+            notes |= dict.fromkeys(map_notes(each, None))
 
 
 def _points_checked(workload: Workload, settings: Mapping[str, Any]) -> list[dict[str, Any]]:

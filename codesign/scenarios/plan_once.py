@@ -1,25 +1,38 @@
-"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back."""
+"""Scenario ``plan_once``: the map is sent, the planner works, the answer comes back; for each start or every cell."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any
 
+from codesign.inputs import Platform, Workload
+from codesign.inputs.map_spec import FileMap
+from codesign.inputs.problem import ProblemSpec
 from codesign.memo import Memo
+from codesign.models import Task
+from codesign.planners.interface import Problem
 from codesign.records import TrajectoryRecord
-from codesign.results.result import Power
+from codesign.results.result import Power, Result
+from codesign.results.task import TaskFigures, times_of
 from codesign.scenarios.records import tell_field, tell_map
+from codesign.scenarios.requests import Requests, requests_of
+from codesign.system.bind import System
 from codesign.system.build import Machine
-from codesign.system.chain import Answer, plan_chain
-from codesign.system.outcome import plan_fields, use_fields
-from codesign.system.scenario import ProgressOfMission, Scenario
+from codesign.system.chain import Answer
+from codesign.system.outcome import plan_fields, times_until, use_fields
+from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
 from codesign.system.terms import plan_terms
+from codesign.system.trials import Arrivals, Trials, arrival_reason, arrivals_of
 
 TRACED_TRAJECTORIES = 16
 
+ROBOTS = "all robots plan together, until each has arrived or the run is given up"
+
 
 class PlanOnceScenario(Scenario):
-    """One plan, from a map that does not change."""
+    """One plan for each request. The map changes for task ``replan`` alone, between two plans."""
 
     type = "plan_once"
 
@@ -30,31 +43,76 @@ class PlanOnceScenario(Scenario):
         memo: Memo | None,
         _progress: ProgressOfMission | None,
     ) -> dict[str, Any]:
-        """The figures of the plan."""
-        answer = plan_once(machine, memo)
-        terms = {"terms": plan_terms(machine, answer.ledger, boards)}
-        return plan_fields(machine, answer, memo) | use_fields(machine, boards) | terms
+        """The figures of the task, of the first start's plan, and of the quality for all starts."""
+        system, problem = machine.system, machine.system.problem
+        tell_map(machine, problem.free, problem.resolution)
+        requests = requests_of(machine, boards, memo)
+        first = requests.first
+        _tell_answer(machine, first.answer)
+        fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
+        fields |= {"time": times_until(first.before), "energy": requests.energy}
+        fields["terms"] = plan_terms(machine, first.before.ledger, requests.ledgers, boards)
+        arrivals = arrivals_of(system, first.answer.problem, fields["quality"])
+        fields["task"] = _task_figures(system, requests, arrivals)
+        short = arrival_reason(arrivals)
+        return fields if short is None else {**fields, "feasible": False, "reasons": (short,)}
+
+    def with_levers(
+        self,
+        result: Result,
+        system: System,
+        _run: Callable[[Platform, Workload], Result],
+        _progress: LeverProgress | None,
+    ) -> Result:
+        """The result with what would let enough starts arrive, each change tried."""
+        if not any(reason.kind == "quality" for reason in result.reasons):
+            return result
+        levers = Trials(system).for_arrivals()
+        reasons = tuple(
+            reason.model_copy(update={"levers": levers}) if reason.kind == "quality" else reason
+            for reason in result.reasons
+        )
+        return result.model_copy(update={"reasons": reasons})
 
 
-def plan_once(machine: Machine, memo: Memo | None) -> Answer:
-    """Make one plan, and record it for listeners.
+def _tell_answer(machine: Machine, answer: Answer) -> None:
+    """Record the plan and some of its paths for listeners."""
+    if not machine.listening:
+        return
+    problem = answer.problem
+    tell_field(machine, answer.plan)
+    for start in problem.starts[:TRACED_TRAJECTORIES]:
+        points, arrived = machine.system.planner.trajectory(problem, answer.plan, start)
+        machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
-    Raises:
-        LostMessageError: a message of it was lost.
-    """
-    system, problem = machine.system, machine.system.problem
-    tell_map(machine, problem.free, problem.resolution)
-    answers: list[Answer] = []
 
-    def mission() -> Generator[Any, Any, None]:
-        answers.append((yield from plan_chain(machine, problem, memo=memo)))
+def _task_figures(system: System, requests: Requests, arrivals: Arrivals | None) -> TaskFigures:
+    """The task, and its times."""
+    times = times_of([request.answer.parts for request in requests.all])
+    problem, spec = system.problem, system.workload.problem
+    if not isinstance(problem, Problem) or not isinstance(spec, ProblemSpec):
+        return TaskFigures(task="robots", text=ROBOTS, starts=1, question=problem.digest, **times)
+    change = problem.change
+    changed = None if change is None else len(change.blocked) + len(change.freed)
+    asked = replace(problem, starts=tuple(sorted(problem.starts)), goals=tuple(sorted(problem.goals)))
+    return TaskFigures(
+        task=problem.task.value,
+        text=system.planner.task_text(problem.task),
+        map=_map_text(spec, problem),
+        question=hashlib.sha256(asked.digest.encode()).hexdigest()[:16],
+        starts=len(problem.starts),
+        changed_cells=changed if problem.task is Task.REPLAN else None,
+        arrive=arrivals.arrived / arrivals.able if arrivals is not None and arrivals.able else None,
+        **times,
+    )
 
-    machine.environment.process(mission())
-    machine.environment.run()
-    answer = answers[0]
-    if machine.listening:
-        tell_field(machine, answer.plan)
-        for start in problem.starts[:TRACED_TRAJECTORIES]:
-            points, arrived = system.planner.trajectory(problem, answer.plan, start)
-            machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
-    return answer
+
+def _map_text(spec: ProblemSpec, problem: Problem) -> str:
+    """The map in words, such as ``maze of 72 × 132 cells, goal (3, 128)``."""
+    what = spec.map.file if isinstance(spec.map, FileMap) else spec.map.generate
+    goals = (
+        f"goal {problem.named(problem.goals[0])}"
+        if len(problem.goals) == 1
+        else f"{len(problem.goals)} goals"
+    )
+    return f"{what} of {problem.rows} × {problem.columns} cells, {goals}"

@@ -9,15 +9,18 @@ from typing import TYPE_CHECKING
 from codesign.errors import InputError, choose_hint
 from codesign.inputs import Platform, Workload
 from codesign.memo import Memo
+from codesign.planners.styles import lever_texts
 from codesign.records import Listener, SummaryRecord
 from codesign.results.result import Result
 from codesign.scenarios.drive.scenario import DriveScenario
 from codesign.scenarios.fleet.scenario import FleetScenario
 from codesign.scenarios.plan_once import PlanOnceScenario
 from codesign.system.bind import System, bind_to
+from codesign.system.fit import TellLevers
 from codesign.system.outcome import head_fields
 from codesign.system.ready import ready
 from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
+from codesign.system.trials import Trials
 
 if TYPE_CHECKING:
     from codesign.maps import OccupancyGrid
@@ -68,16 +71,17 @@ def simulate(
     ``listeners`` take the records of the run; ``keeping``: one of them keeps all in memory. ``memo`` shares the
     functional work of design points that have it in common; the figures are the same with and without. ``grid``: the
     workload's map, where it was read already. ``memory``: bytes that the run may take, by an estimate; by default half
-    of what the machine has free. ``levers``: run a mission's levers too; ``lever_progress``: see
-    ``Scenario.with_levers``.
+    of what the machine has free. ``levers``: run a mission's levers too, and try those of a design that does not fit or
+    serve; ``lever_progress``: see ``Scenario.with_levers``.
 
     Raises:
         SpecError: platform, workload and map do not belong together, or see ``ready``. InputError: see
             ``simulate_system``.
     """
     system = bind(platform, workload, grid=grid)
-    complete = None
+    complete, tell = None, lever_texts
     if levers:
+        tell = Trials(system).levers
         memo = Memo() if memo is None else memo
         run = partial(simulate, memo=memo, grid=grid, memory=memory)
 
@@ -93,6 +97,7 @@ def simulate(
         memory=memory,
         keeping=keeping,
         complete=complete,
+        tell=tell,
     )
 
 
@@ -106,10 +111,12 @@ def simulate_system(
     memory: int | None = None,
     keeping: bool = False,
     complete: Callable[[Result], Result] | None = None,
+    tell: TellLevers = lever_texts,
 ) -> Result:
     """Simulate a bound system: fit it, and where it fits, run it.
 
-    ``complete`` adds to the result before listeners get it.
+    ``complete`` adds to the result before listeners get it. ``tell`` puts the levers of a design that does not fit into
+    words.
 
     Raises:
         SpecError: see ``ready``. InputError: an unknown granularity.
@@ -122,12 +129,12 @@ def simulate_system(
             "granularity",
             choose_hint(granularity, list(Granularity)),
         )
-    prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping)
+    prepared = ready(system, listeners, Granularity(granularity), memory=memory, keeping=keeping, tell=tell)
     head, machine = head_fields(system) | prepared.held.fields, prepared.machine
     if machine is None:
         return Result(**head, feasible=False, reasons=prepared.held.reasons)
     fields = system.scenario.run(machine, prepared.held.boards, memo, progress)
-    result = Result(**head, feasible=True, **fields)
+    result = Result(**{**head, "feasible": True, **fields})
     if complete is not None:
         result = complete(result)
     for component in machine.components:

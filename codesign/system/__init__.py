@@ -7,8 +7,10 @@ makes the SimPy components. A ``Scenario`` runs them: see ``codesign.scenarios``
 from codesign.results.result import Result
 from codesign.system.bind import System
 from codesign.system.inspect import (
+    PlannerFacts,
     applicable,
     at_hand,
+    planner_facts,
     point_of,
     problem_from_map,
     problem_of,
@@ -19,10 +21,12 @@ from codesign.system.scenario import MissionProgress
 
 __all__ = [
     "MissionProgress",
+    "PlannerFacts",
     "Result",
     "System",
     "applicable",
     "at_hand",
+    "planner_facts",
     "point_of",
     "problem_from_map",
     "problem_of",

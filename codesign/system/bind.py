@@ -28,6 +28,7 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Architecture
 from codesign.system import catalog
 from codesign.system.assemble import platform_faults
+from codesign.system.change import with_task
 from codesign.system.place import Placement, a_type, external_of, memory_faults, place
 from codesign.system.problem_map import Places, grid_faults, length_notes, map_notes
 from codesign.system.scenario import Draft, Scenario
@@ -189,7 +190,10 @@ def _problem(
     if not faults and not scenario.begins_anywhere and not planner.answers_no_way:
         whole = Problem(grid.free, places.goals, places.starts)
         faults = _reach_faults(workload, planner, parameters, whole)
-    return (None, faults) if faults else (places.problem(), [])
+    if faults:
+        return None, faults
+    asked, faults = with_task(workload, planner, parameters, places.problem())
+    return None if faults else asked, faults
 
 
 def _to_check(planner: Planner, parameters: Any, problem: Problem) -> Problem:

@@ -46,7 +46,7 @@ def planner_code(planner: Planner) -> Iterator[None]:
         raise RunError(f"planner {planner.name} failed: {text}", planner.name) from failed
 
 
-def _planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
+def planner_steps(planner: Planner, steps: Iterable[Step]) -> Generator[Step, None, Any]:
     """The steps of a planner's style, with failures of its code named after it."""
     source = iter(steps)
     while True:
@@ -230,7 +230,7 @@ class Machine:
         ledger: Ledger | None,
     ) -> Generator[Any, Any, Any]:
         begin, ledger = self.now, Ledger() if ledger is None else ledger
-        steps = _planner_steps(self.system.planner, steps)
+        steps = planner_steps(self.system.planner, steps)
         before = ledger.total
         if component in self._turns:
             output = yield from self._on_fpga(component, steps, priority, ledger)

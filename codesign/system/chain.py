@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from codesign import maps
 from codesign.errors import CodesignError
 from codesign.memo import Memo
+from codesign.models import Task
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.results.ledger import Ledger
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Answer:
-    """A plan with what was planned for, and when things were done (ps)."""
+    """A plan with what was planned for, and when it was asked for and things were done (ps)."""
 
     problem: Any
     plan: Any
@@ -30,6 +31,12 @@ class Answer:
     planned: int
     answered: int
     ledger: Ledger = field(compare=False)
+    asked: int = 0
+
+    @property
+    def parts(self) -> tuple[int, int, int]:
+        """Picoseconds until the map was there, of planning, and until the answer was received."""
+        return self.loaded - self.asked, self.planned - self.loaded, self.answered - self.planned
 
 
 def plan_chain(
@@ -42,7 +49,7 @@ def plan_chain(
     sent: dict[str, SentMap] | None = None,
     preemptible: bool = False,
 ) -> Generator[Any, Any, Answer]:
-    """Process generator: make one plan.
+    """Process generator: make one plan. For task ``field`` it ends where the task that decides holds the plan.
 
     Args:
         machine: where.
@@ -58,7 +65,7 @@ def plan_chain(
         LostMessageError: a message of it was lost.
         MisreadMapError: the map that the planner holds after damage is none that it can plan on.
     """
-    chain = _Chain(machine, problem, sent)
+    chain, asked = _Chain(machine, problem, sent, memo), machine.now
     planning = machine.system.planner.planning_task
     if warm and LOWER_BOUND in machine.system.placement.styles:
         start = yield from chain.make_start()
@@ -68,7 +75,7 @@ def plan_chain(
     planned = machine.now
     machine.follow_up(planning)
     yield from chain.tell(plan)
-    return Answer(chain.problem, plan, loaded, planned, machine.now, chain.ledger)
+    return Answer(chain.problem, plan, loaded, planned, machine.now, chain.ledger, asked)
 
 
 class MisreadMapError(CodesignError):
@@ -78,14 +85,23 @@ class MisreadMapError(CodesignError):
 class _Chain:
     """One plan under way: its messages, and what they and the tasks took, in ``ledger``.
 
+    For task ``field`` the tasks that answer (``_left_out``) receive the plan, and answer nobody.
+
     ``problem``: what is planned. The map is the one that was handed to the first link, as the planner read it.
     """
 
-    def __init__(self, machine: Machine, problem: Problem, sent: dict[str, SentMap] | None) -> None:
+    def __init__(
+        self, machine: Machine, problem: Problem, sent: dict[str, SentMap] | None, memo: Memo | None
+    ) -> None:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
-        self._sent = sent
+        self._sent, self._memo = sent, memo
         system = machine.system
-        self._flows = self._done_here(system.planner.flows(replace(system.job, problem=problem)))
+        flows = system.planner.flows(replace(system.job, problem=problem, memo=memo))
+        self._flows = self._done_here(flows)
+        answering = {flow.sender for flow in flows if flow.receiver == COMMAND}
+        field = isinstance(problem, Problem) and problem.task is Task.FIELD
+        self._left_out = answering - {system.planner.planning_task} if field else set()
+        self._to_command = not field
 
     def _done_here(self, flows: tuple[Flow, ...]) -> TaskGraph:
         """The flows between tasks that are done."""
@@ -165,7 +181,12 @@ class _Chain:
         system, placement = self.machine.system, self.machine.system.placement
         apart = set(placement.places) - placement.inside
         job = replace(
-            system.job, problem=self.problem, memo=memo, detail=detail or DETECT in apart, start=start
+            system.job,
+            problem=self.problem,
+            inside=placement.inside - self._left_out,
+            memo=memo,
+            detail=detail or DETECT in apart,
+            start=start,
         )
         steps = system.architecture.work(job)
         return (yield from self.machine.plan(steps, self.ledger))
@@ -175,7 +196,7 @@ class _Chain:
         machine, system = self.machine, self.machine.system
         planner, placement = system.planner, system.placement
         self._flows = self._done_here(
-            planner.flows_after(replace(system.job, problem=self.problem, plan=plan))
+            planner.flows_after(replace(system.job, problem=self.problem, plan=plan, memo=self._memo))
         )
         done = [planner.planning_task]
         for task in self._flows.order:
@@ -183,10 +204,14 @@ class _Chain:
                 continue
             for sender in done:
                 yield from self.carry(sender, task)
+            done.append(task)
+            if task in self._left_out:
+                continue
             if task not in placement.inside:
                 yield from self._perform(task, plan)
             machine.follow_up(task)
-            done.append(task)
+        if not self._to_command:
+            return
         for sender in done:
             yield from self.carry(sender, COMMAND)
         machine.follow_up(COMMAND)

@@ -6,13 +6,17 @@ Resources are a vector: each kind is held against its own budget, and nothing is
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.styles import Demand, Lever
+from codesign.planners.styles import Demand, Lever, lever_texts
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 from codesign.units import format_frequency
+
+TellLevers = Callable[[Iterable[Lever]], tuple[str, ...]]
+"""Puts levers into words; it may try them."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +28,12 @@ class PartFit:
     reasons: tuple[Reason, ...]
 
 
-def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None) -> PartFit:
+def fit(
+    demand: Demand, part: Part | None, clock: int, clock_limit: Figure | None, tell: TellLevers = lever_texts
+) -> PartFit:
     """Hold ``demand`` and ``clock`` (Hz) against ``part`` and the clock that a design of this size reaches.
+
+    ``tell`` puts levers into words.
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
 
@@ -43,7 +51,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
             limit=use.budget,
             gap=use.gap,
             unit="",
-            levers=_texts(demand.levers.get(use.resource, ())),
+            levers=tell(demand.levers.get(use.resource, ())),
         )
         for use in uses
         if use.gap
@@ -56,7 +64,7 @@ def fit(demand: Demand, part: Part | None, clock: int, clock_limit: Figure | Non
             limit=bound.limit,
             gap=bound.figure.value - bound.limit,
             unit=bound.figure.unit,
-            levers=_texts(bound.levers),
+            levers=tell(bound.levers),
         )
         for bound in demand.bounds
         if bound.limit is not None and bound.figure.value > bound.limit
@@ -107,7 +115,3 @@ def _use(demand: Demand, part: Part, resource: str) -> ResourceUse:
     return ResourceUse(
         resource=resource, demand=total, budget=budget, gap=max(0, total - budget), items=items
     )
-
-
-def _texts(levers: tuple[Lever, ...]) -> tuple[str, ...]:
-    return tuple(f"{lever.parameter}: {lever.advice}" for lever in levers)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ from codesign.inputs.files import is_path
 from codesign.inputs.host_file import HOSTS
 from codesign.inputs.part_file import PARTS
 from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
+from codesign.models import Task
 from codesign.part import Part
 from codesign.results.result import Result
 from codesign.system import catalog
@@ -60,6 +63,12 @@ def at_hand() -> dict[str, dict[str, str]]:
     workloads = {name: catalog.load_workload(name).description for name in spec.list_workloads()}
     parts = {name: _budgets(spec.load_part(name)) for name in spec.list_parts()}
     planners = {name: planner.description for name, planner in catalog.planners().items()}
+    tasks = {
+        f"{name}, {task}": planner.task_text(task)
+        for name, planner in catalog.planners().items()
+        if planner.problem_model is None
+        for task in Task
+    }
     styles = {
         f"{planner}.{name}": f"on {style.component_type}: {style.description}"
         for (planner, name), style in catalog.architectures().items()
@@ -70,10 +79,75 @@ def at_hand() -> dict[str, dict[str, str]]:
         "parts": parts,
         "hosts": hosts,
         "planners": planners,
+        "tasks": tasks,
         "styles": styles,
     }
     broken = {f"{plug_in.name} ({plug_in.value})": plug_in.why for plug_in in catalog.broken()}
     return {**names, "broken plug-ins": broken} if broken else names
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of a task, in words: accepted values, default, meaning."""
+
+    task: str
+    name: str
+    accepted: str
+    default: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class PlannerFacts:
+    """A planner as its users see it: parameters of its tasks, styles by name, and policies, the default first.
+
+    ``styles`` of the planning task, and of tasks that are placed by themselves as ``TASK.STYLE``.
+    """
+
+    name: str
+    description: str
+    parameters: tuple[Parameter, ...]
+    styles: dict[str, str]
+    policies: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """The facts for JSON."""
+        return asdict(self)
+
+
+def planner_facts(name: str) -> PlannerFacts:
+    """The facts of an installed planner.
+
+    Raises:
+        InputError: no such planner is installed, or it cannot be loaded.
+    """
+    planner = catalog.planner(name)
+    parameters = tuple(
+        Parameter(
+            task,
+            key,
+            _plain(type_text(info.annotation, tuple(info.metadata))),
+            _plain(default_text(info)),
+            _plain(info.description or ""),
+        )
+        for task, model in planner.tasks.items()
+        for key, info in model.model_fields.items()
+    )
+    styles = {
+        style: f"on {each.component_type}: {each.description}"
+        for style, each in catalog.styles_of(name).items()
+    }
+    styles |= {
+        f"{task}.{style}": f"on {component}"
+        for planner_name, task, component, style in catalog.task_styles()
+        if planner_name == name
+    }
+    return PlannerFacts(name, planner.description, parameters, styles, planner.policies)
+
+
+def _plain(text: str) -> str:
+    """A text of the reference pages without the marks of Markdown."""
+    return text.replace("`", "")
 
 
 def load_any(source: str | Path) -> Spec | Part:
@@ -140,6 +214,18 @@ def problem_from_map(file: Path, goal: tuple[int, int], start: tuple[int, int]) 
         return validate(ProblemSpec, Document("command line", Path(), tree))
     except SpecError as wrong:
         raise at_options(wrong) from None
+
+
+def with_task(problem: ProblemSpec, task: str) -> ProblemSpec:
+    """The problem with another task.
+
+    Raises:
+        InputError: task ``replan``, and the problem declares no change.
+    """
+    if task == Task.REPLAN and problem.change is None:
+        hint = "name a workload with problem.change by --on, such as change: {count: 20, seed: 0}"
+        raise InputError("task replan follows a change of the map, and none is declared", "--task", hint)
+    return problem.model_copy(update={"task": Task(task)})
 
 
 def with_problem(workload: Workload, problem: ProblemSpec) -> Workload:

@@ -12,13 +12,14 @@ from codesign.memo import Memo
 from codesign.models import TaskParameters
 from codesign.planners.interface import Quality
 from codesign.planners.job import Job
+from codesign.planners.styles import lever_texts
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
-from codesign.system.fit import clock_notes, fit
+from codesign.system.fit import TellLevers, clock_notes, fit
 from codesign.system.problem_map import length_error
 from codesign.units import PICOSECONDS_PER_SECOND
 
@@ -36,6 +37,7 @@ def head_fields(system: System) -> dict[str, Any]:
         "style": system.architecture.style,
         "component": system.component,
         "places": dict(system.placement.places),
+        "roles": system.platform.filled,
         "external_memory": None if system.external is None else system.external.name,
         "part": None if system.part is None else system.part.full_name,
         "parameters": parameters,
@@ -63,17 +65,18 @@ class SystemFit:
     boards: dict[str, Power]
 
 
-def fit_system(system: System) -> SystemFit:
-    """Hold the design against its parts."""
+def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
+    """Hold the design against its parts. ``tell`` puts the levers of its planning task into words."""
     job, part = system.job, system.part
     demand = system.architecture.demand(job)
     fields, reasons, powers = _apart(system)
     fields["notes"] = system.notes + fields.get("notes", ())
     if part is None:
-        held = fit(demand, None, system.clock, None)
+        held = fit(demand, None, system.clock, None, tell)
         fields = {"processor": _processor_figures(system), **fields}
     else:
-        held = fit(demand, part, system.clock, system.architecture.clock_limit(job))
+        limit = system.architecture.clock_limit(job)
+        held = fit(demand, part, system.clock, limit, tell)
         fields["notes"] += clock_notes(system.component, held)
         static, dynamic = system.architecture.power(demand, system.clock, part)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
@@ -126,12 +129,16 @@ def plan_fields(machine: Machine, answer: Answer, memo: Memo | None) -> dict[str
     if lengths and isinstance(quality, Quality):
         mean, error = sum(lengths) / len(lengths), length_error(machine.system.problem)
         quality = replace(quality, optimal_length_mean=mean, optimal_length_error=error)
-    times = Times(
+    return {"time": times_until(answer), "cycles": machine.cycles(), **figures, "quality": quality}
+
+
+def times_until(answer: Answer) -> Times:
+    """When things were done, until an answer."""
+    return Times(
         map_loaded_s=answer.loaded / PICOSECONDS_PER_SECOND,
         planned_s=answer.planned / PICOSECONDS_PER_SECOND,
         first_plan_s=answer.answered / PICOSECONDS_PER_SECOND,
     )
-    return {"time": times, "cycles": machine.cycles(), **figures, "quality": quality}
 
 
 def quality_of(machine: Machine, answer: Answer, memo: Memo | None) -> Any:

@@ -87,12 +87,9 @@ def _why_none(problem: ProblemSpec) -> str:
     if plain.free.any():
         return f"downsample by less than {steps.downsample}"
     if plain.unknown is not None and plain.unknown.any():
-        return f"{_cells(plain.unknown.sum())} are unknown: set unknown: free, or check the thresholds of the map"
+        unknown = f"{int(plain.unknown.sum()):,} of {plain.free.size:,} cells unknown"
+        return f"{unknown}: set unknown: free, or check the thresholds of the map"
     return "give a map with free cells, or check the thresholds of the image"
-
-
-def _cells(count: Any) -> str:
-    return "1 cell" if count == 1 else f"{int(count):,} cells"
 
 
 def map_notes(workload: Workload, grid: OccupancyGrid | None) -> tuple[str, ...]:

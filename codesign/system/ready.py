@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 
 from codesign.errors import CodesignError, SpecError
 from codesign.inputs import fault
+from codesign.planners.styles import lever_texts
 from codesign.records import Listener
 from codesign.system.assemble import refused
 from codesign.system.bind import System
 from codesign.system.build import Machine, build
+from codesign.system.fit import TellLevers
 from codesign.system.memory import refusal
 from codesign.system.outcome import SystemFit, fit_system
 
@@ -38,8 +40,11 @@ def ready(
     *,
     memory: int | None = None,
     keeping: bool = False,
+    tell: TellLevers = lever_texts,
 ) -> Ready:
     """Fit the system and, where it fits, build its machine.
+
+    ``tell`` puts the levers of a design that does not fit into words.
 
     ``granularity``: run-ahead by default. ``memory``: bytes that the run may take, by an estimate; by default half of
     what the machine has free. ``keeping``: a listener keeps all records in memory. Nothing is simulated, and no record
@@ -53,7 +58,7 @@ def ready(
     task = system.planner.planning_task
     mapped = system.workload.mapping[task]
     try:
-        held = fit_system(system)
+        held = fit_system(system, tell)
     except SpecError:
         raise
     except CodesignError as wrong:

@@ -7,21 +7,16 @@ times or delivers late, tasks of the user's own use the same components, or one 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from codesign.figures import Figure, Status
-from codesign.inputs.components import (
-    BusyPower,
-    FpgaComponent,
-    MemoryComponent,
-    ProcessorComponent,
-)
+from codesign.inputs.components import BusyPower, FpgaComponent, MemoryComponent, ProcessorComponent
 from codesign.inputs.host_file import ProcessorPower
 from codesign.inputs.links import BusLink, SerialLink
 from codesign.results.ledger import BEGINS, CYCLES, RETRIES, Ledger, Spent, Work
 from codesign.results.result import Power
-from codesign.results.terms import Draw, Monomial, Plan, Term, Terms, When
+from codesign.results.terms import Draw, Monomial, Plan, Term, Terms, When, mean_of, worst_of
 from codesign.units import PICOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -37,23 +32,43 @@ SAME = 1e-9
 """Two figures of a law that differ by less than this share are one: each went through some roundings."""
 
 
-def plan_terms(machine: Machine, ledger: Ledger, boards: Mapping[str, Power]) -> Terms:
-    """The terms of one plan.
+def plan_terms(
+    machine: Machine, first: Ledger, requests: Sequence[Ledger], boards: Mapping[str, Power]
+) -> Terms:
+    """The terms of a task's times, and of the energy of a request.
 
     Args:
         machine: after the run.
-        ledger: of the chain of the plan.
+        first: of the chain of the first plan.
+        requests: of the chain of each request; those that are alike are one object.
         boards: the power of each FPGA; see ``energy.board_powers``.
     """
-    open_ = _open(machine, ledger)
+    distinct = tuple({id(ledger): ledger for ledger in requests}.values())
+    open_ = next(filter(None, (_open(machine, ledger) for ledger in (first, *distinct))), "")
     if open_:
-        return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys(("first_plan_s", "energy_j"), open_))
+        return Terms(inputs={}, times={}, draws=(), open=dict.fromkeys((*TIMES, "energy_j"), open_))
     pricing = _Pricing(machine)
-    plan = pricing.plan(ledger)
+    ledgers = {id(ledger): ledger for ledger in (first, *distinct)}
+    plans = {key: pricing.plan(ledger) for key, ledger in ledgers.items()}
+    times = {
+        "first_plan_s": (plans[id(first)],),
+        "plan_time_mean_s": (mean_of([plans[id(ledger)] for ledger in requests]),),
+        "plan_time_worst_s": worst_of(plans[id(each)] for each in distinct),
+    }
+    without = {}
+    if len(distinct) == 1:
+        times["plan_time_95_s"] = times["plan_time_worst_s"]
+    else:
+        without["plan_time_95_s"] = "which start is the 95th of a hundred depends on the figures"
     draws = tuple(pricing.draws(boards))
     reason = _open_energy(machine.system)
-    without = {"energy_j": reason} if reason else {}
-    return Terms(inputs=pricing.inputs, times={"first_plan_s": (plan,)}, draws=draws, open=without)
+    without |= {"energy_j": reason} if reason else {}
+    # Sound by the way it is made: a validation of every point of an exploration would take as long as the rest.
+    return Terms.model_construct(inputs=pricing.inputs, times=times, draws=draws, open=without)
+
+
+TIMES = ("first_plan_s", "plan_time_mean_s", "plan_time_95_s", "plan_time_worst_s")
+"""The times of a plan that have terms."""
 
 
 def _open(machine: Machine, ledger: Ledger) -> str:

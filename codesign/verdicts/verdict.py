@@ -10,7 +10,7 @@ from pydantic import Field
 from codesign.figures import FIGURES, Figure, ResultFigure
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
-from codesign.results.terms import Monomial
+from codesign.results.terms import Monomial, priced
 from codesign.verdicts.sums import Inputs, Margin
 
 State = Literal["proved", "refuted", "depends", "not assessed"]
@@ -79,7 +79,7 @@ def need_verdict(
         return Verdict(
             state="not assessed", figure=declared.name, holds=margin >= 0, margin=margin, reason=reason
         )
-    if declared.name not in _PRICED:
+    if not priced(declared):
         state: State = "proved" if margin >= 0 else "refuted"
         return Verdict(
             state=state, figure=declared.name, holds=margin >= 0, margin=margin, least=margin, most=margin
@@ -110,6 +110,8 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     for rank, number in enumerate(others):
         if rank >= NEAREST and any(each.state != "proved" for each in verdicts):
             break
+        if rank >= NEAREST and _apart(results[winner], results[number], declared):
+            continue
         verdict = _against(results[winner], results[number], declared)
         if verdict.least == verdict.most == 0:
             equals.append(number)
@@ -121,11 +123,15 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     return hardest.model_copy(update={"winner": winner, "equals": tuple(equals)})
 
 
-_PRICED = ("first_plan_s", "energy_j", "power")
-"""The figures that rest on figures with intervals."""
-
 NEAREST = 32
 """Designs nearest to the best one that are always looked at."""
+
+
+def _apart(winner: Result, other: Result, figure: ResultFigure) -> bool:
+    """Whether the intervals of two results do not even touch: then the better one is the better at every value."""
+    ours, theirs = winner.interval(figure), other.interval(figure)
+    assessed = not _unassessed(winner, figure) and not _unassessed(other, figure)
+    return assessed and ours is not None and theirs is not None and ours[1] < theirs[0]
 
 
 def _hardness(verdict: Verdict) -> tuple[int, float]:
@@ -145,7 +151,7 @@ def _against(winner: Result, other: Result, figure: ResultFigure) -> Verdict:
     margin = ours - theirs if figure.maximise else theirs - ours
     if reason:
         return Verdict(state="not assessed", figure=figure.name, holds=True, margin=margin, reason=reason)
-    if figure.name not in _PRICED:
+    if not priced(figure):
         return Verdict(
             state="proved", figure=figure.name, holds=True, margin=margin, least=margin, most=margin
         )
@@ -159,15 +165,20 @@ def _unassessed(result: Result, figure: ResultFigure) -> str:
     if result.mission is not None or result.fleet is not None:
         kind = "mission" if result.mission is not None else "fleet"
         return f"a {kind} has no closed form: what the robot meets depends on when it arrives"
-    if figure.name in _PRICED:
-        if figure.name == "power" and result.power is None:
-            return ""
-        if result.terms is None:
-            return "the result has no terms"
-        return result.terms.open.get(figure.name, "")
+    if priced(figure):
+        return _unpriced(result, figure)
     if figure.name == "cycles" and (result.part is None or result.external_memory is not None):
         return "the cycles rest on figures of processor or memory"
     return ""
+
+
+def _unpriced(result: Result, figure: ResultFigure) -> str:
+    """Why a figure that rests on intervals is no sum of terms; "" where it is one."""
+    if result.terms is None:
+        return "the result has no terms"
+    if figure.name == "power" or result.terms.plans(figure.name):
+        return ""
+    return result.terms.open.get(figure.name, f"{figure.label} is no sum of terms")
 
 
 def _judged(figure: ResultFigure, margin: Margin, inputs: Inputs) -> Verdict:

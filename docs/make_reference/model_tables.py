@@ -11,8 +11,9 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from codesign.figures import Figure, ResultFigure
+from codesign.inputs.value_types import default_text, type_text
+from codesign.maps import Radius
 from docs.make_reference.docstrings import markdown
-from docs.make_reference.value_types import default_text, type_text
 
 CHOOSERS = ("type", "generate")
 """Keys that choose one of several models."""
@@ -54,7 +55,7 @@ def fields_of(model: type) -> Mapping[str, FieldInfo]:
 
 def models_in(annotation: Any) -> list[type]:
     """The models that a value may be made of: itself, one of several, the entries of a list or mapping."""
-    is_class = isinstance(annotation, type) and annotation is not Figure
+    is_class = isinstance(annotation, type) and annotation not in {Figure, Radius}
     if annotation is ResultFigure:
         return []  # a name in files and in JSON
     if is_class and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):

@@ -12,7 +12,7 @@ from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.host_file import HostFile
 from codesign.inputs.links import LINKS, AnyLink
-from codesign.inputs.map_spec import MAPS, FileMap
+from codesign.inputs.map_spec import MAPS, FileMap, PreparedMap
 from codesign.inputs.part_file import PartFile
 from codesign.inputs.platform import Platform
 from codesign.inputs.problem import ProblemSpec
@@ -103,9 +103,11 @@ def workload_page() -> list[str]:
     for name in SHIPPED:
         if name in problem_models:
             lines += keys.section(3, f"Problem of planner `{name}`", problem_models[name])
-    lines += ["## Maps", "", *keys.section(3, "`file`", FileMap)]
+    steps = tuple(PreparedMap.model_fields)
+    lines += ["## Maps", "", *keys.section(3, "Steps of every map", PreparedMap)]
+    lines += keys.section(3, "`file`", FileMap, without=steps)
     for name, generator in MAPS.items():
-        lines += keys.section(3, f"`generate: {name}`", generator)
+        lines += keys.section(3, f"`generate: {name}`", generator, without=steps)
     lines += ["## Scenarios", ""]
     for name, scenario in SCENARIOS.items():
         lines += keys.section(3, f"`type: {name}`", scenario)

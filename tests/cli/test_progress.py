@@ -17,3 +17,22 @@ def test_progress_is_told_by_time_too(
         clock[0] = now
         lines(progress.Advance(done, 1000, "points"))
     assert [line.split()[0] for line in capsys.readouterr().err.splitlines()] == ["0/1000", "2/1000"]
+
+
+def test_work_of_unknown_length_is_announced_once_and_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    from codesign.cli import progress
+
+    lines = progress.PlainLines(after_s=1000.0)
+    for compiled in range(3):
+        lines(progress.Advance(compiled, None, progress.COMPILING))
+    lines(progress.Advance(1, 2, "points"))
+    assert capsys.readouterr().err == "compiling kernels, once: about 20 s\n"
+
+
+def test_quiet_shows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    from codesign.cli import progress
+
+    with progress.progress_shown(quiet=True) as show:
+        show(progress.Advance(0, None, progress.COMPILING))
+        show(progress.Advance(2, 2, "points"))
+    assert capsys.readouterr().err == ""

@@ -119,10 +119,10 @@ def test_a_map_beside_the_chip_keeps_its_memory_busy_at_a_lower_clock(hwsw: Run)
     assert {use["resource"]: use["demand"] for use in told["resources"]}["block_rams"] == 0
     assert told["utilisation"]["dimm"] > 0.5
     assert told["clock"]["hz"] == told["clock"]["limit"]["value"] == 100_000_000
-    shown = hwsw("run", name, "breadth-first-external").stdout
+    shown = hwsw("run", name, "breadth-first-external", "-v").stdout
     assert re.search(r"^external memory +dimm$", shown, re.MULTILINE)
     assert "external_cycles" not in shown
-    assert "external_cycles" in hwsw("run", "virtex2pro", "breadth-first-large").stdout
+    assert "external_cycles" in hwsw("run", "virtex2pro", "breadth-first-large", "-v").stdout
 
 
 def test_the_page_tells_what_a_memory_beside_the_chip_costs(hwsw: Run) -> None:

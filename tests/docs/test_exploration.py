@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import doctest
 import importlib
+import re
+from pathlib import Path
 
 import pytest
 from places import ROOT
@@ -41,3 +43,17 @@ def test_labyrinth_schedules_of_the_page() -> None:
     best = optimise_schedule(problem, parameters, candidates=range(7, 63, 8))
     listed = f"{best.cost:,}: {', '.join(map(str, best.precisions))}"
     assert listed in PAGE.read_text(encoding="utf-8")
+
+
+def test_platforms_of_the_page(tmp_path: Path) -> None:
+    import codesign
+
+    page = PAGE.read_text(encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(kind: workload\nname: boards\n.*?)```", page, re.S)
+    (tmp_path / "boards.yaml").write_text(text, encoding="utf-8")
+    for name in ("hall.txt", "yard.txt"):
+        (tmp_path / name).write_text(f"{'.' * 28}\n" * 20, encoding="utf-8")
+    study = codesign.explore(None, codesign.load_workload(tmp_path / "boards.yaml"))
+    assert (len(study.points), study.failed) == (32, ())
+    rows = [f"| {reason.kind} | {reason.name} | {reason.points} |" for reason in study.reasons]
+    assert re.findall(r"^\| mapping \| .*\|$", page, re.M) == rows

@@ -56,7 +56,7 @@ def test_a_mission_that_ends_without_its_goal_is_a_result(hwsw: Run, tmp_path: P
         (tmp_path / name).write_text(text, encoding="utf-8")
     point = (tmp_path / "board.yaml", tmp_path / "rooms.yaml", "--set", "workload.scenario.limit=1 s")
     assert not mission(hwsw, *point)["reached"]
-    done = hwsw("run", *point, "--no-levers")
+    done = hwsw("run", *point, "--no-levers", "-v")
     assert done.exit_code == 0
     lines = done.stdout.splitlines()
     assert lines[lines.index("Mission") + 3].startswith("ended ")

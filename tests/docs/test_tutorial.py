@@ -152,12 +152,18 @@ def test_the_page_has_what_it_promises() -> None:
         "check",
         "check",
         "run",
+        "run",
         "explore",
         "check",
         "explore",
         "explore",
         "run",
         "run",
+        "init",
+        "run",
+        "list",
+        "list",
+        "show",
     ]
     assert sum(block.language == "text" and not block.file for block in BLOCKS) >= 10
 
@@ -174,7 +180,7 @@ def test_the_power_of_the_last_paragraph(hwsw: Callable[..., Result], tmp_path: 
         power = json.loads(hwsw("run", "my-platform.yaml", "yard.yaml", "--json", *options).stdout)["power"]
         return [f"{power['static'][end] + power['dynamic'][end]:.2f} W" for end in ("low", "high")]
 
-    low, high = interval("fpga.part=XC7A35T-1")
+    low, high = interval("fabric.part=XC7A35T-1")
     assert f"it may be {low} or {high}" in words(PAGE)
     assert f"takes at least {interval('relax.block=[24, 40]')[0]}" in words(PAGE)
 

@@ -262,6 +262,7 @@ problem:
   map: {generate: maze, rows: 13, columns: 17, seed: 3}
   goals: [[0, 1]]
   starts: {count: 5, seed: 0}
+  arrive: 0 # few bits, so that many points take little time
 mapping:
   relax: {component: fpga, block: [6, 8], iterations: 6, schedule: [7]}
   decide: {component: fpga}

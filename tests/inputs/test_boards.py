@@ -238,7 +238,7 @@ def test_keys_beside_a_host_take_the_place_of_its_own(tmp_path: Path) -> None:
         (
             "cortex-a71",
             None,
-            "p.yaml:4:34: components.host.host: there is no host 'cortex-a71'\n  hint: did you mean",
+            "p.yaml:4:33: components.host.host: there is no host 'cortex-a71'\n  hint: did you mean",
         ),
         ("3", None, "components.host.host: 3 is not text"),
         (

@@ -171,7 +171,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("fpga.clock: [", "clock: ["),
             "w.yaml:17:12: explore.axes.clock: 'clock' is no axis\n"
-            "  hint: write TASK.PARAMETER, COMPONENT.FIELD or LINK.FIELD, such as relax.iterations",
+            "  hint: write TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD or platform, such as relax.iterations",
         ),
     ],
 )
@@ -197,7 +197,7 @@ def test_workload_mistakes(change: tuple[str, str], expected: str) -> None:
         ),
         (
             "objectives: [time, slices]",
-            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write first_plan_s",
+            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write plan_time_worst_s",
         ),
         (
             "constraints: [{figure: mission_clearance, at_least: 20 cm}]",

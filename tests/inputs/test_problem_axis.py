@@ -157,6 +157,6 @@ def test_a_map_file_that_changes_meanwhile_ends_the_run(maps: Path, tmp_path: Pa
 def test_a_map_file_that_is_missing_is_reported_at_its_value(maps: Path) -> None:
     maps.write_text(MAPS.replace("maps/b.txt]", "maps/c.txt]"), encoding="utf-8")
     with pytest.raises(
-        SpecError, match=r"maps\.yaml:10:45: .*maps/c\.txt does not exist\n  hint: did you mean"
+        SpecError, match=r"maps\.yaml:9:45: .*maps/c\.txt does not exist\n  hint: did you mean"
     ):
         explore(codesign.load_platform("pc-epyc"), codesign.load_workload(maps), workers=1)

@@ -169,7 +169,7 @@ def test_the_case_of_the_report() -> None:
 @pytest.mark.parametrize("name", ["XC2V6000-4", "XC3S500E-4"])
 def test_the_block_that_a_lever_names_is_no_larger_than_the_map(name: str) -> None:
     part, shape = load_part(name), (30, 40)
-    levers = resource_levers(shape, (96, 96), 63, part, resources.word_depth(part))
+    levers = resource_levers(shape, (96, 96), (63,), part, resources.word_depth(part))
     fits = largest_block(shape, 63, part)
     assert fits is not None
     texts = {lever.advice for each in levers.values() for lever in each if lever.parameter == "relax.block"}

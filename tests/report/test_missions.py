@@ -142,7 +142,7 @@ def test_energy_of_what_declares_no_power_is_told_as_not_declared() -> None:
     plan = a_result()
     assert plan.energy is not None
     plan = plan.model_copy(update={"energy": plan.energy.model_copy(update={"not_declared": missing})})
-    of_plan = next(table for table in result_tables(plan) if table.title == "Energy up to the first plan")
+    of_plan = next(table for table in result_tables(plan) if table.title == "Energy of the run")
     told = {row[0].text: row[1].text for row in of_plan.rows}
     assert told["links"] == told["memories"] == "not declared"
     assert of_plan.notes == table.notes
@@ -209,7 +209,8 @@ def test_the_page_of_a_mission_says_why_it_ended_and_what_sets_the_pace() -> Non
     assert "What sets the pace:" in html
     # The drive, the time line and the account.
     assert html.count("data:image/png;base64,") == 3
-    assert "What sets the pace" not in result_html(a_result())
+    assert "What sets the pace:</b> planning on fpga takes 91 % of the time" in result_html(a_result())
+    assert "What sets the pace" not in result_html(a_result(slices=67_584))
 
 
 def test_a_drive_is_shown_with_what_happened_where() -> None:

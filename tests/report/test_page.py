@@ -173,7 +173,7 @@ def test_the_data_of_the_page_are_the_figures_of_the_study() -> None:
     study = a_study()
     data = data_of(study_html(study))
     time = data["figures"][0]
-    assert time["label"] == "time (ms)"
+    assert time["label"] == "first plan time (ms)"
     for value, point in zip(time["values"], study.points, strict=True):
         figure = point.figure(FIGURES["first_plan_s"])
         assert value == (None if figure is None else pytest.approx(1000 * figure, rel=1e-5))

@@ -37,7 +37,10 @@ def test_pictures_are_what_they_say_and_the_same_every_time() -> None:
     assert ElementTree.fromstring(svg.data).tag.endswith("svg")
     assert svg.data == front_picture(study, format="svg").data
     assert png.data == front_picture(study).data
-    assert png.alt == "Scatter plot of slices against time, 18 feasible points, front outlined and joined"
+    assert (
+        png.alt
+        == "Scatter plot of slices against first plan time, 18 feasible points, front outlined and joined"
+    )
 
 
 def test_a_dollar_in_a_name_is_no_formula() -> None:
@@ -57,7 +60,7 @@ def test_other_figures_and_markers_can_be_chosen() -> None:
 def test_a_front_of_nothing_is_refused() -> None:
     study = a_study()
     points = tuple(replace(point, index=i) for i, point in enumerate(study.points[18:]))
-    with pytest.raises(InputError, match="no feasible point has both time and slices"):
+    with pytest.raises(InputError, match="no feasible point has both first plan time and slices"):
         front_picture(replace(study, points=points))
     with pytest.raises(InputError, match="needs two figures"):
         front_picture(replace(study, objectives=(FIGURES["first_plan_s"],)))

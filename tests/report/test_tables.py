@@ -3,7 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from report_samples import QUALITY, SampleReproduction, a_result, a_study
+from report_samples import QUALITY, SampleReproduction, a_result, a_study, a_task
 
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.exploration.study import StudyPoint
@@ -26,20 +26,20 @@ from codesign.report import (
 )
 from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
-from codesign.report.study_tables import study_counts, summary
+from codesign.report.study_tables import study_counts, summary, winners_table
 from codesign.report.table import Cell, Column, Table
 from codesign.results.result import DisplayUse, Reason, Result
 
 FRONT = """\
 Front
-point   block   iterations   schedule           time   slices   block RAMs     energy   share reaching goal
-───────────────────────────────────────────────────────────────────────────────────────────────────────────
-   17   36×66   11           15, 31             4 ms   32,481          144   7.168 mJ               97.62 %
-   11   24×44   11           15, 31             8 ms   15,321          144   5.408 mJ               97.62 %
-   16   36×66   11           7 to 63 by 8   8.129 ms   32,577          144   14.57 mJ               98.65 %
-   10   24×44   11           7 to 63 by 8   16.26 ms   15,417          144   10.99 mJ               98.65 %
-    5   12×22   11           15, 31            24 ms    5,025          144   4.352 mJ               97.62 %
-    4   12×22   11           7 to 63 by 8   48.77 ms    5,121          144   8.844 mJ               98.65 %
+point   block   iterations   schedule       first plan time   slices   block RAMs     energy   share reaching goal
+──────────────────────────────────────────────────────────────────────────────────────────────────────────────────
+   17   36×66   11           15, 31                    4 ms   32,481          144   7.168 mJ               97.62 %
+   11   24×44   11           15, 31                    8 ms   15,321          144   5.408 mJ               97.62 %
+   16   36×66   11           7 to 63 by 8          8.129 ms   32,577          144   14.57 mJ               98.65 %
+   10   24×44   11           7 to 63 by 8          16.26 ms   15,417          144   10.99 mJ               98.65 %
+    5   12×22   11           15, 31                   24 ms    5,025          144   4.352 mJ               97.62 %
+    4   12×22   11           7 to 63 by 8          48.77 ms    5,121          144   8.844 mJ               98.65 %
 24 design points: 18 feasible, 6 infeasible, 6 on the front
 the same for all: fpga.part XC2V6000-4
 """
@@ -119,7 +119,7 @@ def test_errors_are_told_with_their_sign_and_no_exponent(error: float, text: str
 
 
 def test_the_energy_of_a_plan_is_divided_by_what_took_it() -> None:
-    table = named(result_tables(a_result(energy=0.004)), "Energy up to the first plan")
+    table = named(result_tables(a_result(energy=0.004)), "Energy of the run")
     rows = [[cell.value for cell in row] for row in table.rows]
     assert rows == [["FPGAs", 0.003, 0.75], ["processors", 0.001, 0.25], ["all", 0.004, 1.0]]
     assert table.strong == {2}
@@ -249,7 +249,7 @@ def test_the_best_in_each_objective_is_best_and_on_the_front() -> None:
         best = (max if figure.maximise else min)(value for value in known if value is not None)
         assert chosen.figure(figure) == best
         assert chosen.index in study.front
-    assert [row[0].text for row in table.rows][::4] == ["least time", "most share reaching goal"]
+    assert [row[0].text for row in table.rows][::4] == ["least first plan time", "most share reaching goal"]
 
 
 def test_a_front_that_rises_is_listed_from_the_top() -> None:
@@ -273,7 +273,7 @@ def test_a_comparison_shows_multiples_of_the_first() -> None:
     results = [("a", a_result()), ("b", a_result(time_s=0.00642)), ("c", a_result(slices=50_000))]
     table = comparison_table(results)
     rows = {row[0].text: row[1:] for row in table.rows}
-    assert [cell.text for cell in rows["time"]] == ["3.21 ms", "6.42 ms (×2)", "–"]
+    assert [cell.text for cell in rows["first plan time"]] == ["3.21 ms", "6.42 ms (×2)", "–"]
     assert [cell.value for cell in rows["feasible"]] == [True, True, False]
     assert rows["slices"][2].text == "50,000 (×1.59)"
 
@@ -297,7 +297,7 @@ def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
     rows = {row[0].text: [cell.text for cell in row[1:]] for row in table.rows}
     assert rows["feasible"] == ["not run", "no", "yes", "yes", "yes"]
     assert rows["starts that arrive"] == ["–", "–", "0 of 64", "63 of 64", "63 of 64"]
-    assert rows["time"] == ["–", "–", "1 ms (×0.312)", "3.21 ms", "6.42 ms (×2)"]
+    assert rows["first plan time"] == ["–", "–", "1 ms (×0.312)", "3.21 ms", "6.42 ms (×2)"]
     why = zip(
         *([c.text for c in row[1:]] for row in table.rows if row[0].text in {"why infeasible", ""}),
         strict=True,
@@ -311,7 +311,7 @@ def test_a_comparison_is_with_the_first_design_that_has_a_plan() -> None:
     ]
     assert "in brackets: as a multiple of base" in table.notes
     alone = comparison_table(results[:3])
-    assert not any("×" in cell.text for row in alone.rows if row[0].text == "time" for cell in row)
+    assert not any("×" in cell.text for row in alone.rows if row[0].text == "first plan time" for cell in row)
     assert not any("in brackets" in note for note in alone.notes)
 
 
@@ -352,3 +352,33 @@ def test_path_length_ratios_say_what_the_shortest_is() -> None:
 def test_a_row_of_the_wrong_length_is_refused() -> None:
     with pytest.raises(ValueError, match="row 0 of 'T' has 1 cells, not 2"):
         Table("T", (Column("a"), Column("b")), ((Cell("1"),),))
+
+
+def test_results_side_by_side_say_what_was_asked() -> None:
+    planned = [a_result(time_s=time).model_copy(update={"task": a_task()}) for time in (0.001, 0.002)]
+    table = comparison_table([("one", planned[0]), ("two", planned[1])])
+    asked = "asked: task path, from each of 64 starts; maze of 72 × 132 cells, goal (3, 128)"
+    assert table.title == f"Comparison, {asked}"
+    study = a_study()
+    points = tuple(
+        replace(point, result=point.result.model_copy(update={"task": a_task(question=str(point.index % 2))}))
+        for point in study.points
+        if point.result is not None
+    )
+    assert front_table(replace(study, points=points)).notes[0].startswith("2 different questions were asked")
+    winners = winners_table(replace(study, points=points), axis="relax.schedule")
+    assert winners is not None
+    assert {row[-1].text.count("another question") for row in winners.rows} == {2}
+    assert winners.notes[0].endswith("none in 12")
+
+
+def test_figures_of_cells_are_compared_where_every_plan_covers_all_cells() -> None:
+    result = a_result()
+    assert isinstance(result.quality, Quality)
+    quality = replace(result.quality, planned_cells=result.quality.reachable_cells)
+    whole = result.model_copy(update={"quality": quality})
+    stopped = whole.model_copy(update={"quality": replace(quality, planned_cells=1)})
+    shown, without = (comparison_table([("one", whole), ("two", two)]) for two in (whole, stopped))
+    assert "share reaching goal" in {row[0].text for row in shown.rows}
+    assert "share reaching goal" not in {row[0].text for row in without.rows}
+    assert any(note.startswith("left out: share reaching goal") for note in without.notes)

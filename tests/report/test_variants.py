@@ -40,6 +40,9 @@ def study(
     return Study("bench", "maze", axes, objectives, (), tuple(points))
 
 
+UNPRICED = "not assessed: the result has no terms"
+EXACT = "holds: it rests on no assumed figure"
+
 CROSSING = {
     ("base", 10): result(seconds=0.004, slices=50),
     ("base", 100): result(seconds=0.010, slices=50),
@@ -57,18 +60,18 @@ def texts(table: Any) -> list[list[str]]:
 def test_the_winner_of_each_setting_and_by_how_much() -> None:
     table = winners_table(study(CROSSING))
     assert table is not None
-    assert table.title == "Best variant by setting: least time"
+    assert table.title == "Best variant by setting: least first plan time"
     assert [column.name for column in table.columns] == [
-        "rows", "best", "time", "runner-up", "its time", "times better", "left out",
+        "rows", "best", "first plan time", "runner-up", "its first plan time", "times better", "how sure", "left out",
     ]  # fmt: skip
     assert texts(table) == [
-        ["10", "on-host", "1 ms", "base", "4 ms", "4", ""],
-        ["100", "base", "10 ms", "on-host", "25 ms", "2.5", ""],
-        ["1000", "on-host", "2.5 s", "–", "–", "–", "base: infeasible"],
+        ["10", "on-host", "1 ms", "base", "4 ms", "4", UNPRICED, ""],
+        ["100", "base", "10 ms", "on-host", "25 ms", "2.5", UNPRICED, ""],
+        ["1000", "on-host", "2.5 s", "–", "–", "–", "–", "base: infeasible"],
     ]
     assert table.rows[1][5].value == 2.5
     assert table.notes == (
-        "least time, of 3 settings: on-host in 2, base in 1",
+        "least first plan time, of 3 settings: on-host in 2, base in 1",
         "least slices, of 3 settings: on-host in 3",
     )
     assert "times better" in render_text(table)
@@ -82,7 +85,7 @@ def test_most_is_best_where_more_is_better() -> None:
     table = winners_table(study(cells), F["share_reaching_goal"])
     assert table is not None
     assert table.title.endswith("most share reaching goal")
-    assert texts(table) == [["base", "90 %", "on-host", "45 %", "2"]]
+    assert texts(table) == [["base", "90 %", "on-host", "45 %", "2", EXACT]]
 
 
 def test_equals_win_together_and_nobody_is_said_too() -> None:
@@ -94,11 +97,11 @@ def test_equals_win_together_and_nobody_is_said_too() -> None:
     table = winners_table(study(cells))
     assert table is not None
     assert [row[1:] for row in texts(table)] == [
-        ["base = b", "1 s", "c", "3 s", "3", ""],
-        ["base = b = c", "1 s", "–", "–", "–", ""],
-        ["–", "–", "–", "–", "–", "base: failed; b: infeasible; c: failed"],
+        ["base = b", "1 s", "c", "3 s", "3", UNPRICED, ""],
+        ["base = b = c", "1 s", "–", "–", "–", UNPRICED, ""],
+        ["–", "–", "–", "–", "–", "–", "base: failed; b: infeasible; c: failed"],
     ]
-    assert table.notes[0] == "least time, of 3 settings: a tie in 2, none in 1"
+    assert table.notes[0] == "least first plan time, of 3 settings: a tie in 2, none in 1"
 
 
 def test_a_mission_that_missed_its_goals_wins_nothing() -> None:
@@ -122,7 +125,7 @@ def test_a_figure_of_zero_has_no_ratio() -> None:
     }
     table = winners_table(study(cells), F["slices"])
     assert table is not None
-    assert texts(table) == [["base", "0", "b", "9", "–"]]
+    assert texts(table) == [["base", "0", "b", "9", "–", EXACT]]
 
 
 @pytest.mark.parametrize("axis", ["workload.variant", "fpga.clock", "no.such"])
@@ -133,8 +136,8 @@ def test_without_a_choice_there_is_no_contest(axis: str) -> None:
 
 def test_the_page_of_a_study_has_the_table() -> None:
     page = study_html(study(CROSSING))
-    assert "Best variant by setting: least time" in page
-    assert "least time, of 3 settings: on-host in 2, base in 1" in page
+    assert "Best variant by setting: least first plan time" in page
+    assert "least first plan time, of 3 settings: on-host in 2, base in 1" in page
     one = {key: value for key, value in CROSSING.items() if key[0] == "base"}
     assert "Best variant by setting" not in study_html(study(one))
 

@@ -31,6 +31,7 @@ from codesign.results.result import (
     StageUse,
     Times,
 )
+from codesign.results.task import TaskFigures, times_of
 
 OBJECTIVES = (
     FIGURES["first_plan_s"],
@@ -216,6 +217,20 @@ def _run(time_s: float, share: float, energy: float) -> dict[str, Any]:
         "utilisation": {"fpga": 0.91, "pci": 0.0934, "host": 0.00001},
         "quality": Quality(share_reaching_goal=share, **QUALITY),
     }
+
+
+def a_task(**changes: Any) -> TaskFigures:
+    """What was asked of a plan, and its times."""
+    figures: dict[str, Any] = {
+        "task": "path",
+        "text": "one plan serves every start",
+        "map": "maze of 72 × 132 cells, goal (3, 128)",
+        "question": "a" * 16,
+        "starts": 64,
+        "arrive": 1.0,
+        **times_of([(10**9, 4 * 10**9, 10**9), (10**9, 6 * 10**9, 10**9)]),
+    }
+    return TaskFigures(**{**figures, **changes})
 
 
 def a_study(points: int = 24, **changes: Any) -> Study:

@@ -149,6 +149,32 @@ def test_an_external_memory_bounds_all_cycles() -> None:
         assert interval[0] < moved.time.first_plan_s < interval[1]
 
 
+@pytest.mark.parametrize(
+    "one",
+    [
+        design("virtex4-pci", "labyrinth", detect__component="host", decide__component="host"),
+        design("virtex4-pci", "labyrinth", decide__component="host"),
+        design("zynq", "wavefront-tiles", track__component="arm"),
+        design("zynq", "breadth-first", track__component="arm"),
+    ],
+    ids=lambda one: "-".join(map(str, (one[0], *dict(one[2])))),
+)
+def test_tasks_apart_and_the_messages_between_them_are_terms(one: Any) -> None:
+    result = result_of(one)
+    assert result.time is not None
+    assert result.energy is not None
+    values, bound = values_of(result), 1e4 * PICOSECOND
+    assert priced(result, "first_plan_s", values) == pytest.approx(
+        result.time.first_plan_s, rel=1e-9, abs=bound
+    )
+    assert priced(result, "energy_j", values) == pytest.approx(result.energy.energy_j, rel=1e-6)
+    assert result.terms is not None
+    (plan,) = result.terms.times["first_plan_s"]
+    assert {"fpga", result.places["decide" if "decide" in result.places else "track"]} <= {
+        term.where for term in plan
+    }
+
+
 ERRORS = "errors: {bit_error_rate: 1.0e-5, retries: 20, timeout: 1 us, seed: 3}"
 
 

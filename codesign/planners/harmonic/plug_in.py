@@ -21,4 +21,8 @@ PLUG_IN = PlugIn(
             {"blocks": (1, 1), "iterations": 40, "schedule": (70,), "stop": "schedule_end"},
         )
     ),
+    beginnings=[
+        {"blocks": [count, count], "iterations": 6, "schedule": {"first": 7, "step": 8, "last": 111}}
+        for count in (1, 2, 3, 4, 6, 8, 12, 16, 24, 32)
+    ],
 )

@@ -22,4 +22,5 @@ PLUG_IN = PlugIn(
     probes=PROBES,
     reproduce=_reproduce,
     samples=Samples(parameters=({}, {"stop": "starts"}, {"paths": "safe", "tile": (8, 8)})),
+    beginnings=[{}, *({"tile": [side, side]} for side in (128, 96, 64, 48, 32, 24, 16, 8))],
 )

@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from codesign.errors import Fault, InputError, choose_hint, outside_map
 from codesign.inputs import Platform, Workload, fault
 from codesign.inputs.components import RobotComponent
-from codesign.inputs.scenario import Drive, Rectangle, ReplanPolicy
+from codesign.inputs.problem import ProblemSpec
+from codesign.inputs.scenario import Drive, Rectangle
 from codesign.maps import nearest_free
-from codesign.planners.interface import LOWER_BOUND, Planner, Problem
+from codesign.models import Task
+from codesign.planners.interface import Planner, Problem
 from codesign.planners.job import Job
 from codesign.scenarios.drive.tasks import drive_of, drive_on, resolution_of, robot_name, robot_of, robots_of
 from codesign.system.assemble import kinematics_of, refused, sensor_of
+from codesign.system.change import policy_faults
 
 if TYPE_CHECKING:
     from codesign.scenarios.drive.world.obstacles import Moving
@@ -39,7 +42,8 @@ def drive_faults(workload: Workload, planner: Planner, problem: Problem) -> list
     """Every fault of a drive that is known without a platform."""
     scenario = drive_on(workload, problem)
     faults = _places(workload, scenario, problem) + _planner(workload, planner, problem)
-    faults += _policy(workload, planner, scenario)
+    faults += _task(workload)
+    faults += policy_faults(workload, planner, scenario.replan.policy, (*_SCENARIO, "replan", "policy"))
     faults += _resolution(workload, scenario, problem) + _amount(workload, scenario)
     if not problem.starts:
         text = "no cell leads to a goal, so that no start can be drawn"
@@ -122,20 +126,13 @@ def _amount(workload: Workload, scenario: Drive) -> list[Fault]:
     ]
 
 
-def _policy(workload: Workload, planner: Planner, scenario: Drive) -> list[Fault]:
-    """A replan policy that the planner does not know, or that needs a task that is not mapped."""
-    policy = scenario.replan.policy
-    if policy is None:
+def _task(workload: Workload) -> list[Fault]:
+    """A task that is asked of one plan: a drive asks for plans on its way."""
+    problem = workload.problem
+    if not isinstance(problem, ProblemSpec) or problem.task is Task.PATH:
         return []
-    path = (*_SCENARIO, "replan", "policy")
-    if policy.value not in planner.policies:
-        text = f"planner {planner.name} knows no policy {policy.value!r}"
-        return [fault(workload, path, text, f"accepted: {', '.join(planner.policies)}")]
-    if policy is ReplanPolicy.LOWER_BOUND and LOWER_BOUND not in workload.mapping:
-        text = "nobody makes the lower bound that plans are to start from"
-        hint = f"map task {LOWER_BOUND} to a processor: {LOWER_BOUND}: {{component: NAME}}"
-        return [fault(workload, path, text, hint)]
-    return []
+    text = f"task {problem.task} is for scenario plan_once: a drive asks for new paths as it meets changes"
+    return [fault(workload, ("problem", "task"), text, "leave task out, or take scenario plan_once")]
 
 
 def _places(workload: Workload, scenario: Drive, problem: Problem) -> list[Fault]:

@@ -8,6 +8,7 @@ from typing import Any
 
 from codesign.errors import Fault
 from codesign.inputs import fault
+from codesign.inputs.exploration import FLEET_OBJECTIVES
 from codesign.memo import Memo
 from codesign.planners.interface import COMMAND, Planner
 from codesign.planners.task_graph import Flow
@@ -24,6 +25,7 @@ class FleetScenario(Scenario):
     """Robots with an FPGA each, update by update."""
 
     type = "fleet"
+    objectives = FLEET_OBJECTIVES
 
     def instead(self, planner: Planner) -> str | None:
         """Fleets are for planners with a problem of robots."""

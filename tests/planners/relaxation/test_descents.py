@@ -260,7 +260,7 @@ def test_run_compare_and_page_say_that_cells_lead_nowhere(hwsw: Run, tmp_path: P
         "mapping: {relax: {component: pc, method: sor, omega: 1.95, tolerance: 1.0e-15}}\n",
         encoding="utf-8",
     )
-    text = " ".join(hwsw("run", "pc-3400mhz", workload, "--html", "page.html").stdout.split())
+    text = " ".join(hwsw("run", "pc-3400mhz", workload, "-v", "--html", "page.html").stdout.split())
     page = " ".join((tmp_path / "page.html").read_text(encoding="utf-8").split())
     for shown in (text, page):
         assert "cells that lead nowhere" in shown

@@ -13,6 +13,7 @@ from codesign import maps
 from codesign.errors import InputError, MapError
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.paths import judge_paths
 from codesign.planners.wavefront.plan import (
     obstacle_potentials,
     octile_length,
@@ -154,21 +155,32 @@ def problem(starts: tuple[tuple[int, int], ...] = ((28, 28), (0, 28))) -> Proble
     return Problem(maps.rooms(30, 30, room=(9, 9), door=2, seed=1).free, ((0, 0),), starts)
 
 
-def test_the_wave_ends_at_the_farthest_start_or_runs_on() -> None:
+def test_the_wave_ends_at_the_first_start_or_runs_on() -> None:
     here = problem()
     stopped = PLANNER.plan(Job(here, PropagateParameters()))
     whole = PLANNER.plan(Job(here, PropagateParameters(stop="whole_map")))
-    assert (
-        stopped.stop_potential
-        == stopped.largest_potential
-        == max(whole.potentials[start] for start in here.starts)
-    )
+    assert stopped.stop_potential == stopped.largest_potential == whole.potentials[here.starts[0]]
     assert whole.stop_potential is None
     assert PLANNER.quality(here, whole).share_reaching_goal == 1.0
     beyond = int((whole.potentials > stopped.largest_potential).sum())
     quality = PLANNER.quality(here, stopped)
     assert quality.reachable_cells - quality.planned_cells == beyond > 0
     assert PLANNER.figures(stopped)["details"]["stop_potential"] == stopped.stop_potential
+
+
+def test_a_start_is_judged_by_the_wave_of_its_own_request() -> None:
+    for paths in ("shortest", "safe"):
+        parameters, here = PropagateParameters(paths=paths), problem()
+        first = PLANNER.plan(Job(here, parameters))
+        assert any(first.potentials[start] < 0 for start in here.starts)
+        own = []
+        for start in here.starts:
+            asked = here.asked_from(start)
+            points, arrived = PLANNER.trajectory(asked, PLANNER.plan(Job(asked, parameters)), start)
+            own.append((start, points if arrived else None))
+        judged = judge_paths(here, own)
+        quality = PLANNER.quality(here, first)
+        assert {name: getattr(quality, name) for name in judged} == judged
 
 
 def test_a_penalty_leads_away_from_walls() -> None:

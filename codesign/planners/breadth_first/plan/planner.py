@@ -2,7 +2,7 @@
 
 The plan is one search, from the first start of the problem to the nearest goal. The time of an architecture style is
 that of this search. A robot at another cell plans anew, so quality and trajectories come from one search for each
-start.
+start. For task ``field`` the plan is the search from the goal until the queue is empty.
 """
 
 from __future__ import annotations
@@ -15,10 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import InputError
-from codesign.models import TaskParameters
+from codesign.models import Task, TaskParameters
 from codesign.planners.breadth_first.plan.parameters import SearchParameters, TrackParameters
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN, Cell
-from codesign.planners.breadth_first.plan.search import BreadthFirstPlan, search_nearest
+from codesign.planners.breadth_first.plan.search import (
+    BreadthFirstPlan,
+    search_everywhere,
+    search_nearest,
+)
 from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
@@ -34,14 +38,23 @@ DIRECTION_BITS = STEP_BITS = 2
 
 
 def plan_search(problem: Problem) -> BreadthFirstPlan:
-    """The search from the first start of a problem.
+    """The search from the first start of a problem; for task ``field`` that from its goal to every cell.
 
     Raises:
         InputError: the problem has no start.
     """
+    if problem.task is Task.FIELD:
+        return search_everywhere(problem.free, problem.goals[0])
     if not problem.starts:
         raise InputError(NO_START, "starts", "name the cell where the robot stands")
     return search_nearest(problem.free, problem.starts[0], problem.goals)
+
+
+def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
+    """The search of a problem, shared through the memo of the job."""
+    problem = job.problem
+    key = ("breadth-first search", problem.map_digest, problem.starts[:1], problem.task is Task.FIELD)
+    return job.shared(key, lambda: plan_search(problem))
 
 
 class BreadthFirst(Planner):
@@ -59,8 +72,25 @@ class BreadthFirst(Planner):
         return {"load": LoadParameters, "search": SearchParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, SearchParameters]) -> tuple[str, str] | None:
-        """A search begins at a start, so one is required."""
-        return None if job.problem.starts else ("starts", NO_START)
+        """A search begins at a start, so one is required; that of a field at the goal, so there is one."""
+        problem = job.problem
+        if problem.task is Task.FIELD and len(problem.goals) > 1:
+            text = (
+                f"task field is one search that begins at the goal, and there are {len(problem.goals)} goals"
+            )
+            return "goals", f"{text}: name one, or take task path"
+        return None if problem.starts else ("starts", NO_START)
+
+    def task_text(self, task: Task) -> str:
+        """Each start is a search of its own; a field is the search from the goal."""
+        if task is Task.FIELD:
+            return "one search from the goal until the queue is empty leaves a direction in every cell"
+        after = " on the changed map" if task is Task.REPLAN else ""
+        return f"each start is a search of its own{after}, from the start to the nearest goal"
+
+    def plans_for_start(self, job: Job[Problem, SearchParameters]) -> bool:
+        """A search begins at the start, but for a field."""
+        return job.problem.task is not Task.FIELD
 
     def reachable(self, job: Job[Problem, SearchParameters]) -> NDArray[np.bool_]:
         """The search looks at the four neighbours of a cell."""
@@ -77,7 +107,7 @@ class BreadthFirst(Planner):
             InputError: the problem has no start.
         """
         problem = job.problem
-        cells, steps = problem.free.size, plan_search(problem).path_steps or 0
+        cells, steps = problem.free.size, searched(job).path_steps or 0
         return (
             Flow("load", "search", "map", CELL_BITS * cells),
             Flow("search", "track", "directions", DIRECTION_BITS * cells),
@@ -93,10 +123,10 @@ class BreadthFirst(Planner):
 
         The plan covers the cells that its search reached before it ended. From each of them the directions lead back
         to the path, so ``local_maxima`` and ``wrong_cells`` are 0. A search that finds no goal covers no cell. Each
-        start is judged by a search of its own.
+        start is judged by a search of its own, or by the directions of a search everywhere.
         """
-        plans = (search_nearest(problem.free, start, problem.goals) for start in problem.starts)
-        paths = ((each.start, each.path if each.reached else None) for each in plans)
+        followed = ((start, *self.trajectory(problem, plan, start)) for start in problem.starts)
+        paths = ((start, points if arrived else None) for start, points, arrived in followed)
         reachable = by_sides(problem)
         reachable[tuple(np.array(problem.goals).T)] = False
         planned = int(reachable.ravel()[plan.pushed].sum())
@@ -118,7 +148,7 @@ class BreadthFirst(Planner):
         """Figures of the search."""
         return {
             "details": {
-                "answer": "path" if plan.reached else "no solution",
+                "answer": "directions" if plan.everywhere else "path" if plan.reached else "no solution",
                 "popped_cells": plan.popped_cells,
                 "pushed_cells": plan.pushed_cells,
                 "spreading_cells": plan.spreading,
@@ -130,13 +160,17 @@ class BreadthFirst(Planner):
     def trajectory(
         self, problem: Problem, plan: BreadthFirstPlan, start: Cell
     ) -> tuple[NDArray[np.float64], bool]:
-        """The path from ``start``, cell by cell: of the plan, or of a search from there."""
+        """The path from ``start``, cell by cell: of the plan, of a search from there, or along the directions."""
+        if plan.everywhere:
+            back = _back_to_path(plan, start)
+            points = np.array([start]) if back is None else back
+            return points.astype(np.float64), back is not None
         search_plan = plan if start == plan.start else search_nearest(problem.free, start, problem.goals)
         points = search_plan.path if search_plan.reached else np.array([start])
         return points.astype(np.float64), search_plan.reached
 
     def field_of(self, plan: BreadthFirstPlan) -> tuple[str, str, NDArray[np.float64]]:
-        """Steps from the start to each cell that the search reached; infinite elsewhere."""
+        """Steps from the begin of the search to each cell that it reached; infinite elsewhere."""
         return "distance", "steps", distances(plan)
 
     def path_from(

@@ -31,6 +31,8 @@ class BreadthFirstPlan:
         queue_depth: the most cells in the queue at once.
         directions: int8 rows × columns, the side (0..3 = north, south, west, east) of a cell on which its discoverer
             lies; -1 at the start and where the search did not reach.
+        everywhere: whether it is a search from a goal until the queue was empty (``search_everywhere``). Then the
+            directions lead from every cell to that goal, and ``path`` is the goal alone.
     """
 
     start: Cell
@@ -40,6 +42,7 @@ class BreadthFirstPlan:
     popped_cells: int
     queue_depth: int
     directions: NDArray[np.int8]
+    everywhere: bool = False
 
     @property
     def reached(self) -> bool:
@@ -88,6 +91,20 @@ def search(free: NDArray[np.bool_], start: Cell, goal: Cell) -> BreadthFirstPlan
     return search_nearest(free, start, [goal])
 
 
+def search_everywhere(free: NDArray[np.bool_], goal: Cell) -> BreadthFirstPlan:
+    """The search from ``goal`` until the queue is empty: its directions lead from every cell back to the goal.
+
+    Raises:
+        MapError: see ``search``.
+
+    >>> free = np.array([[True, True, True], [True, False, True]])
+    >>> plan = search_everywhere(free, (1, 2))
+    >>> plan.directions.tolist(), plan.popped_cells
+    ([[3, 3, 1], [0, -1, -1]], 5)
+    """
+    return _search(free, goal, ())
+
+
 def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) -> BreadthFirstPlan:
     """``search`` for the first of several goals to be popped, which is one of the nearest.
 
@@ -96,11 +113,20 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
     """
     from codesign.maps.grid import as_free
     from codesign.maps.reach import check_cells
+
+    check_cells(as_free(free, "free"), goals := tuple(goals), where="goal")
+    return _search(free, start, goals)
+
+
+def _search(free: NDArray[np.bool_], start: Cell, goals: tuple[Cell, ...]) -> BreadthFirstPlan:
+    """The search until one of ``goals`` is popped; without goals until the queue is empty, from the goal ``start``."""
+    from codesign.maps.grid import as_free
+    from codesign.maps.reach import check_cells
     from codesign.planners.breadth_first.plan import kernels
 
     free = as_free(free, "free")
     origin = check_cells(free, [start], name="start", where="start")[0]
-    ends = check_cells(free, goals, where="goal")
+    ends = np.array(goals, np.int64).reshape(-1, 2)
     rows, columns = free.shape
     stride = columns + 2
     cells = np.zeros((rows + 2, stride), np.uint8)
@@ -108,6 +134,7 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
     cells[ends[:, 0] + 1, ends[:, 1] + 1] = kernels.GOAL
     first = operator.index((origin[0] + 1) * stride + origin[1] + 1)
     queue, pushed, popped, depth, directions, goal = kernels.trail(cells.ravel(), first, stride)
+    goal = goal if goals else first
     path = kernels.mark_path(directions, goal, stride) if goal >= 0 else queue[:0]
     path = np.stack(np.divmod(path, np.int32(stride)), axis=1) - np.int32(1)
     return BreadthFirstPlan(
@@ -118,4 +145,5 @@ def search_nearest(free: NDArray[np.bool_], start: Cell, goals: Iterable[Cell]) 
         popped_cells=int(popped),
         queue_depth=int(depth),
         directions=directions.reshape(rows + 2, stride)[1:-1, 1:-1].copy(),
+        everywhere=not goals,
     )

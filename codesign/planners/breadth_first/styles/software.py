@@ -21,8 +21,9 @@ import numpy as np
 from codesign.figures import Status
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
+from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
-from codesign.planners.breadth_first.styles.steps import SEARCH, searched, step, steps
+from codesign.planners.breadth_first.styles.steps import SEARCH, step, steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status, weakest
+from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
@@ -18,6 +19,7 @@ from codesign.planners.breadth_first.plan.parameters import (
     SearchParameters,
     VgaController,
 )
+from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import external as outside
 from codesign.planners.breadth_first.styles import resources, timing
@@ -28,7 +30,6 @@ from codesign.planners.breadth_first.styles.steps import (
     TRACK,
     expansions,
     pushes_of_each_pop,
-    searched,
     step,
     steps,
 )
@@ -42,6 +43,8 @@ SLICES_A_BLOCK_RAM = 16
 """Slices that count for a block RAM in the dynamic power; 4 to 64 bound it. Assumed: the figure of the part for a slice
 is for designs of mostly logic and wires. This design is mostly memory."""
 SLICES_A_BLOCK_RAM_LOW, SLICES_A_BLOCK_RAM_HIGH = 4, 64
+
+_depths = Memo(max_bytes=2**20)
 
 
 class StateMachine(Architecture):
@@ -71,11 +74,12 @@ class StateMachine(Architecture):
 
         With an external memory, the memories that move out are no demand of the part; their bits are a bound.
         ``Job.inside`` changes nothing. The states were synthesised as one machine, so the share of Path is unknown. The
-        directions, which only Path reads, are sent where another component does ``track``.
+        directions, which only Path reads, are sent where another component does ``track``. A queue that is given holds
+        the search from every start.
         """
         problem, parameters, part, external = job.problem, job.parameters, job.chip, job.external
         parameters = outside.placed(parameters, external)
-        depth = searched(replace(job, memo=None)).queue_depth if parameters.queue_words is not None else None
+        depth = None if parameters.queue_words is None else _deepest(job)
         return Demand(
             items=resources.items(problem, parameters, part, external),
             bounds=(
@@ -180,3 +184,19 @@ class StateMachine(Architecture):
             high=high * clock * (slices + SLICES_A_BLOCK_RAM_HIGH * rams),
         )
         return part.static_power, dynamic
+
+
+def _deepest(job: Job[Problem, SearchParameters]) -> int:
+    """The most words that a search of the problem queues: of each start and, for a replan, of each map."""
+    problem = job.problem
+    return max(
+        _queue_depth(replace(job, problem=each.asked_from(start)))
+        for each in dict.fromkeys((problem, problem.changed))
+        for start in problem.starts
+    )
+
+
+def _queue_depth(job: Job[Problem, SearchParameters]) -> int:
+    problem = job.problem
+    key = (problem.map_digest, problem.starts[0], problem.task)
+    return _depths.get(key, lambda: searched(replace(job, memo=None)).queue_depth)

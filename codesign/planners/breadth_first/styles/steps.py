@@ -7,14 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.breadth_first.plan.parameters import SearchParameters
-from codesign.planners.breadth_first.plan.planner import plan_search
 from codesign.planners.breadth_first.plan.reference import NEIGHBOURS, UNKNOWN
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.external_memory import Traffic
 from codesign.planners.host import task_record
-from codesign.planners.interface import Problem
-from codesign.planners.job import Job
 from codesign.planners.styles import MemoryStep, Step
 
 INIT, SEARCH, PATH = "init", "bf", "path"
@@ -25,11 +21,6 @@ TRACK = "track"
 
 BATCH = 1 << 16
 """The most units of a step, so that memory does not hold a large map twice."""
-
-
-def searched(job: Job[Problem, SearchParameters]) -> BreadthFirstPlan:
-    """The search of a problem, shared through the memo of the job."""
-    return job.shared(("breadth-first search", job.problem.digest), lambda: plan_search(job.problem))
 
 
 def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
@@ -67,5 +58,5 @@ def step(phase: str, cycles: int, ram_addresses: int = 0, traffic: Traffic | Non
 
 
 def expansions(search: BreadthFirstPlan) -> int:
-    """The number of expanded cells: all popped cells but the goal."""
-    return search.popped_cells - search.reached
+    """The number of expanded cells: all popped cells but the goal that ended the search."""
+    return search.popped_cells - (search.reached and not search.everywhere)

@@ -14,14 +14,16 @@ from codesign.models import TaskParameters
 from codesign.planners.harmonic.plan.arguments import MAX_BLOCKS
 from codesign.planners.harmonic.plan.fixed_point import Field, limbs_needed
 from codesign.planners.harmonic.plan.parameters import (
+    MAX_PRECISION,
     DecideParameters,
     DetectParameters,
     LowerBoundParameters,
     RelaxParameters,
     Stop,
+    Termination,
 )
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
 from codesign.planners.task_graph import Flow
@@ -92,6 +94,29 @@ class Harmonic(Planner):
             key = "block" if parameters.block is not None else "blocks"
             return key, f"{count:,} blocks of {height} × {width} nodes, more than {MAX_BLOCKS:,}"
         return None
+
+    def plans_for_start(self, _job: Job[Problem, RelaxParameters], /) -> bool:
+        """The field leads from every cell."""
+        return False
+
+    def answer_class(self, _job: Job[Problem, RelaxParameters], _start: Cell, /) -> str:
+        """A decision takes as long at one cell as at another."""
+        return "decision"
+
+    def arrival_changes(self, job: Job[Problem, RelaxParameters]) -> dict[str, dict[str, dict[str, Any]]]:
+        """More bits in the last stage, up to sixteen times as many; the sound end of a stage."""
+        parameters = job.parameters
+        last = parameters.precisions[-1]
+        # Doublings, with a value between each two.
+        ends = sorted(
+            {min(last * factor // 2, MAX_PRECISION) for factor in (3, 4, 6, 8, 12, 16, 24, 32)} - {last}
+        )
+        changes: dict[str, dict[str, dict[str, Any]]] = {
+            "schedule": {f"end at {end} bits": {"schedule": [*parameters.precisions, end]} for end in ends}
+        }
+        if parameters.termination is not Termination.SOUND:
+            changes["termination"] = {"sound": {"termination": "sound"}}
+        return changes
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A value spreads to the four neighbours of its cell."""
@@ -200,8 +225,8 @@ def _ascent(problem: Problem, plan: HarmonicPlan) -> Ascent:
     from codesign.planners.harmonic.plan.trajectory import Ascent
 
     entry = _ascents.get(plan)
-    if entry is None or entry[0] != problem.digest:
-        entry = _ascents[plan] = problem.digest, Ascent(plan.field, problem.free, problem.goals)
+    if entry is None or entry[0] != problem.map_digest:
+        entry = _ascents[plan] = problem.map_digest, Ascent(plan.field, problem.free, problem.goals)
     return entry[1]
 
 

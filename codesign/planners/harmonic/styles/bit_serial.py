@@ -46,12 +46,13 @@ class BitSerial(Architecture):
         problem, parameters, part = job.problem, job.parameters, job.chip
         map_shape = problem.shape
         block = parameters.block_shape(*map_shape)
-        last = parameters.precisions[-1]
+        precisions = parameters.precisions
+        last = precisions[-1]
         depth, decision = resources.word_depth(part), job.does(DECIDE)
         return Demand(
             items=resources.items(*block, last, decision),
-            bounds=(levers.word_depth_bound(map_shape, block, last, part, depth, decision),),
-            levers=levers.resource_levers(map_shape, block, last, part, depth, decision),
+            bounds=(levers.word_depth_bound(map_shape, block, precisions, part, depth, decision),),
+            levers=levers.resource_levers(map_shape, block, precisions, part, depth, decision),
         )
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from codesign.figures import Status, label
 from codesign.part import Part
 from codesign.planners.harmonic.styles.resources import (
@@ -15,6 +17,7 @@ from codesign.planners.harmonic.styles.resources import (
 from codesign.planners.styles import Lever, Line, short_resources
 
 Shape = tuple[int, int]
+Precisions = tuple[int, ...]
 
 
 def block_count(map_shape: Shape, block: Shape) -> int:
@@ -43,14 +46,15 @@ def largest_block(block: Shape, precision: int, part: Part, decision: bool = Tru
 
 
 def resource_levers(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
+    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool = True
 ) -> dict[str, tuple[Lever, ...]]:
     """Levers for each resource that the part lacks: block, precision, another place for ``decide``, part."""
+    precision = precisions[-1]
     need = totals(*block, precision, decision)
     short = short_resources(items(*block, precision, decision), part)
     if not short:
         return {}
-    shared = _block_lever(map_shape, block, precision, part, depth, decision)
+    shared = _block_lever(map_shape, block, precisions, part, depth, decision)
     without = totals(*block, precision, False)
     by_kind: dict[str, tuple[Lever, ...]] = {}
     for kind in (kind for kind in part.resources if kind in short):
@@ -63,6 +67,7 @@ def resource_levers(
                     Lever(
                         "relax.schedule",
                         f"end at {last} bits or less (3 slices of the decision module a bit)",
+                        {"schedule": _ending(precisions, last)},
                     )
                 )
         if without[kind] <= part.resources[kind].value:
@@ -74,9 +79,10 @@ def resource_levers(
 
 
 def word_depth_bound(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool = True
+    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool = True
 ) -> Line:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with levers where the bound is broken."""
+    precision = precisions[-1]
     blocks = block_count(map_shape, block)
     return Line.bound(
         name="words of a block RAM",
@@ -87,19 +93,21 @@ def word_depth_bound(
         source="Girau et al. 2008, section 5.4: p bits and a flag for each block, in RAMs of 1K × 18",
         levers=()
         if words(blocks, precision) <= depth
-        else _depth_levers(map_shape, block, precision, part, depth, decision),
+        else _depth_levers(map_shape, block, precisions, part, depth, decision),
     )
 
 
 def _depth_levers(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
+    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
 ) -> tuple[Lever, ...]:
+    precision = precisions[-1]
     blocks = block_count(map_shape, block)
     levers = []
     last = largest_precision(blocks, depth)
     if last >= 1:
-        levers.append(Lever("relax.schedule", f"end at {last} bits or less with {_counted(blocks)}"))
-    levers += _larger_block(map_shape, block, precision, part, depth, decision)
+        advice = f"end at {last} bits or less with {_counted(blocks)}"
+        levers.append(Lever("relax.schedule", advice, {"schedule": _ending(precisions, last)}))
+    levers += _larger_block(map_shape, block, precisions, part, depth, decision)
     levers.append(
         Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
     )
@@ -107,8 +115,9 @@ def _depth_levers(
 
 
 def _block_lever(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
+    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
 ) -> Lever:
+    precision = precisions[-1]
     smaller = largest_block(_clipped(block, map_shape), precision, part, decision)
     if smaller is None:
         return Lever("relax.block", f"no block fits {part.name}: what stands beside it is too large")
@@ -116,13 +125,15 @@ def _block_lever(
     last = largest_precision(blocks, depth)
     allowed = f"precision up to {last}" if last >= 1 else "too many for any precision"
     advice = f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}"
-    return Lever("relax.block", f"{advice}: {_counted(blocks)}, {allowed}")
+    changes = _block_changes(smaller, precisions, last) if last >= 1 else {}
+    return Lever("relax.block", f"{advice}: {_counted(blocks)}, {allowed}", changes)
 
 
 def _larger_block(
-    map_shape: Shape, block: Shape, precision: int, part: Part, depth: int, decision: bool
+    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
 ) -> tuple[Lever, ...]:
     """The smallest larger block with words that fit, or else the precision of the largest block of the part."""
+    precision = precisions[-1]
     covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
     largest = largest_block(_scaled(block, covering), precision, part, decision)
     if largest is None:
@@ -132,7 +143,7 @@ def _larger_block(
         blocks = block_count(map_shape, shape)
         if words(blocks, precision) <= depth:
             advice = f"{shape[0]} × {shape[1]} makes {_counted(blocks)}, and fits {part.name}"
-            return (Lever("relax.block", advice),)
+            return (Lever("relax.block", advice, _block_changes(shape, precisions, precision)),)
     largest = _clipped(largest, map_shape)
     blocks = block_count(map_shape, largest)
     last = largest_precision(blocks, depth)
@@ -142,7 +153,19 @@ def _larger_block(
         f"{largest[0]} × {largest[1]}, the largest in these proportions that fits {part.name},"
         f" makes {_counted(blocks)}: precision up to {last}"
     )
-    return (Lever("relax.block", advice),)
+    return (Lever("relax.block", advice, _block_changes(largest, precisions, last)),)
+
+
+def _ending(precisions: Precisions, last: int) -> list[int]:
+    """A schedule that ends at ``last`` bits, or where it ended before."""
+    return (
+        list(precisions) if last >= precisions[-1] else [*(each for each in precisions if each < last), last]
+    )
+
+
+def _block_changes(block: Shape, precisions: Precisions, last: int) -> dict[str, Any]:
+    """The parameters of a block with the precisions that its words allow."""
+    return {"block": list(block), "blocks": None, "schedule": _ending(precisions, last)}
 
 
 def _clipped(block: Shape, map_shape: Shape) -> Shape:

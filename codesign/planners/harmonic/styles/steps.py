@@ -202,7 +202,7 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
             sums = compute()
         else:
             start = None if field is None else field.digest()
-            key = ("harmonic stage", problem.digest, *partition, start, run.below, precision)
+            key = ("harmonic stage", problem.map_digest, *partition, start, run.below, precision)
             sums = memo.get(key, compute)
         block = np.arange(len(sums.iterations), dtype=np.int32)
         cycles = int(costs.iterations(precision, block, sums.iterations).sum())

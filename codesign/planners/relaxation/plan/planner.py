@@ -12,10 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
-from codesign.planners.relaxation.plan.parameters import Method, RelaxParameters, SearchParameters
+from codesign.planners.relaxation.plan.parameters import (
+    DEFAULT_METHOD,
+    Method,
+    RelaxParameters,
+    SearchParameters,
+)
 from codesign.planners.relaxation.plan.search import Search
 from codesign.planners.relaxation.plan.solve import Solution, refusal, solve
 from codesign.planners.task_graph import Flow
@@ -63,6 +68,24 @@ class Relaxation(Planner):
         problem = job.problem
         reason = refusal(job.parameters.method, problem.free.shape, problem.goals)
         return None if reason is None else ("method", reason)
+
+    def plans_for_start(self, _job: Job[Problem, RelaxParameters], /) -> bool:
+        """The potential leads from every cell."""
+        return False
+
+    def answer_class(self, job: Job[Problem, RelaxParameters], start: Cell) -> int:
+        """The cells of the path that the search enters."""
+        return len(search_of(job.problem, job.plan).follow(start).cells)
+
+    def arrival_changes(self, job: Job[Problem, RelaxParameters]) -> dict[str, dict[str, dict[str, Any]]]:
+        """The default method and run, and the direct solution."""
+        names = ("omega", "r", "tolerance", "boundary", "max_iterations")
+        plain = {name: type(job.parameters).model_fields[name].default for name in names}
+        return {
+            "method": {
+                str(method): {**plain, "method": method.value} for method in (DEFAULT_METHOD, Method.DIRECT)
+            }
+        }
 
     def reachable(self, job: Job[Problem, RelaxParameters]) -> NDArray[np.bool_]:
         """A step of the search never cuts a corner, with four neighbours or with eight."""
@@ -162,7 +185,7 @@ class Relaxation(Planner):
 def search_of(problem: Problem, plan: Plan) -> Search:
     """The search over a plan's potential, prepared once for all positions."""
     kept = _searches.get(plan)
-    if kept is None or kept[0] != problem.digest:
+    if kept is None or kept[0] != problem.map_digest:
         search = Search(
             plan.solution.potential,
             problem.free,
@@ -170,7 +193,7 @@ def search_of(problem: Problem, plan: Plan) -> Search:
             neighbours=plan.neighbours,
             upwards=plan.solution.boundary.upwards,
         )
-        kept = _searches[plan] = problem.digest, search
+        kept = _searches[plan] = problem.map_digest, search
     return kept[1]
 
 

@@ -91,7 +91,7 @@ class Host(HostStyle):
         """
         problem, parameters, start = job.problem, job.parameters, job.start
         began = None if start is None else hashlib.sha256(start.tobytes()).hexdigest()
-        key = ("relaxation", problem.digest, parameters.model_dump_json(), began)
+        key = ("relaxation", problem.map_digest, parameters.model_dump_json(), began)
         plan = job.shared(key, lambda: PLANNER.plan(job))
         search = search_of(problem, plan)
         relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if job.detail else 1)

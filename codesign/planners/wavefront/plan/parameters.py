@@ -57,7 +57,8 @@ class PropagateParameters(TaskParameters):
     stop: Annotated[
         WaveEnd,
         Field(
-            description="starts: when the wave reaches the last start, as in the paper; whole_map: at its own end"
+            description="starts: when the wave reaches the start that asks, as in the paper; whole_map: at its own end."
+            " For problem.task: field every wave runs to its own end"
         ),
     ] = WaveEnd.STARTS
     paths: Annotated[

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from codesign.errors import MapError
 from codesign.memo import Memo
-from codesign.planners.interface import Problem
+from codesign.models import Task
+from codesign.planners.interface import Cell, Problem
 from codesign.planners.wavefront.plan.grid import WaveMap, check_cells, check_map
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.tracking import Tracker
@@ -25,7 +26,8 @@ class WavefrontPlan:
 
     - ``potentials``: int32 H×W, ``UNREACHED`` where the wave did not come.
     - ``obstacle_potentials``: int32 H×W, p^d, for safe paths; else None.
-    - ``stop_potential``: the potential of the farthest stop, at which the wave ended; None where it ran to its end.
+    - ``stop_potential``: the potential of the start that the wave waited for, at which it ended; None where it ran to
+      its end.
     - ``wave_map``: the map of the wave.
     """
 
@@ -68,53 +70,82 @@ def problem_map(problem: Problem, parameters: PropagateParameters) -> WaveMap:
     return check_map(problem.free, parameters.delays, parameters.corner_cutting, extra)
 
 
-def stop_cells(problem: Problem, parameters: PropagateParameters) -> NDArray[np.int64]:
-    """The cells that the wave is to reach, n × 2; none where it runs to its end.
+def waits(problem: Problem, parameters: PropagateParameters) -> bool:
+    """Whether the wave waits for a start. A field is a wave to its own end, whatever the parameters say."""
+    return parameters.stop is WaveEnd.STARTS and problem.task is not Task.FIELD and bool(problem.starts)
+
+
+def stops_of(problem: Problem, parameters: PropagateParameters) -> tuple[Cell, ...]:
+    """The cells that the wave is to reach: the first start, or none where it runs to its end."""
+    return problem.starts[:1] if waits(problem, parameters) else ()
+
+
+def stop_cells(problem: Problem, stops: tuple[Cell, ...]) -> NDArray[np.int64]:
+    """The stops as an array, n × 2.
 
     Raises:
         MapError: a start outside of the map or on an obstacle.
     """
-    if parameters.stop is WaveEnd.WHOLE_MAP or not problem.starts:
-        return np.zeros((0, 2), np.int64)
-    return check_cells(problem.starts, problem.free, "starts")
+    return check_cells(stops, problem.free, "starts") if stops else np.zeros((0, 2), np.int64)
 
 
-def compute_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
-    """Run the wave without a clock.
+def compute_plan(
+    problem: Problem, parameters: PropagateParameters, stops: tuple[Cell, ...] | None = None
+) -> WavefrontPlan:
+    """Run the wave without a clock, until it has reached ``stops``: by default those of ``stops_of``.
 
     Raises:
         MapError: a goal or start that cannot be used, or a start that no path joins to a goal while the wave
             waits for it.
     """
     wave_map = problem_map(problem, parameters)
-    stops = stop_cells(problem, parameters)
+    ends = stop_cells(problem, stops_of(problem, parameters) if stops is None else stops)
     sources = check_cells(problem.goals, problem.free, "goals")
-    potentials, _ = run_wave(wave_map, sources, stops)
+    potentials, _ = run_wave(wave_map, sources, ends)
     distances = None
     if parameters.paths is Paths.SAFE:
         distances = obstacle_potentials(problem.free, delays=parameters.delays)
-    last = int(potentials[tuple(stops.T)].max()) if len(stops) else None
+    last = int(potentials[tuple(ends.T)].max()) if len(ends) else None
     return WavefrontPlan(potentials, distances, last, wave_map)
 
 
-def plan_key(problem: Problem, parameters: PropagateParameters) -> tuple[object, ...]:
+def plan_key(
+    problem: Problem, parameters: PropagateParameters, stops: tuple[Cell, ...] | None = None
+) -> tuple[object, ...]:
     """Everything that a plan depends on. Widths of registers and shapes of tiles do not change a plan."""
-    chosen = parameters.model_dump(include={"stop", "paths", "corner_cutting", "delays", "penalty"})
-    return "wavefront", problem.digest, repr(sorted(chosen.items()))
+    chosen = parameters.model_dump(include={"paths", "corner_cutting", "delays", "penalty"})
+    stops = stops_of(problem, parameters) if stops is None else stops
+    return "wavefront", problem.map_digest, tuple(sorted(stops)), repr(sorted(chosen.items()))
 
 
-def cached_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
+def cached_plan(
+    problem: Problem, parameters: PropagateParameters, stops: tuple[Cell, ...] | None = None
+) -> WavefrontPlan:
     """``compute_plan``, kept in this process: laws of resources ask for it before anything runs."""
-    return _plans.get(plan_key(problem, parameters), lambda: compute_plan(problem, parameters))
+    key = plan_key(problem, parameters, stops)
+    return _plans.get(key, lambda: compute_plan(problem, parameters, stops))
 
 
-def sizing_parameters(problem: Problem, parameters: PropagateParameters) -> PropagateParameters:
-    """The parameters for laws of size: without a stop where the wave cannot reach a start.
+def sizing_stops(problem: Problem, parameters: PropagateParameters) -> tuple[Cell, ...]:
+    """The stops for laws of size: every start that the wave may wait for; none where it cannot reach one of them.
 
     ``Wavefront.check`` refuses such a plan. But a drive may begin in this state, and its design still has a size.
     """
+    stops = problem.starts if waits(problem, parameters) else ()
     try:
-        cached_plan(problem, parameters)
+        cached_plan(problem, parameters, stops)
     except MapError:
-        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
-    return parameters
+        return ()
+    return stops
+
+
+def sizing_plan(problem: Problem, parameters: PropagateParameters) -> WavefrontPlan:
+    """The plan with the largest potential that a design is sized for: a wave to the farthest start, or to its end.
+
+    Of a replan both maps count, and the plan is that of the map with the larger one.
+    """
+    plans = [
+        cached_plan(each, parameters, sizing_stops(each, parameters))
+        for each in dict.fromkeys((problem, problem.changed))
+    ]
+    return max(plans, key=lambda plan: plan.largest_potential)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.errors import MapError
-from codesign.models import TaskParameters
-from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
+from codesign.models import Task, TaskParameters
+from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, Quality
 from codesign.planners.job import Job
 from codesign.planners.paths import cell_of, from_position
 from codesign.planners.task_graph import Flow
@@ -21,7 +21,14 @@ from codesign.planners.wavefront.plan.parameters import (
     PropagateParameters,
     TrackParameters,
 )
-from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, compute_plan, sizing_parameters
+from codesign.planners.wavefront.plan.plan import (
+    WavefrontPlan,
+    cached_plan,
+    compute_plan,
+    sizing_plan,
+    sizing_stops,
+    waits,
+)
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 
 CELL_BITS = 2
@@ -44,7 +51,7 @@ class Wavefront(Planner):
         return {"load": LoadParameters, "propagate": PropagateParameters, "track": TrackParameters}
 
     def check(self, job: Job[Problem, PropagateParameters]) -> tuple[str, str] | None:
-        """A wave that waits for its starts must reach them, and the number of tiles is limited."""
+        """A wave that waits for a start must reach it, and the number of tiles is limited."""
         problem, parameters = job.problem, job.parameters
         if parameters.tile is not None:
             height, width = parameters.tile
@@ -52,10 +59,31 @@ class Wavefront(Planner):
             if count > MAX_TILES:
                 return "tile", f"{count:,} tiles of {height} × {width} nodes, more than {MAX_TILES:,}"
         try:
-            cached_plan(problem, parameters)
+            for each in dict.fromkeys((problem, problem.changed)):
+                cached_plan(each, parameters, each.starts if waits(each, parameters) else ())
         except MapError as fault:
             return "stop", fault.what
         return None
+
+    def task_text(self, task: Task) -> str:
+        """A wave from the goals, until it reaches the start that asks or to its own end."""
+        if task is Task.FIELD:
+            return (
+                "a wave from the goals to its own end, whatever stop says, leaves a potential in every cell"
+            )
+        after = " on the changed map" if task is Task.REPLAN else ""
+        own = f"each start is a wave of its own{after}, from the goals until it reaches that start"
+        return f"{own}; with stop: whole_map one wave serves every start"
+
+    def plans_for_start(self, job: Job[Problem, PropagateParameters]) -> bool:
+        """A wave that waits for a start ends there."""
+        return waits(job.problem, job.parameters)
+
+    def answer_class(self, job: Job[Problem, PropagateParameters], start: Cell) -> int:
+        """The steps that are tracked and sent."""
+        plan, parameters = job.plan, job.parameters
+        most = parameters.steps if parameters.course is Course.LOCAL else None
+        return -1 if plan.potentials[start] < 0 else len(plan.tracker.follow(start, most))
 
     def reachable(self, job: Job[Problem, PropagateParameters]) -> NDArray[np.bool_]:
         """The wave passes between two obstacles that touch at a corner where it may cut corners."""
@@ -76,8 +104,8 @@ class Wavefront(Planner):
         does not wait for the start.
         """
         problem, parameters = job.problem, job.parameters
-        parameters = sizing_parameters(problem, parameters)
-        cells, plan = problem.free.size, cached_plan(problem, parameters)
+        stops = problem.starts[:1] if sizing_stops(problem, parameters) else ()
+        cells, plan = problem.free.size, cached_plan(problem, parameters, stops)
         local = parameters.course is Course.LOCAL
         steps = parameters.steps if local else self._steps(problem, plan)
         return (
@@ -163,8 +191,7 @@ def value_bits(problem: Problem, parameters: PropagateParameters) -> int:
     """Bits of a cell that tracking reads: those of its register, and for safe paths also those of p^d."""
     bits = parameters.register_bits
     if bits is None:
-        plan = cached_plan(problem, sizing_parameters(problem, parameters))
-        bits = register_bits(plan.largest_potential)
+        bits = register_bits(sizing_plan(problem, parameters).largest_potential)
     if parameters.paths is Paths.SAFE:
         bits += register_bits(longest_distance(problem.shape, parameters.delays))
     return bits

@@ -8,6 +8,7 @@ potential may still come by a path of more steps.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from codesign.figures import Figure
 from codesign.memo import Memo
@@ -46,8 +47,9 @@ class AdderComparator(ArrayStyle):
         )
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
-        """The largest potential of the whole map: nothing stops the updates before."""
-        return self._whole(job)[0]
+        """The largest potential of the whole map: nothing stops the updates before. Of a replan both maps count."""
+        maps = dict.fromkeys((job.problem, job.problem.changed))
+        return max(self._whole(replace(job, problem=each))[0] for each in maps)
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes, counter, select lines, and the tree that detects a changed potential."""
@@ -62,7 +64,7 @@ class AdderComparator(ArrayStyle):
         """Updates until no potential changes; for safe paths, p^d first."""
         problem, parameters = job.problem, job.parameters
         if parameters.paths is Paths.SAFE:
-            key = ("wavefront obstacle updates", problem.digest, parameters.delays)
+            key = ("wavefront obstacle updates", problem.map_digest, parameters.delays)
             count = job.shared(key, lambda: obstacle_updates(problem, parameters))
             yield one_step(OBSTACLES, count + 1)
         yield one_step(PROPAGATE, self._whole(job)[1] + 1)
@@ -73,7 +75,7 @@ class AdderComparator(ArrayStyle):
 
     def _whole(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         problem, parameters = job.problem, job.parameters
-        key = ("whole", *plan_key(problem, parameters))
+        key = ("whole", *plan_key(problem, parameters, ()))
 
         def compute() -> tuple[int, int]:
             sources = check_cells(problem.goals, problem.free, "goals")

@@ -9,7 +9,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Line, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.planners.wavefront.plan.plan import cached_plan, sizing_parameters
+from codesign.planners.wavefront.plan.plan import sizing_plan
 from codesign.planners.wavefront.plan.wave import longest_distance, stop_cycle
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
@@ -23,8 +23,8 @@ class DelayLine(ArrayStyle):
     description = "a node of delay lines for every cell: the wave is the computation"
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
-        """D_stop, or the largest potential of the map where the wave runs to its end."""
-        return cached_plan(job.problem, sizing_parameters(job.problem, job.parameters)).largest_potential
+        """D_stop of the farthest start, or the largest potential of the map where the wave runs to its end."""
+        return sizing_plan(job.problem, job.parameters).largest_potential
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes, counter, select lines."""

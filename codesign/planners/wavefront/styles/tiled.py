@@ -14,17 +14,18 @@ import numpy as np
 
 from codesign.memo import Memo
 from codesign.planners.host import one_step
-from codesign.planners.interface import Problem
+from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Line, Memory, Step, beyond_map, short_resources
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (
-    cached_plan,
     plan_key,
     problem_map,
-    sizing_parameters,
+    sizing_plan,
+    sizing_stops,
     stop_cells,
+    stops_of,
 )
 from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
@@ -44,12 +45,14 @@ class Tiled(ArrayStyle):
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest that a register ever holds: potentials of the plan and of the visits, and p^d."""
-        problem, parameters = job.problem, sizing_parameters(job.problem, job.parameters)
-        largest = cached_plan(problem, parameters).largest_potential
-        visits = self._visits(replace(job, parameters=parameters, memo=None))
+        problem, parameters = job.problem, job.parameters
+        largest = sizing_plan(problem, parameters).largest_potential
+        for each in dict.fromkeys((problem, problem.changed)):
+            sized = replace(job, problem=each, memo=None)
+            largest = max(largest, self._visits(sized, sizing_stops(each, parameters)).largest)
         if parameters.paths is Paths.SAFE:
             largest = max(largest, longest_distance(problem.shape, parameters.delays))
-        return max(largest, visits.largest)
+        return largest
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """A note where a tile is larger than the map."""
@@ -63,8 +66,8 @@ class Tiled(ArrayStyle):
         The register is that of the plan: visits may need a bit more, which a run shows.
         """
         rows, columns = job.problem.shape
-        sized = sizing_parameters(job.problem, PropagateParameters(corner_cutting=False))
-        bits = register_bits(cached_plan(job.problem, sized).largest_potential)
+        sized = sizing_plan(job.problem, PropagateParameters(corner_cutting=False))
+        bits = register_bits(sized.largest_potential)
         tiles = dict.fromkeys((min(side, rows), min(side, columns)) for side in TILE_SIDES)
         fitting: list[tuple[int, int]] = []
         smallest = next(iter(tiles))
@@ -105,21 +108,20 @@ class Tiled(ArrayStyle):
         """A visit is an exchange and a wave; for safe paths, p^d first."""
         problem, parameters, plan = job.problem, job.parameters, planned(job)
         if plan.obstacle_potentials is not None:
-            key = ("wavefront obstacle tiles", problem.digest, parameters.delays, parameters.tile)
+            key = ("wavefront obstacle tiles", problem.map_digest, parameters.delays, parameters.tile)
             visits = job.shared(key, lambda: obstacle_visits(problem, parameters))
             yield from self._visit_steps(job, OBSTACLES, visits)
-        visits = self._visits(job)
+        visits = self._visits(job, stops_of(problem, parameters))
         yield from self._visit_steps(job, PROPAGATE, visits)
 
-    def _visits(self, job: Job[Problem, PropagateParameters]) -> Visits:
+    def _visits(self, job: Job[Problem, PropagateParameters], stops: tuple[Cell, ...]) -> Visits:
         problem, parameters = job.problem, job.parameters
-        key = ("tiles", *plan_key(problem, parameters), parameters.tile)
+        key = ("tiles", *plan_key(problem, parameters, stops), parameters.tile)
 
         def compute() -> Visits:
             sources = check_cells(problem.goals, problem.free, "goals")
-            stops = stop_cells(problem, parameters)
             tile = parameters.tile_shape(*problem.shape)
-            return run_tiles(problem_map(problem, parameters), sources, stops, tile)[1]
+            return run_tiles(problem_map(problem, parameters), sources, stop_cells(problem, stops), tile)[1]
 
         return job.shared(key, lambda: _kept.get(key, compute))
 

@@ -14,6 +14,7 @@ from pydantic.fields import FieldInfo
 
 from codesign.figures import Figure, ResultFigure
 from codesign.inputs import fields as field_types
+from codesign.maps import Radius
 from codesign.units import Dimension, format_quantity
 
 FIGURES = {
@@ -78,6 +79,8 @@ def _class_text(annotation: Any, metadata: tuple[Any, ...]) -> str:
     """Of a model, an enumeration, a scalar."""
     if annotation is ResultFigure:
         return "name of a [figure](workload.md#figures)"
+    if annotation is Radius:
+        return "length or cells"
     is_class = isinstance(annotation, type)
     if is_class and (issubclass(annotation, BaseModel) or is_dataclass(annotation)):
         return "mapping"

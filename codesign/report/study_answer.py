@@ -1,0 +1,60 @@
+"""The answer of an exploration: one sentence, then the tables in reading order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from codesign.report.certainty import winners_certainty_table
+from codesign.report.render import printable
+from codesign.report.result_tables import sources_table
+from codesign.report.study_tables import (
+    best_table,
+    front_table,
+    infeasible_table,
+    nearest_table,
+    reasons_table,
+    study_table,
+    summary,
+    why_not,
+    winners_table,
+)
+from codesign.report.table import Table
+
+if TYPE_CHECKING:
+    from codesign.exploration import Study
+
+
+def study_sentence(study: Study) -> str:
+    """What was explored, how many points have each fate, and the best point of the first objective.
+
+    Where no point is feasible: the point that misses feasibility by least, and by what.
+    """
+    head = f"{study.workload} on {study.platform}, {summary(study)}"
+    best, nearest = best_table(study).rows, study.nearest()
+    end = ""
+    if best:
+        figure = study.objectives[0]
+        aim, number = best[0][0].text, best[0][1].text
+        value = best[0][len(best[0]) - len(study.objectives)].text
+        if best[0][0].value == figure.name:
+            end = f"; {aim}: {value}, point {number}"
+    elif nearest:
+        point = study.points[nearest[0]]
+        end = f"; nearest to feasible: point {point.index}, {why_not(point)}"
+    return printable(f"{head}{end}.")
+
+
+def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]:
+    """The front, or the points nearest to feasible; how sure the best points are; winners and reasons.
+
+    ``everything``: also the best points, every point, the reasons of each, and the sources of the figures.
+    """
+    tables = [front_table(study) if study.feasible else nearest_table(study)]
+    tables.append(winners_certainty_table(study))
+    winners = winners_table(study)
+    tables += [] if winners is None else [winners]
+    tables += [reasons_table(study)] if study.reasons else []
+    if everything:
+        results = [point.result for point in study.points if point.result is not None]
+        tables += [best_table(study), study_table(study), infeasible_table(study), sources_table(results)]
+    return tuple(table for table in tables if table.rows)

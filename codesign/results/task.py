@@ -1,0 +1,74 @@
+"""What was asked of a planner, and the time from each request to its answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from codesign.figures import described
+from codesign.results.model import ResultModel
+from codesign.units import PICOSECONDS_PER_SECOND
+
+TaskName = Literal["path", "field", "replan", "robots"]
+
+
+class TaskFigures(ResultModel):
+    """A task, and what it took. A request begins as the map is sent, and ends as the answer is received."""
+
+    task: TaskName = Field(
+        description="what was asked; robots: the paths of all robots at once, of a planner with a problem of its own"
+    )
+    text: str = Field(title="what the planner does", description="what the planner does for it")
+    map: str = Field(default="", description="the map, in words")
+    question: str = Field(
+        default="",
+        description="digest of map, goals, starts, task and change: results with one digest were asked the same",
+    )
+    starts: int = Field(description="starts of the problem")
+    changed_cells: int | None = Field(default=None, description="cells that change, of task replan")
+    plan_time_mean_s: float = Field(
+        title="request to answer, mean", description=described("plan_time_mean_s")
+    )
+    plan_time_95_s: float = Field(
+        title="request to answer, 95th percentile", description=described("plan_time_95_s")
+    )
+    plan_time_worst_s: float = Field(
+        title="request to answer, worst", description=described("plan_time_worst_s")
+    )
+    map_mean_s: float = Field(
+        title="until the map is there, mean",
+        description="the part of it until the map, or its change, stands in the component that plans, mean, s",
+    )
+    planning_mean_s: float = Field(
+        title="planning, mean", description="the part of it from there until the plan stands, mean, s"
+    )
+    answer_mean_s: float = Field(
+        title="answering, mean",
+        description="the part of it from there until the answer is received, mean, s",
+    )
+    arrive: Annotated[
+        float | None, Field(title="share of the starts that arrive", description=described("arrive"))
+    ] = None
+
+
+def times_of(requests: Sequence[tuple[int, int, int]]) -> dict[str, Any]:
+    """The times of a ``TaskFigures``. ``requests``: ps for the map, the planning and the answer of each, in any order.
+
+    >>> times_of([(10**12, 2 * 10**12, 0), (10**12, 4 * 10**12, 0)])["plan_time_mean_s"]
+    4.0
+    """
+    totals = [sum(parts) for parts in requests]
+    # Sums of whole picoseconds: no figure depends on the order of the starts.
+    mean, *means = (
+        sum(values) / len(values) / PICOSECONDS_PER_SECOND
+        for values in (totals, *zip(*requests, strict=True))
+    )
+    return {
+        "plan_time_mean_s": mean,
+        "plan_time_95_s": float(np.quantile(sorted(totals), 0.95)) / PICOSECONDS_PER_SECOND,
+        "plan_time_worst_s": max(totals) / PICOSECONDS_PER_SECOND,
+        **dict(zip(("map_mean_s", "planning_mean_s", "answer_mean_s"), means, strict=True)),
+    }
