@@ -94,12 +94,16 @@ def judged(
 ) -> tuple[list[BoardAdvice], dict[str, Candidate]]:
     """What every board comes to, best first, and the candidate of its best design by its name."""
     advice, best = [], {}
+    left = {candidate.board.name for candidate in findings.left}
     for board in boards:
         tried = findings.tried[board.name]
         chosen = min(tried, key=lambda each: _order(each, board, needs), default=None)
         if chosen is not None:
             best[board.name] = chosen[0]
-        advice.append(_of_board(board, chosen, tried, needs))
+        why = "no planner has a style for its components"
+        if board.name in left:
+            why = "none of its designs was searched within the budget"
+        advice.append(_of_board(board, chosen, tried, needs, why))
     return sorted(advice, key=cost_order), best
 
 
@@ -194,12 +198,16 @@ _SIMPLE: tuple[Where, ...] = ("host", "fabric", "split")
 """Software is the simplest design; then a circuit; then a circuit whose tasks are on two components."""
 
 
-def _of_board(board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs) -> BoardAdvice:
+def _of_board(
+    board: Board, chosen: Tried | None, tried: Sequence[Tried], needs: Needs, why: str
+) -> BoardAdvice:
+    """``why`` the board has no design, where it has none."""
     serving = [each for each in tried if each[1].time_s is not None and not each[1].shortfalls]
     fastest = min(serving, key=lambda each: each[1].time_s or 0.0, default=None)
     design = None if chosen is None else _design(chosen, board, needs)
-    nothing = Shortfall(need="refused", name="no planner has a style for its components")
-    short = (nothing,) if chosen is None else shortfalls_of(chosen[1], board, needs)
+    short = (
+        (Shortfall(need="refused", name=why),) if chosen is None else shortfalls_of(chosen[1], board, needs)
+    )
     return BoardAdvice(
         board=board.name,
         price_usd=board.price_usd,

@@ -144,7 +144,7 @@ _NEEDS = {
     "price": "the price",
     "arrive": "that all starts arrive",
     "fit": "the size of the part",
-    "refused": "what the platform declares",
+    "refused": "what the platform lacks or the budget left out",
 }
 
 

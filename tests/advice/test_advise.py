@@ -181,7 +181,9 @@ def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_p
     _, answer = asked(hwsw, corridor, [fabric], "1 Hz", "--budget", "0")
     assert any(text.startswith("breadth_first (state_machine) on fabric") for text in answer["not_searched"])
     place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
-    assert "Not searched, as the budget was spent: " in hwsw("advise", corridor, *place).output
+    output = hwsw("advise", corridor, *place).output
+    assert "Not searched, as the budget was spent: " in output
+    assert "none of its designs was searched within the budget" in output
 
 
 def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
 from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_TILES, TILE_SIDES
+from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
 from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, planned
 
 _kept = Memo(max_bytes=32 * 2**20)
@@ -77,10 +77,11 @@ class Tiled(ArrayStyle):
             parameters = PropagateParameters(tile=tile, register_bits=bits, corner_cutting=False)
             if not short_resources(self.items(replace(job, parameters=parameters)), job.chip):
                 fitting.append(tile)
+        few = job.problem.free.size * len(job.problem.starts) <= MOST_CELLS
         return tuple(
             tuple({**design, "tile": list(tile)} for design in chain)
             for tile in fitting or [smallest]
-            for chain in DESIGNS
+            for chain in (DESIGNS if few else DESIGNS[-1:])
         )
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
