@@ -93,7 +93,7 @@ def problem_section(
     task: str = "path",
     unknown: str | None = None,
     resolution: str | None = None,
-    change: Any = None,
+    changed_cells: int = 20,
 ) -> dict[str, Any]:
     """The section ``problem`` of a workload that asks the question; the map is cropped to its free cells.
 
@@ -115,8 +115,8 @@ def problem_section(
         section["starts"] = [_place(text, "--start") for text in starts]
     if task != "path":
         section["task"] = task
-    if change is not None:
-        section["change"] = change
+    if task == "replan":
+        section["change"] = {"count": changed_cells, "seed": 0}
     return section
 
 

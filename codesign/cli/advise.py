@@ -27,6 +27,14 @@ from codesign.errors import EXIT_INFEASIBLE, printable
     show_default=True,
     help="What is asked of a plan.",
 )
+@click.option(
+    "--change",
+    type=click.IntRange(min=1),
+    default=20,
+    show_default=True,
+    metavar="COUNT",
+    help="Cells that change before a plan of task replan, drawn.",
+)
 @click.option("--unknown", type=click.Choice(["blocked", "free"]), help="What unknown cells count as.")
 @click.option("--resolution", metavar="LENGTH", help="Size of a cell, for a map that does not say it.")
 @click.option(
@@ -52,6 +60,7 @@ def advise(
     clearance: str | None,
     starts: tuple[str, ...],
     task: str,
+    change: int,
     unknown: str | None,
     resolution: str | None,
     budget: float | None,
@@ -72,7 +81,14 @@ def advise(
     named = None if boards is None else [name.strip() for name in boards.split(",") if name.strip()]
     asked = advice.boards_of(named)
     section = advice.problem_section(
-        map_file, goals, starts, needs, task=task, unknown=unknown, resolution=resolution
+        map_file,
+        goals,
+        starts,
+        needs,
+        task=task,
+        unknown=unknown,
+        resolution=resolution,
+        changed_cells=change,
     )
     question = advice.ask(needs, section, map_file)
     with progress_shown(after_s=_QUIET_SECONDS) as show:

@@ -7,7 +7,7 @@ from codesign.planners.styles import Designs
 DESIGNS: Designs = tuple(({"stop": stop, "corner_cutting": False},) for stop in ("starts", "whole_map"))
 """A robot cannot pass between two obstacles that touch at a corner."""
 
-MOST_CELLS = 2**20
+MOST_CELLS = 2**18
 """Cells of the map times starts up to which tiles are visited for each start by itself. A search would take minutes
 beyond. The wave over the whole map takes at least as long on the array, and one computation for all starts."""
 
