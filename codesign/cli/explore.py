@@ -145,19 +145,34 @@ def _explored(
 
 @click.command(short_help="Write the tables and the page of a stored exploration.")
 @click.argument("store", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.option(
+    "--condition",
+    "conditions",
+    multiple=True,
+    metavar="AXIS=VALUE",
+    help="Show one condition by itself: by its value, or by its number in the list, from 0.",
+)
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @output_options(
     "Print the sentence alone.", "Print the best points, every point and the sources of the figures too."
 )
 @click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
-def report(store: Path, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:
+def report(
+    store: Path,
+    conditions: tuple[str, ...],
+    csv_file: Path | None,
+    page: Path | None,
+    detail: str,
+    as_json: bool,
+) -> None:
     """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated."""
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
     check_outputs({"--csv": csv_file, "--html": page}, [store])
-    _deliver(load_study(store), csv_file, page, detail, as_json)
+    chosen = settings_of(conditions, "--condition")
+    _deliver(load_study(store).at(chosen), csv_file, page, detail, as_json)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:

@@ -125,30 +125,31 @@ memory_option = click.option(
 )
 
 
-def settings_of(texts: Iterable[str]) -> dict[str, object]:
-    """The raw value of each axis that ``--set`` names.
+def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object]:
+    """The raw value of each axis that the option names.
 
     Raises:
         InputError: a text is no setting, or an axis is set twice.
     """
     values: dict[str, object] = {}
-    for axis, value in map(setting, texts):
+    for text in texts:
+        axis, value = setting(text, option)
         if axis in values:
-            raise InputError(f"{axis} is set twice", "--set", "keep one of the two")
+            raise InputError(f"{axis} is set twice", option, "keep one of the two")
         values[axis] = value
     return values
 
 
-def setting(text: str) -> tuple[str, object]:
+def setting(text: str, option: str = "--set") -> tuple[str, object]:
     """An axis and its raw value from ``AXIS=VALUE``."""
     from codesign.inputs import parse_value
 
     axis, separator, value = text.partition("=")
     if not separator or not axis:
         raise InputError(
-            f"{text!r} is no setting", "--set", "write AXIS=VALUE, as in --set relax.iterations=16"
+            f"{text!r} is no setting", option, f"write AXIS=VALUE, as in {option} relax.iterations=16"
         )
-    return axis, parse_value(value, f"--set {axis}")
+    return axis, parse_value(value, f"{option} {axis}")
 
 
 def command_line() -> str:

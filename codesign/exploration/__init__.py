@@ -10,16 +10,18 @@ share their functional work, and a front with holes where a sampler did not look
 
 from __future__ import annotations
 
+from codesign.exploration.designs import Design, StudyPoint
 from codesign.exploration.document import study_schema
 from codesign.exploration.executor import Executor, ProcessExecutor, SerialExecutor
 from codesign.exploration.front import non_dominated
 from codesign.exploration.run import explore, load_study
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState, FileStore, MemoryStore, Store
-from codesign.exploration.study import ReasonCount, Study, StudyPoint
+from codesign.exploration.study import ReasonCount, Study
 from codesign.exploration.tally import Progress
 
 __all__ = [
+    "Design",
     "DesignPoint",
     "Entry",
     "EntryState",

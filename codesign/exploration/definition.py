@@ -10,8 +10,8 @@ from typing import Any
 
 from codesign.exploration.explored import Explored
 from codesign.exploration.space import Space
-from codesign.figures import ResultFigure
-from codesign.inputs.exploration import Constraint, Exploration, declared
+from codesign.inputs.aggregate import rule_as_written
+from codesign.inputs.exploration import Exploration
 from codesign.units import counted
 
 MAX_STUDY_POINTS = 200_000
@@ -30,8 +30,7 @@ class StudyDefinition:
     platform: str
     workload: str
     space: Space
-    objectives: tuple[ResultFigure, ...]
-    constraints: tuple[Constraint, ...]
+    section: Exploration
 
 
 def platform_text(names: Collection[str]) -> str:
@@ -51,7 +50,9 @@ def definition_text(explored: Explored, section: Exploration, space: Space) -> s
         "workload": explored.workload.model_dump(mode="json"),
         "fingerprint": space.fingerprint,
         "contents": dict(space.contents),
-        "axes": {name: list(values) for name, values in space.axes.items()},
+        "axes": {name: list(values) for name, values in section.axes.items()},
+        "conditions": {name: list(values) for name, values in section.conditions.items()},
+        "aggregate": {name: rule_as_written(rule) for name, rule in section.aggregate.items()},
         "objectives": [figure.name for figure in section.objectives],
         "constraints": [limit.model_dump(mode="json", exclude_none=True) for limit in section.constraints],
     }
@@ -65,12 +66,13 @@ def read_definition(text: str) -> StudyDefinition:
         ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError: this version cannot read it.
     """
     definition = read_json(text)
-    axes = Exploration.model_validate({"axes": definition["axes"]}).axes
+    keys = ("axes", "conditions", "aggregate", "objectives", "constraints")
+    section = Exploration.model_validate({key: definition[key] for key in keys})
     contents = {
         str(axis): {str(value): str(digest) for value, digest in digests.items()}
         for axis, digests in definition.get("contents", {}).items()
     }
-    space = Space(axes, str(definition["fingerprint"]), contents)
+    space = Space(section.every_axis, str(definition["fingerprint"]), contents)
     names = [str(each["name"]) for each in definition["platforms"].values()]
     if len(space) > MAX_STUDY_POINTS or not names:
         raise ValueError(f"{len(space)} points on {len(names)} platforms")
@@ -78,8 +80,7 @@ def read_definition(text: str) -> StudyDefinition:
         platform=platform_text(names),
         workload=str(definition["workload"]["name"]),
         space=space,
-        objectives=tuple(declared(name) for name in definition["objectives"]),
-        constraints=tuple(Constraint.model_validate(limit) for limit in definition["constraints"]),
+        section=section,
     )
 
 

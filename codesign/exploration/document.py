@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field
 
-from codesign.inputs.exploration import FigureName
+from codesign.exploration.designs import Design, StudyPoint
+from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs.aggregate import Share, rule_as_written
+from codesign.inputs.constraint import FigureName
 from codesign.results.model import ResultModel
-from codesign.results.result import Result
+from codesign.results.result import Reason, Result
+
+if TYPE_CHECKING:
+    from codesign.exploration.study import Study
 
 
 class Objective(ResultModel):
@@ -28,30 +34,36 @@ class ConstraintBounds(ResultModel):
 
 
 class Counts(ResultModel):
-    """How many points there are; how many are feasible, failed, were not computed, are on the front.
+    """How many designs there are; how many are feasible, failed, were not computed, are on the front.
 
-    ``unreached`` counts the feasible points with a mission that ended before its goals.
+    Designs that are the same as an earlier one count as one. ``unreached`` counts the feasible designs with a mission
+    that ended before its goals.
     """
 
-    points: int = Field(description="all points")
-    feasible: int = Field(description="those that fit and satisfy every constraint")
+    points: int = Field(description="all points: each design in each condition")
+    designs: int = Field(description="all designs: combinations of the decisions")
+    distinct: int = Field(description="designs without those that are the same as an earlier one")
+    feasible: int = Field(description="those of the distinct that fit and satisfy every constraint")
     unreached: int = Field(description="those of the feasible with a mission that ended before its goals")
-    failed: int = Field(description="those that could not be simulated")
-    missing: int = Field(description="those that were not computed")
+    failed: int = Field(description="those with a point that could not be simulated")
+    missing: int = Field(description="those with a point that was not computed")
     front: int = Field(description="those on the front")
 
 
 class Point(ResultModel):
-    """One design point.
+    """One design in one condition.
 
     ``result`` is null where ``state`` is not ``done``, and ``failure`` says why where it is ``failed``.
     """
 
-    index: int = Field(description="its number in the enumeration, from 0")
-    axes: dict[str, Any] = Field(description="value of each axis, as the workload gives it")
+    index: int = Field(description="its number in the enumeration, from 0; conditions move fastest")
+    design: int = Field(description="the index of its design")
+    axes: dict[str, Any] = Field(description="value of each decision and condition, as the workload gives it")
     state: Literal["done", "failed", "missing"] = Field(description="what became of it")
-    feasible: bool = Field(description="whether it fits and satisfies every constraint")
-    on_front: bool = Field(description="whether it is on the front")
+    feasible: bool = Field(
+        description="whether it fits and, in a study without conditions, satisfies every constraint"
+    )
+    on_front: bool = Field(description="whether its design is on the front, or the same as one that is")
     unreached: str | None = Field(
         description="why the mission of a feasible point ended before its goals; null where it reached them"
     )
@@ -62,21 +74,159 @@ class Point(ResultModel):
     result: Result | None = Field(description="all of its figures")
 
 
-class StudyDocument(ResultModel):
-    """Every point of an exploration with all its figures, and the front among them."""
+class FigureSpread(ResultModel):
+    """The values of one figure of a design in all conditions that have one, in the unit of the figure."""
 
-    schema_version: Literal[2] = Field(default=2, description="version of this form")
+    least: float = Field(description="the least")
+    greatest: float = Field(description="the greatest")
+    deviation: float = Field(description="standard deviation of the sample; 0 of one value")
+    interval: tuple[float, float] | None = Field(
+        description="95 % interval of confidence of the aggregated figure; null where no seeds were drawn, or too few,"
+        " and for the worst and the best"
+    )
+
+
+class DesignReason(ResultModel):
+    """Why a design is out."""
+
+    condition: int | None = Field(
+        description="the number of the combination of conditions, from 0, the last one moving fastest; null: of all"
+    )
+    reason: Reason = Field(description="what passes its limit")
+
+
+class DesignEntry(ResultModel):
+    """One combination of the decisions, over all conditions."""
+
+    index: int = Field(description="its number in the enumeration, from 0")
+    axes: dict[str, Any] = Field(description="value of each decision, as the workload gives it")
+    state: Literal["done", "failed", "missing"] = Field(description="what became of its points")
+    feasible: bool = Field(description="whether it fits and satisfies every constraint")
+    on_front: bool = Field(description="whether it is on the front, or the same as one that is")
+    same_as: int | None = Field(
+        description="the first design that differs from it only in axes that change nothing for the two"
+    )
+    figures: dict[FigureName, float | None] = Field(
+        description="the aggregated value of each objective and each constrained figure; by share the share of the"
+        " conditions that meet the limit"
+    )
+    spread: dict[FigureName, FigureSpread] = Field(
+        description="of the same figures, over the conditions; empty in a study without conditions"
+    )
+    out: list[DesignReason] = Field(description="why it is not feasible")
+    not_told_apart: list[int] = Field(
+        description="of a design on the front: the designs that no objective tells apart from it over the conditions"
+    )
+
+
+class StudyDocument(ResultModel):
+    """Every design and every point of an exploration with all figures, and the front."""
+
+    schema_version: Literal[3] = Field(default=3, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
-    axes: dict[str, list[Any]] = Field(description="the values of each axis, in the order of the workload")
+    axes: dict[str, list[Any]] = Field(
+        description="the values of each decision, in the order of the workload"
+    )
+    conditions: dict[str, list[Any]] = Field(description="the values of each condition, alike")
+    aggregate: dict[str, Any] = Field(
+        description="the rule of each figure that has one, and the default, as the workload has them"
+    )
     units: dict[FigureName, str] = Field(
         description="the unit of each figure; 1 for a number of things or a share"
     )
     objectives: list[Objective] = Field(description="figures that span the front")
-    constraints: list[ConstraintBounds] = Field(description="bounds that a feasible point satisfies")
-    counts: Counts = Field(description="how many points there are of each kind")
+    constraints: list[ConstraintBounds] = Field(description="bounds that a feasible design satisfies")
+    counts: Counts = Field(description="how many designs there are of each kind")
+    designs: list[DesignEntry] = Field(description="in the order of enumeration: designs[i].index is i")
     points: list[Point] = Field(description="in the order of enumeration: points[i].index is i")
-    front: list[int] = Field(description="indices of the points on the front")
+    front: list[int] = Field(
+        description="indices of the designs on the front; of designs that are the same, the first"
+    )
+
+
+def study_document(study: Study) -> StudyDocument:
+    """The document of a study."""
+    first_of = {index: first for first, others in study.same.items() for index in others}
+    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
+    count = len(study.world.each)
+    return StudyDocument(
+        platform=study.platform,
+        workload=study.workload,
+        axes={name: list(values) for name, values in study.axes.items()},
+        conditions={name: list(values) for name, values in study.conditions.items()},
+        aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},
+        units={figure: figure.unit for figure in FIGURES.values()},
+        objectives=[_objective(study, figure) for figure in study.objectives],
+        constraints=[
+            ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
+            for limit in study.constraints
+        ],
+        counts=Counts(
+            points=len(study.points),
+            designs=len(study.designs),
+            distinct=len(study.distinct),
+            feasible=len(study.feasible),
+            unreached=len(study.unreached),
+            failed=len(study.failed),
+            missing=len(study.missing),
+            front=len(study.front),
+        ),
+        designs=[
+            _design(study, design, design.index in front, first_of.get(design.index))
+            for design in study.designs
+        ],
+        points=[_point(point, point.index // count, point.index // count in front) for point in study.points],
+        front=list(study.front),
+    )
+
+
+def _objective(study: Study, figure: ResultFigure) -> Objective:
+    maximise = study.world.maximise(figure)
+    unit = "1" if isinstance(study.world.rule(figure), Share) else figure.unit
+    return Objective(figure=figure, unit=unit, direction="maximise" if maximise else "minimise")
+
+
+def _design(study: Study, design: Design, on_front: bool, same_as: int | None) -> DesignEntry:
+    figures = tuple(dict.fromkeys((*study.objectives, *(limit.figure for limit in study.constraints))))
+    spreads = {figure: design.spread(figure) for figure in figures} if study.conditions else {}
+    return DesignEntry(
+        index=design.index,
+        axes=design.axes,
+        state=design.state,
+        feasible=design.feasible,
+        on_front=on_front,
+        same_as=same_as,
+        figures={figure: design.figure(figure) for figure in figures},
+        spread={
+            figure: FigureSpread(
+                least=each.least, greatest=each.greatest, deviation=each.deviation, interval=each.interval
+            )
+            for figure, each in spreads.items()
+            if each is not None
+        },
+        out=[DesignReason(condition=out.condition, reason=out.reason) for out in design.out],
+        not_told_apart=list(study.alike.get(design.index, ())),
+    )
+
+
+def _point(point: StudyPoint, design: int, on_front: bool) -> Point:
+    return Point(
+        index=point.index,
+        design=design,
+        axes=point.axes,
+        state=point.state,
+        feasible=point.feasible,
+        on_front=on_front,
+        unreached=point.unreached,
+        figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
+        failure=point.failure,
+        result=point.result,
+    )
+
+
+def _typed(figure: ResultFigure, value: float | None) -> int | float | None:
+    return round(value) if figure.counted == "count" and value is not None else value
 
 
 def study_schema() -> dict[str, Any]:

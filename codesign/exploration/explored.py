@@ -108,7 +108,7 @@ class Explored:
     def _unfilled(self, platform: Platform) -> set[str]:
         """The axes of roles that a platform does not fill."""
         movable = Movable.of(platform, self.workload.document)
-        heads = {axis: axis.partition(".")[0] for axis in self.section.axes}
+        heads = {axis: axis.partition(".")[0] for axis in self.section.every_axis}
         return {axis for axis, head in heads.items() if head in ROLES and movable.section(head) is None}
 
     def _faults(self, platform: Platform) -> list[Fault]:
@@ -139,7 +139,9 @@ def _over(platforms: Sequence[Platform], section: Exploration | None) -> Explora
 def _with_section(workload: Workload, section: Exploration) -> Workload:
     """The workload with this exploration in its document too: where none is written, faults are those of the file."""
     document = workload.document
-    axes = {name: list(values) for name, values in section.axes.items()}
-    if (document.tree.get("explore") or {}).get("axes", {}) != axes:
-        document = put(document, {("explore", "axes"): axes}, lambda path: Origin(path, workload.document))
+    written = document.tree.get("explore") or {}
+    for key, axes in (("axes", section.axes), ("conditions", section.conditions)):
+        raw = {name: list(values) for name, values in axes.items()}
+        if written.get(key, {}) != raw:
+            document = put(document, {("explore", key): raw}, lambda path: Origin(path, workload.document))
     return workload.model_copy(update={"explore": section}).with_document(document, workload)

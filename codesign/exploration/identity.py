@@ -112,7 +112,7 @@ def _map_files(workload: Workload) -> dict[str, list[tuple[Any, tuple[Path, ...]
     from codesign.inputs.edit import PROBLEM, moves
 
     files: dict[str, list[tuple[Any, tuple[Path, ...]]]] = {}
-    for axis, values in (workload.explore.axes if workload.explore else {}).items():
+    for axis, values in (workload.explore.every_axis if workload.explore else {}).items():
         if not moves(axis, PROBLEM):
             continue
         path = tuple(axis.split(".")[1:])

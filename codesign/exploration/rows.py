@@ -32,13 +32,16 @@ def study_columns(study: Study) -> dict[str, list[Scalar]]:
     """The columns of a study by name, with one entry a point, in the order of the points.
 
     The columns are ``index``, the axes, the declared figures that any point has (the objectives first), ``feasible``,
-    ``on_front`` and ``state``. An axis of quantities, such as ``100 MHz``, is a column of numbers in the base unit. Its
-    name ends with that unit: ``fpga.clock_hz``. Lists and mappings are JSON texts. A figure that a point does not have
-    is None.
+    ``on_front`` and ``state``. Over conditions, ``design`` and the conditions too. An axis of quantities, such as
+    ``100 MHz``, is a column of numbers in the base unit. Its name ends with that unit: ``fabric.clock_hz``. Lists and
+    mappings are JSON texts. A figure that a point does not have is None.
     """
-    front = set(study.front)
+    count = len(study.world.each)
+    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
     columns: dict[str, list[Scalar]] = {"index": [point.index for point in study.points]}
-    for axis, values in study.axes.items():
+    if study.conditions:
+        columns["design"] = [point.index // count for point in study.points]
+    for axis, values in study.every_axis.items():
         name, numbers = _axis_column(axis, values)
         columns[name] = [numbers.get(_text(point.axes.get(axis))) for point in study.points]
     for figure in dict.fromkeys((*study.objectives, *FIGURES.values())):
@@ -46,7 +49,7 @@ def study_columns(study: Study) -> dict[str, list[Scalar]]:
         if any(value is not None for value in values_of_points):
             columns[figure.column] = values_of_points
     columns["feasible"] = [point.feasible for point in study.points]
-    columns["on_front"] = [point.index in front for point in study.points]
+    columns["on_front"] = [point.index // count in front for point in study.points]
     columns["state"] = [point.state for point in study.points]
     return columns
 

@@ -74,13 +74,14 @@ def explore(
         explored.check_axes()
     files = files_read(explored)
     grid = grid_of(workload)
-    space = Space(section.axes, fingerprint(explored.single, workload, grid), contents_of(explored))
+    axes = section.every_axis
+    space = Space(axes, fingerprint(explored.single, workload, grid), contents_of(explored))
     if evaluate is None:
         share = share_of_memory(workers, memory)
         check_some_point(explored, space, grid, share)
         evaluate = Simulator(explored, grid, share)
     where = str(store) if isinstance(store, str | Path) else None
-    tally = Tally(space, section.constraints, where, progress)
+    tally = Tally(space, section, where, progress)
     with _open_store(store) as kept:
         definition = definition_text(explored, section, space)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
@@ -94,7 +95,7 @@ def explore(
                 kept.put(batch)
                 tally.take(batch)
     names = [each.name for each in explored.platforms.values()]
-    return tally.study(platform_text(names), workload.name, section.objectives)
+    return tally.study(platform_text(names), workload.name)
 
 
 def load_study(path: Path | str) -> Study:
@@ -111,9 +112,9 @@ def load_study(path: Path | str) -> Study:
             raise StoreError("holds no study", str(path), "hwsw explore puts one there")
         try:
             definition = read_definition(text)
-            tally = Tally(definition.space, definition.constraints, str(path))
+            tally = Tally(definition.space, definition.section, str(path))
             tally.take_kept(store, retry=False)
-            study = tally.study(definition.platform, definition.workload, definition.objectives)
+            study = tally.study(definition.platform, definition.workload)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), OTHER_VERSION
@@ -140,7 +141,7 @@ def _section(explored: Explored) -> Exploration:
         raise InputError(
             f"{section.points:,} points are too many to explore at once",
             "explore.axes",
-            f"at most {MAX_STUDY_POINTS:,}, so that the study fits in memory: take values from the axes,"
+            f"at most {MAX_STUDY_POINTS:,}, so that the study fits in memory: take values from the axes and conditions,"
             " or explore in parts",
         )
     named = "objectives" in section.model_fields_set

@@ -1,92 +1,48 @@
-"""The result of an exploration: every point with its figures or its reasons, and the front among them."""
+"""The result of an exploration: every design with its figures or its reasons, and the front among them."""
 
 from __future__ import annotations
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from codesign.data_frames import data_frame
-from codesign.errors import clip
-from codesign.exploration.document import ConstraintBounds, Counts, Objective, Point, StudyDocument
+from codesign.errors import InputError, choose_hint, clip, show
+from codesign.exploration.aggregation import Floats, told_apart
+from codesign.exploration.designs import Conditions, Design, StudyPoint, designs_of, with_constraints
+from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
 from codesign.exploration.rows import study_columns
-from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.exploration import Constraint
-from codesign.results.result import Reason, Result
+from codesign.exploration.same import same_designs
+from codesign.figures import ResultFigure
+from codesign.inputs.aggregate import Rule
+from codesign.inputs.constraint import Constraint
+from codesign.results.result import Reason
 from codesign.units import counted, format_count
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-@dataclass(frozen=True, repr=False)
-class StudyPoint:
-    """One point: its place in the enumeration, its axis values, and what came of it.
-
-    ``result`` is None where the computation failed (``failure`` says why) or was not yet done (``failure``
-    is None too, in a study read from the file of an interrupted exploration).
-    """
-
-    index: int
-    axes: dict[str, Any]
-    result: Result | None = None
-    failure: str | None = None
-
-    def __repr__(self) -> str:
-        axes = ", ".join(f"{axis}={value}" for axis, value in self.axes.items())
-        fate = ("feasible" if self.feasible else "infeasible") if self.state == "done" else self.state
-        return f"StudyPoint({self.index}: {clip(axes)}; {fate})"
-
-    @property
-    def state(self) -> Literal["done", "failed", "missing"]:
-        """What became of it."""
-        if self.result is not None:
-            return "done"
-        return "missing" if self.failure is None else "failed"
-
-    @property
-    def feasible(self) -> bool:
-        """Whether it fits and satisfies every constraint."""
-        return self.result is not None and self.result.feasible
-
-    @property
-    def unreached(self) -> str | None:
-        """Why the mission of a feasible point ended before its goals; None where it reached them, or had none."""
-        mission = self.result.mission if self.result is not None and self.feasible else None
-        return None if mission is None or mission.reached else mission.ended
-
-    def figure(self, figure: ResultFigure) -> float | None:
-        """One figure, or None where it has none."""
-        return None if self.result is None else figure_of(self.result, figure)
-
-
-def figure_of(result: Result, figure: ResultFigure) -> float | None:
-    """One figure as designs are compared by it. A design that needs no chip takes none of a chip's resources."""
-    value = result.figure(figure)
-    placed = not any(reason.kind == "mapping" for reason in result.reasons)
-    if value is None and figure.is_resource and result.part is None and not result.resources and placed:
-        return 0.0
-    return value
-
-
 @dataclass(frozen=True)
 class ReasonCount:
-    """How often one reason kept points out: ``points`` of them.
+    """How often one reason kept designs out: ``designs`` of them.
 
-    ``nearest`` is the index of the point with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
-    ``levers`` are those of this point. A reason without a limit has a gap of 0 and no levers: a ``failure``,
-    with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``, with the objective
-    that a feasible point does not have.
+    ``nearest`` is the index of the design with the least gap, the first of equals; ``least_gap`` (in ``unit``) and
+    ``levers`` are those of this design, in its worst condition. A reason without a limit has a gap of 0 and no levers:
+    a ``failure``, with its message's first line as name; ``unreached``, with what ended the mission; ``no figure``,
+    with the objective that a feasible design does not have.
     """
 
     kind: str
     name: str
     unit: str
-    points: int
+    designs: int
     nearest: int
     least_gap: float
     levers: tuple[str, ...] = ()
@@ -94,7 +50,18 @@ class ReasonCount:
 
 @dataclass(frozen=True, repr=False)
 class Study:
-    """Every point of an exploration. ``points[i].index`` is ``i``."""
+    """Every design of an exploration, and every point: a design in one condition.
+
+    Attributes:
+        axes: the values of each decision. conditions: those of each condition; without any, a design is one point.
+        objectives: span the front of the designs. constraints: what a feasible design keeps.
+        points: ``points[i].index`` is ``i``. Conditions move fastest: design ``d`` has the points from ``d`` times the
+            number of conditions on.
+        aggregate: how a figure of a design is made of its values in all conditions.
+
+    Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
+    (``same``), the first one alone counts.
+    """
 
     platform: str
     workload: str
@@ -102,125 +69,221 @@ class Study:
     objectives: tuple[ResultFigure, ...]
     constraints: tuple[Constraint, ...]
     points: tuple[StudyPoint, ...]
+    conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    aggregate: Mapping[str, Rule] = field(default_factory=dict)
+
+    @property
+    def every_axis(self) -> dict[str, tuple[Any, ...]]:
+        """The values of each decision, then those of each condition."""
+        return {**self.axes, **self.conditions}
+
+    @cached_property
+    def world(self) -> Conditions:
+        """Every combination of conditions, and the rules."""
+        return Conditions(self.conditions, self.aggregate)
+
+    @cached_property
+    def designs(self) -> tuple[Design, ...]:
+        """Every combination of the decisions, with its points. ``designs[i].index`` is ``i``."""
+        return designs_of(self.points, self.axes, self.world, self.objectives, self.constraints)
+
+    @cached_property
+    def same(self) -> Mapping[int, tuple[int, ...]]:
+        """Designs that are the same as an earlier one, by that one (``same_designs``)."""
+        return same_designs(self.designs)
+
+    @cached_property
+    def distinct(self) -> tuple[int, ...]:
+        """Indices of the designs without those that are the same as an earlier one."""
+        again = {index for others in self.same.values() for index in others}
+        return tuple(design.index for design in self.designs if design.index not in again)
 
     def __repr__(self) -> str:
         counts = f"{format_count(len(self.feasible))} feasible, {format_count(len(self.front))} on the front"
-        return f"Study({self.platform} × {self.workload}: {counted(len(self.points), 'point')}, {counts})"
+        over = f" in {counted(len(self.world.each), 'condition')}" if self.conditions else ""
+        designs = f"{counted(len(self.designs), 'design')}{over}"
+        return f"Study({self.platform} × {self.workload}: {designs}, {counts})"
 
     @cached_property
     def feasible(self) -> tuple[int, ...]:
-        """Indices of the points that fit and satisfy every constraint."""
-        return tuple(point.index for point in self.points if point.feasible)
+        """Indices of the distinct designs that fit and satisfy every constraint."""
+        return tuple(index for index in self.distinct if self.designs[index].feasible)
 
     @cached_property
     def unreached(self) -> tuple[int, ...]:
-        """Indices of the feasible points with a mission that ended before its goals."""
-        return tuple(point.index for point in self.points if point.unreached is not None)
+        """Indices of the feasible designs with a mission that ended before its goals."""
+        return tuple(index for index in self.feasible if self.designs[index].unreached is not None)
 
     @cached_property
     def failed(self) -> tuple[int, ...]:
-        """Indices of the points that could not be computed."""
-        return tuple(point.index for point in self.points if point.state == "failed")
+        """Indices of the designs with a point that could not be computed."""
+        return self._in_state("failed")
 
     @property
     def broken(self) -> bool:
-        """Whether every point failed: the exploration shows nothing about what is feasible."""
-        return len(self.failed) == len(self.points) > 0
+        """Whether every design failed: the exploration shows nothing about what is feasible."""
+        return len(self.failed) == len(self.designs) > 0
 
     @cached_property
     def missing(self) -> tuple[int, ...]:
-        """Indices of the points that were not computed."""
-        return tuple(point.index for point in self.points if point.state == "missing")
+        """Indices of the designs with a point that was not computed."""
+        return self._in_state("missing")
+
+    def _in_state(self, state: str) -> tuple[int, ...]:
+        return tuple(index for index in self.distinct if self.designs[index].state == state)
 
     @cached_property
     def front(self) -> tuple[int, ...]:
-        """Indices of the feasible points that no other feasible point dominates.
+        """Indices of the feasible designs that no other feasible design dominates.
 
-        A feasible point without one of the objectives (no start arrives, so no path length) is not on the
-        front; nor is one whose mission ended before its goals, whatever the objectives. Points of different tasks do
-        not dominate each other.
+        A feasible design without one of the objectives (no start arrives, so no path length) is not on the
+        front; nor is one with a mission that ended before its goals, whatever the objectives. Designs of different
+        tasks do not dominate each other.
         """
         if not self.objectives:
             return ()
         by_task: dict[str, list[int]] = {}
         for index in self.feasible:
-            point = self.points[index]
-            if point.unreached is None and point.result is not None:
-                by_task.setdefault(point.result.task.task if point.result.task else "", []).append(index)
+            design = self.designs[index]
+            result = design.points[0].result
+            if design.unreached is None:
+                task = result.task.task if result is not None and result.task is not None else ""
+                by_task.setdefault(task, []).append(index)
         return tuple(sorted(index for indices in by_task.values() for index in self._non_dominated(indices)))
 
     def _non_dominated(self, candidates: Sequence[int]) -> list[int]:
-        figures = [[self.points[index].figure(name) for name in self.objectives] for index in candidates]
+        figures = [[self.designs[index].figure(name) for name in self.objectives] for index in candidates]
         values = [[math.nan if value is None else value for value in row] for row in figures]
-        chosen = non_dominated(values, [name.maximise for name in self.objectives])
+        chosen = non_dominated(values, [self.world.maximise(name) for name in self.objectives])
         return [index for index, on_front in zip(candidates, chosen, strict=True) if on_front]
 
     @cached_property
+    def alike(self) -> Mapping[int, tuple[int, ...]]:
+        """By design of the front, the other designs that no objective tells apart from it over the conditions."""
+        alike = ((index, self.alike_in(index, self.objectives)) for index in self.front)
+        return {index: others for index, others in alike if others}
+
+    def alike_in(self, index: int, figures: Sequence[ResultFigure]) -> tuple[int, ...]:
+        """The feasible designs that none of the figures tells apart from a feasible one over the conditions.
+
+        Two designs are not told apart by a figure if each is better in some conditions, or if they are equal in all; of
+        drawn seeds, if the interval of confidence of their mean difference holds 0 (``told_apart``). With fewer than
+        two conditions all are told apart, and a design without one of the figures is told apart from all.
+        """
+        if len(self.world.each) < 2:
+            return ()
+        place = self.feasible.index(index)
+        apart = np.zeros(len(self.feasible), np.bool_)
+        apart[place] = True
+        for figure in figures:
+            values = self._values(figure)
+            apart |= np.isnan(values).any(axis=1) | told_apart(values[place], values, self.world.draws)
+        return tuple(self.feasible[position] for position in np.flatnonzero(~apart))
+
+    def _values(self, figure: ResultFigure) -> Floats:
+        """What is aggregated of a figure: feasible designs × conditions."""
+        if figure not in self._of_figures:
+            rows = [self.designs[index].values(figure) for index in self.feasible]
+            self._of_figures[figure] = np.array(rows)
+        return self._of_figures[figure]
+
+    @cached_property
+    def _of_figures(self) -> dict[ResultFigure, Floats]:
+        return {}
+
+    def at(self, condition: Mapping[str, Any]) -> Study:
+        """The study in some of its conditions: of each named condition one value, the others as they are.
+
+        ``condition``: the value by condition, or its number in the list, from 0. Where every condition is named, the
+        study has none left, and its figures are those of single points.
+
+        Raises:
+            InputError: no such condition, or no such value of it.
+        """
+        if not condition:
+            return self
+        chosen = {name: self._listed(name, value) for name, value in condition.items()}
+        left = {name: values for name, values in self.conditions.items() if name not in chosen}
+        each = enumerate(self.world.each)
+        kept = [number for number, values in each if chosen.items() <= values.items()]
+        points = (design.points[number] for design in self.designs for number in kept)
+        limits = () if left else self.constraints
+        return replace(
+            self,
+            axes={**self.axes, **{name: (value,) for name, value in chosen.items()}},
+            conditions=left,
+            aggregate=self.aggregate if left else {},
+            points=tuple(
+                replace(
+                    point,
+                    index=index,
+                    result=None if point.result is None else with_constraints(point.result, limits),
+                )
+                for index, point in enumerate(points)
+            ),
+        )
+
+    def _listed(self, name: str, value: Any) -> Any:
+        """The value of a condition that is named by itself or by its number."""
+        if name not in self.conditions:
+            hint = choose_hint(name, self.conditions) if self.conditions else "the study has no conditions"
+            raise InputError(f"there is no condition {name}", "condition", hint)
+        values = self.conditions[name]
+        for listed in values:
+            if listed == value and type(listed) is type(value):
+                return listed
+        if isinstance(value, int) and not isinstance(value, bool) and 0 <= value < len(values):
+            return values[value]
+        texts = (clip(json.dumps(listed), 60) for listed in values)
+        numbered = clip("; ".join(f"{number}: {text}" for number, text in enumerate(texts)), 400)
+        raise InputError(
+            f"{name} has no value {show(value)}", "condition", f"its values by number: {numbered}"
+        )
+
+    @cached_property
     def reasons(self) -> tuple[ReasonCount, ...]:
-        """The reasons that kept points out, the most frequent first."""
+        """The reasons that kept designs out, the most frequent first. A design counts once, by its largest gap."""
         gaps_by_reason: dict[tuple[str, str, str], list[tuple[float, int, tuple[str, ...]]]] = {}
-        for point in self.points:
-            for reason in _reasons(point):
-                gap = reason.gap, point.index, reason.levers
-                gaps_by_reason.setdefault((reason.kind, reason.name, reason.unit), []).append(gap)
-            for kind, name in self._held_against(point):
-                gaps_by_reason.setdefault((kind, name, ""), []).append((0, point.index, ()))
+        for index in self.distinct:
+            design = self.designs[index]
+            largest: dict[tuple[str, str, str], Reason] = {}
+            for reason in (out.reason for out in design.out):
+                key = str(reason.kind), reason.name, reason.unit
+                if key not in largest or reason.gap > largest[key].gap:
+                    largest[key] = reason
+            for key, reason in largest.items():
+                gaps_by_reason.setdefault(key, []).append((reason.gap, index, reason.levers))
+            for kind, name in self._held_against(design):
+                gaps_by_reason.setdefault((kind, name, ""), []).append((0, index, ()))
         counts = []
         for key, gaps in gaps_by_reason.items():
             least, nearest, levers = min(gaps)
             counts.append(ReasonCount(*key, len(gaps), nearest, least, levers))
-        return tuple(sorted(counts, key=lambda count: (-count.points, count.kind, count.name)))
+        return tuple(sorted(counts, key=lambda count: (-count.designs, count.kind, count.name)))
 
-    def lacking(self, point: StudyPoint) -> tuple[ResultFigure, ...]:
-        """The objectives that keep a feasible point off the front because it does not have them."""
-        if not point.feasible:
+    def lacking(self, design: Design) -> tuple[ResultFigure, ...]:
+        """The objectives that keep a feasible design off the front because it does not have them."""
+        if not design.feasible:
             return ()
-        return tuple(name for name in self.objectives if point.figure(name) is None)
+        return tuple(name for name in self.objectives if design.figure(name) is None)
 
-    def _held_against(self, point: StudyPoint) -> list[tuple[str, str]]:
-        """The reasons that keep a point out besides those of its result, by kind and name."""
-        if point.failure is not None:
-            return [("failure", point.failure.partition("\n")[0])]
-        if point.unreached is not None:
-            return [("unreached", point.unreached)]
-        return [("no figure", figure.name) for figure in self.lacking(point)]
+    def _held_against(self, design: Design) -> list[tuple[str, str]]:
+        """The reasons that keep a design out besides those of its results, by kind and name."""
+        if design.failure is not None:
+            return [("failure", design.failure.partition("\n")[0])]
+        if design.unreached is not None:
+            return [("unreached", design.unreached)]
+        return [("no figure", figure.name) for figure in self.lacking(design)]
 
     def nearest(self, count: int = 3) -> tuple[int, ...]:
-        """Indices of the infeasible points that pass their limits by least: by the largest relative gap of each."""
-        short = [point for point in self.points if point.result is not None and not point.feasible]
-        short.sort(
-            key=lambda point: (max(map(_relative_gap, _reasons(point)), default=math.inf), point.index)
-        )
-        return tuple(point.index for point in short[:count])
+        """Indices of the infeasible designs that pass their limits by least: by the largest relative gap of each."""
+        short = [self.designs[index] for index in self.distinct if self.designs[index].out]
+        short.sort(key=lambda design: (max(_relative_gap(out.reason) for out in design.out), design.index))
+        return tuple(design.index for design in short[:count])
 
     def to_dict(self) -> dict[str, Any]:
         """The study as JSON has it: the same at any worker count, and whether computed now or read from a store."""
-        front = set(self.front)
-        document = StudyDocument(
-            platform=self.platform,
-            workload=self.workload,
-            axes={name: list(values) for name, values in self.axes.items()},
-            units={figure: figure.unit for figure in FIGURES.values()},
-            objectives=[
-                Objective(figure=figure, unit=figure.unit, direction=figure.direction)
-                for figure in self.objectives
-            ],
-            constraints=[
-                ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
-                for limit in self.constraints
-            ],
-            counts=Counts(
-                points=len(self.points),
-                feasible=len(self.feasible),
-                unreached=len(self.unreached),
-                failed=len(self.failed),
-                missing=len(self.missing),
-                front=len(front),
-            ),
-            points=[_point(point, point.index in front) for point in self.points],
-            front=list(self.front),
-        )
-        return document.model_dump(mode="json")
+        return study_document(self).model_dump(mode="json")
 
     def frame(self) -> DataFrame:
         """The points as a data frame of pandas, with the columns of ``exploration.rows.study_columns``.
@@ -233,60 +296,6 @@ class Study:
     def to_json(self) -> str:
         """``to_dict`` as text, one line."""
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
-
-
-def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Result:
-    """The result with a reason for every constraint that it does not satisfy.
-
-    A figure that a feasible point does not have (no start arrives, so no path length) satisfies no
-    constraint; one that a point lacks because it does not fit, and was never run, is not held against it.
-    """
-    reasons = [reason for limit in constraints for reason in _unsatisfied(limit, result)]
-    if not reasons:
-        return result
-    return result.model_copy(update={"feasible": False, "reasons": (*result.reasons, *reasons)})
-
-
-def _unsatisfied(constraint: Constraint, result: Result) -> list[Reason]:
-    figure, value = constraint.figure, figure_of(result, constraint.figure)
-    reasons = []
-    for limit, sign, word in ((constraint.at_least, 1, "at least"), (constraint.at_most, -1, "at most")):
-        if limit is None or (value is None and not result.feasible):
-            continue
-        if value is None:
-            unreached = result.mission is not None and not result.mission.reached
-            why = "goals not reached" if unreached else "no such figure"
-            name, demand, gap = f"{figure} {word}: {why}", 0.0, abs(limit)
-        else:
-            name, demand, gap = f"{figure} {word}", value, sign * (limit - value)
-            if gap <= 0:
-                continue
-        reasons.append(
-            Reason(kind="constraint", name=name, demand=demand, limit=limit, gap=gap, unit=figure.unit)
-        )
-    return reasons
-
-
-def _point(point: StudyPoint, on_front: bool) -> Point:
-    return Point(
-        index=point.index,
-        axes=point.axes,
-        state=point.state,
-        feasible=point.feasible,
-        on_front=on_front,
-        unreached=point.unreached,
-        figures={figure: _typed(figure, point.figure(figure)) for figure in FIGURES.values()},
-        failure=point.failure,
-        result=point.result,
-    )
-
-
-def _typed(figure: ResultFigure, value: float | None) -> int | float | None:
-    return round(value) if figure.counted == "count" and value is not None else value
-
-
-def _reasons(point: StudyPoint) -> tuple[Reason, ...]:
-    return point.result.reasons if point.result is not None else ()
 
 
 def _relative_gap(reason: Reason) -> float:

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 from codesign.errors import StoreError
 from codesign.exploration.definition import OTHER_VERSION, read_json
+from codesign.exploration.designs import StudyPoint, with_constraints
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.store import Entry, EntryState, Store
-from codesign.exploration.study import Study, StudyPoint, with_constraints
-from codesign.figures import ResultFigure
-from codesign.inputs.exploration import Constraint
+from codesign.exploration.study import Study
+from codesign.inputs.exploration import Exploration
 from codesign.results.result import Result
 
 _KEYS_AT_ONCE = 500
@@ -45,12 +45,14 @@ class Tally:
     def __init__(
         self,
         space: Space,
-        constraints: tuple[Constraint, ...],
+        section: Exploration,
         where: str | None,
         progress: Callable[[Progress], None] | None = None,
     ) -> None:
         self.space = space
-        self.constraints = constraints
+        self.section = section
+        # With conditions, it is a design that keeps a constraint, by what all of its points come to.
+        self._constraints = () if section.conditions else section.constraints
         self.where = where
         self.progress = progress
         self.points = list(space.points())
@@ -85,10 +87,19 @@ class Tally:
         self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._report()
 
-    def study(self, platform: str, workload: str, objectives: tuple[ResultFigure, ...]) -> Study:
+    def study(self, platform: str, workload: str) -> Study:
         """The outcomes so far as a study."""
-        axes, outcomes = dict(self.space.axes), tuple(self.outcomes)
-        return Study(platform, workload, axes, objectives, self.constraints, outcomes)
+        section = self.section
+        return Study(
+            platform,
+            workload,
+            dict(section.axes),
+            section.objectives,
+            section.constraints,
+            tuple(self.outcomes),
+            dict(section.conditions),
+            dict(section.aggregate),
+        )
 
     def _take(self, entry: Entry) -> None:
         index = self._place[entry.key]
@@ -99,7 +110,7 @@ class Tally:
             return
         try:
             read = self._shared.result(Result.model_validate(read_json(entry.text)))
-            result = with_constraints(read, self.constraints)
+            result = with_constraints(read, self._constraints)
         except (ValueError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a result that this version cannot read", self.where, OTHER_VERSION

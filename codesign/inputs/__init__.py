@@ -14,8 +14,9 @@ PyYAML reads events only, never objects. Its own schema was rejected: it takes `
 
 from codesign.inputs.base import Spec, fault
 from codesign.inputs.checks import cross_check
+from codesign.inputs.constraint import Constraint
 from codesign.inputs.edit import design_point, has_axis, held, pin
-from codesign.inputs.exploration import Constraint, Exploration
+from codesign.inputs.exploration import Exploration
 from codesign.inputs.files import parse_value, starting_files
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.inputs.platform import Platform, list_platforms, load_platform

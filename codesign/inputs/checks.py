@@ -25,7 +25,7 @@ from codesign.inputs.edit import (
     no_variant,
     with_variant,
 )
-from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES
+from codesign.inputs.exploration import MAX_AXES, MAX_POINTS, MAX_VALUES, overlap
 from codesign.inputs.faults import Keep, Teller
 from codesign.inputs.platform import Platform, no_such
 from codesign.inputs.platform_axis import platform_axis_faults
@@ -76,7 +76,7 @@ class _Trial:
     @property
     def place(self) -> KeyPath:
         """The path of the axis."""
-        return ("explore", "axes", self.axis)
+        return _place(self.document, self.axis)
 
     def alone(self, movable: Movable) -> bool:
         """Whether no other axis moves the same task, component, link or section."""
@@ -135,6 +135,19 @@ class _Trial:
         return tell
 
 
+def _place(document: Document, axis: str) -> KeyPath:
+    """The path of an axis: among the decisions, or among the conditions."""
+    explore = document.tree.get("explore") or {}
+    return ("explore", "axes" if axis in (explore.get("axes") or {}) else "conditions", axis)
+
+
+def _listed(explore: Any, section: str) -> dict[str, Any]:
+    """The decisions (``axes``) or the ``conditions`` of a raw section ``explore``, as far as they can be read."""
+    axes = explore.get(section) if isinstance(explore, dict) else None
+    axes = axes if isinstance(axes, dict) and len(axes) <= MAX_AXES else {}
+    return {axis: values for axis, values in axes.items() if _readable(axis, values)}
+
+
 def _marked(what: str, form: _Form) -> str:
     return f"{what} in variant {form.name}" if form.name else what
 
@@ -144,9 +157,12 @@ def workload_faults(document: Document) -> list[Fault]:
     tree = document.tree if isinstance(document.tree, dict) else {}
     variants, explore = tree.get("variants"), tree.get("explore")
     variants = variants if isinstance(variants, dict) and len(variants) <= MAX_VARIANTS else {}
-    axes = explore.get("axes") if isinstance(explore, dict) else None
-    axes = axes if isinstance(axes, dict) and len(axes) <= MAX_AXES else {}
-    axes = {axis: values for axis, values in axes.items() if _readable(axis, values)}
+    decisions, conditions = _listed(explore, "axes"), _listed(explore, "conditions")
+    # A condition that sets what a decision sets is a fault of its own.
+    clear = {
+        axis: each for axis, each in conditions.items() if not any(overlap(axis, one) for one in decisions)
+    }
+    axes = {**decisions, **clear}
     if not variants and not axes:
         return []
     base = _base(document)
@@ -158,7 +174,13 @@ def workload_faults(document: Document) -> list[Fault]:
         if name != BASE and isinstance(raw, dict):
             forms[name], wrong = _variant_form(base, name)
             faults += wrong
-    if VARIANT_AXIS in axes:
+    if PLATFORM_AXIS in conditions:
+        place, hint = ("explore", "conditions", PLATFORM_AXIS), "list it in axes"
+        faults.append(document.fault(place, "a platform is a decision, not a condition", hint, at_key=True))
+    if VARIANT_AXIS in conditions:
+        place, hint = ("explore", "conditions", VARIANT_AXIS), "list it in axes"
+        faults.append(document.fault(place, "a variant is a decision, not a condition", hint, at_key=True))
+    if VARIANT_AXIS in decisions:
         faults += _variant_axis_faults(document, axes[VARIANT_AXIS], variants)
     explored = [name for name in axes.get(VARIANT_AXIS, [BASE]) if isinstance(name, str) and name in forms]
     if math.prod(len(values) for values in axes.values()) > MAX_POINTS:
@@ -321,7 +343,7 @@ def cross_check(platform: Platform, workload: Workload, *, explored: bool = Fals
     Raises:
         UnsuitedError: every fault, at its place in the workload.
     """
-    axes = workload.explore.axes if workload.explore else {}
+    axes = workload.explore.every_axis if workload.explore else {}
     listed = [name for name in axes.get(VARIANT_AXIS, ()) if name == BASE or name in workload.variants]
     specs = [] if explored and listed else [workload]
     specs += [choose_variant(workload, name) for name in listed]

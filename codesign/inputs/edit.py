@@ -335,9 +335,12 @@ def pin(
             if variants and (moves(axis, SCENARIO) or movable.section(axis.partition(".")[0]) == "mapping")
         }
         settled = set(map(movable.path, values))
-        axes = {axis: listed for axis, listed in section.axes.items() if movable.path(axis) not in settled}
+        axes, conditions = (
+            {axis: listed for axis, listed in section_axes.items() if movable.path(axis) not in settled}
+            for section_axes in (section.axes, section.conditions)
+        )
         # Those settled come first: an axis may move a key inside of one of them.
-        section = section.model_copy(update={"axes": held | axes})
+        section = section.model_copy(update={"axes": held | axes, "conditions": conditions})
     return moved_platform, point.model_copy(update={"explore": section})
 
 

@@ -5,24 +5,17 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Sequence
-from typing import Annotated, Any, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
 
-from pydantic import (
-    Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    ValidationInfo,
-    WithJsonSchema,
-    field_validator,
-    model_validator,
-)
-from pydantic_core import CoreSchema, InitErrorDetails, core_schema
+from pydantic import Field, ValidationInfo, field_validator
+from pydantic_core import InitErrorDetails
 
-from codesign.errors import InputError, choose_hint, clip, show
-from codesign.figures import FIGURES, RENAMED, ResultFigure
-from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details, refused
-from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
+from codesign.errors import clip
+from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs.aggregate import Aggregate, Share, rule_for
+from codesign.inputs.constraint import Constraint, FigureName
+from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
 MAX_VALUES = 1000
@@ -44,93 +37,35 @@ MISSION_OBJECTIVES = tuple(
 """The objectives of an exploration of drives that names none: what replans cost is in the time."""
 
 
-def declared(name: Any) -> ResultFigure:
-    """The figure of that name; a figure stays what it is.
-
-    Raises:
-        RefusalError: no figure is declared under this name.
-    """
-    if isinstance(name, ResultFigure):
-        return name
-    if isinstance(name, str) and name in FIGURES:
-        return FIGURES[name]
-    word = clip(str(name), 60)
-    hint = f"renamed: write {RENAMED[word]}" if word in RENAMED else choose_hint(word, FIGURES)
-    raise RefusalError(f"{show(name)} is not accepted", hint)
-
-
-class _ByName:
-    """How models read and write a declared figure: as its name. The schema lists what is declared when it is asked."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(
-            declared, serialization=core_schema.to_string_ser_schema()
-        )
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> dict[str, Any]:
-        return {"type": "string", "enum": list(FIGURES)}
-
-
-FigureName = Annotated[ResultFigure, _ByName()]
-
-_DIMENSIONS = {"s": Dimension.TIME, "W": Dimension.POWER, "J": Dimension.ENERGY, "m": Dimension.LENGTH}
-
-Limit = Annotated[float | None, WithJsonSchema({"type": ["number", "string"]})]
-
-
-class Constraint(SpecModel):
-    """A bound on a figure. Written with a unit (``5 ms``) for time, power, energy and length; held in s, W, J, m."""
-
-    figure: FigureName = Field(description="The figure that is bounded.")
-    at_least: Limit = Field(default=None, description="Its lower bound: 10 ms, 2 W, 1 J, or a bare number.")
-    at_most: Limit = Field(default=None, description="Its upper bound, alike.")
-
-    @field_validator("at_least", "at_most", mode="before")
-    @classmethod
-    def _with_unit(cls, value: Any, info: ValidationInfo) -> Any:
-        figure = info.data.get("figure")
-        if figure is None:
-            return None  # The figure is refused: how its limit is written follows from the right one.
-        # A spec that was dumped and is read again has plain numbers, and no document behind it.
-        dimension = _DIMENSIONS.get(figure.unit)
-        if dimension is None or value is None or not (info.context or {}).get("document"):
-            return value
-        if not isinstance(value, str):
-            example = SCALES[dimension].example
-            raise RefusalError(f"{show(value)} has no unit", f"write a number and a unit, such as {example}")
-        try:
-            parsed = parse_quantity(value, dimension)
-        except InputError as error:
-            raise refused(error) from None
-        return float(parsed / PICOSECONDS_PER_SECOND if dimension is Dimension.TIME else parsed)
-
-    @model_validator(mode="after")
-    def _bounds_something(self) -> Self:
-        if self.at_least is None and self.at_most is None:
-            raise RefusalError("bounds nothing", "give at_least, at_most, or both")
-        if self.at_least is not None and self.at_most is not None and self.at_least > self.at_most:
-            raise RefusalError(
-                "nothing is within these bounds", "at_least has to be below at_most", ("at_least",)
-            )
-        return self
+Axes = Annotated[dict[str, Annotated[tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES)]], Field()]
 
 
 class Exploration(SpecModel):
-    """Axes, objectives and constraints. Each combination of values of the axes is a design point.
+    """Decisions, conditions, objectives and constraints.
 
-    ``axes``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``, ``ROLE.FIELD``,
-    ``platform``, ``workload.variant``, or a key of ``workload.problem`` or ``workload.scenario``, in file order.
+    Each combination of values of the axes is a design. A design has one point for each combination of conditions.
+
+    ``axes`` and ``conditions``: raw values by axis, ``TASK.PARAMETER``, ``COMPONENT.FIELD``, ``LINK.FIELD``,
+    ``ROLE.FIELD``, ``platform``, ``workload.variant``, or a key of ``workload.problem`` or ``workload.scenario``, in
+    file order.
     """
 
-    axes: Annotated[
-        dict[str, Annotated[tuple[Any, ...], Field(min_length=1, max_length=MAX_VALUES)]], Field()
-    ] = Field(
+    axes: Axes = Field(
         default={},
         max_length=MAX_AXES,
-        description="Values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, ROLE.FIELD, platform,"
-        " workload.variant, ...",
+        description="Decisions: values to try by axis: TASK.PARAMETER, COMPONENT.FIELD, LINK.FIELD, ROLE.FIELD,"
+        " platform, workload.variant, ...",
+    )
+    conditions: Axes = Field(
+        default={},
+        max_length=MAX_AXES,
+        description="The world that each design meets, by axis: maps, sizes, seeds, traffic, error rates. All designs"
+        " are run in all combinations.",
+    )
+    aggregate: Aggregate = Field(
+        default={},
+        description="How a figure of a design is made of its values in all conditions, by figure and by default:"
+        " worst, best, mean, median, {quantile: 0.9} or {share: {at_most: 100 ms}}. Default: worst.",
     )
     objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
         default=DEFAULT_OBJECTIVES,
@@ -138,15 +73,20 @@ class Exploration(SpecModel):
         f" {', '.join(figure.name for figure in MISSION_OBJECTIVES)}.",
     )
     constraints: Annotated[tuple[Constraint, ...], Field(max_length=64)] = Field(
-        default=(), description="Bounds that a point has to keep."
+        default=(), description="Bounds that a design has to keep."
     )
 
     @property
     def points(self) -> int:
-        """The number of combinations; 1 without an axis."""
-        return math.prod(len(values) for values in self.axes.values())
+        """The number of combinations of decisions and conditions; 1 without an axis."""
+        return math.prod(map(len, self.every_axis.values()))
 
-    @field_validator("axes", mode="after")
+    @property
+    def every_axis(self) -> dict[str, tuple[Any, ...]]:
+        """Decisions, then conditions."""
+        return {**self.axes, **self.conditions}
+
+    @field_validator("axes", "conditions", mode="after")
     @classmethod
     def _distinct_points(cls, value: dict[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
         refusals = []
@@ -158,11 +98,43 @@ class Exploration(SpecModel):
                 refusals.append(refusal_details(RefusalError(f"{clip(axis)!r} is no axis", hint), (axis,)))
             texts = [json.dumps(each, sort_keys=True) for each in values]
             refusals += _repeated(texts, (axis,))
-        points = math.prod(len(values) for values in value.values())
-        if points > MAX_POINTS:
-            sizes = " x ".join(str(len(values)) for values in value.values())
-            what = f"{sizes} = {points:,} points are too many"
-            refusals.append(refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}")))
+        refusals += _too_many(value)
+        raise_all("Exploration", refusals)
+        return value
+
+    @field_validator("conditions", mode="after")
+    @classmethod
+    def _conditions_beside_axes(
+        cls, value: dict[str, tuple[Any, ...]], info: ValidationInfo
+    ) -> dict[str, tuple[Any, ...]]:
+        """Conditions that set what an axis sets, and too many of both together."""
+        axes: Mapping[str, tuple[Any, ...]] = info.data.get("axes") or {}
+        refusals = []
+        for condition in value:
+            axis = next((axis for axis in axes if overlap(axis, condition)), None)
+            if axis is not None:
+                refusal = RefusalError(f"sets the same thing as axis {axis}", "keep one of them", of_key=True)
+                refusals.append(refusal_details(refusal, (condition,)))
+        if axes and not refusals:
+            if len(axes) + len(value) > MAX_AXES:
+                what = f"{len(axes)} axes and {len(value)} conditions are too many"
+                refusals.append(refusal_details(RefusalError(what, f"at most {MAX_AXES} together")))
+            refusals += _too_many({**axes, **value})
+        raise_all("Exploration", refusals)
+        return value
+
+    @field_validator("constraints", mode="after")
+    @classmethod
+    def _no_bound_of_a_share(
+        cls, value: tuple[Constraint, ...], info: ValidationInfo
+    ) -> tuple[Constraint, ...]:
+        aggregate = info.data.get("aggregate") or {}
+        refusals = []
+        for index, limit in enumerate(value):
+            if isinstance(rule_for(aggregate, limit.figure), Share):
+                what = f"{limit.figure} is aggregated by share, which has its limit in the rule"
+                hint = "write {share: {...}, required: 0.9} in aggregate, and leave this constraint out"
+                refusals.append(refusal_details(RefusalError(what, hint), (index, "figure")))
         raise_all("Exploration", refusals)
         return value
 
@@ -171,6 +143,20 @@ class Exploration(SpecModel):
     def _distinct_objectives(cls, value: tuple[ResultFigure, ...]) -> tuple[ResultFigure, ...]:
         raise_all("Exploration", _repeated([figure.name for figure in value]))
         return value
+
+
+def overlap(axis: str, other: str) -> bool:
+    """Whether two axes set the same thing: the same key, or a key inside the other's."""
+    return f"{axis}.".startswith(f"{other}.") or f"{other}.".startswith(f"{axis}.")
+
+
+def _too_many(axes: Mapping[str, Sequence[Any]]) -> list[InitErrorDetails]:
+    points = math.prod(map(len, axes.values()))
+    if points <= MAX_POINTS:
+        return []
+    sizes = " x ".join(str(len(values)) for values in axes.values())
+    what = f"{sizes} = {points:,} points are too many"
+    return [refusal_details(RefusalError(what, f"at most {MAX_POINTS:,}"))]
 
 
 def _repeated(texts: Sequence[str], location: Location = ()) -> list[InitErrorDetails]:

@@ -11,6 +11,7 @@ matplotlib, Bokeh, Jinja2 and rich are imported when something is drawn or print
 
 from __future__ import annotations
 
+from codesign.report.aggregated import spread_table
 from codesign.report.answer import Answer, answer
 from codesign.report.canvas import Picture
 from codesign.report.certainty import winners_certainty_table
@@ -37,11 +38,11 @@ from codesign.report.study_tables import (
     reasons_table,
     study_csv,
     study_table,
-    winners_table,
     write_study_csv,
 )
 from codesign.report.table import Cell, Column, Table
 from codesign.report.timelines import account_picture, mission_timeline_picture, timeline_picture
+from codesign.report.winners_table import winners_table
 
 __all__ = [
     "Answer",
@@ -75,6 +76,7 @@ __all__ = [
     "result_reasons_table",
     "result_tables",
     "run_pictures",
+    "spread_table",
     "study_csv",
     "study_page",
     "study_sentence",

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from codesign.exploration.study import with_constraints
+from codesign.exploration.designs import with_constraints
 from codesign.figures import FIGURES, label
-from codesign.inputs.exploration import Constraint
+from codesign.inputs.constraint import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.report.certainty import sure_cell
 from codesign.report.render import printable
 from codesign.report.sentences import (
     ARRIVALS,
@@ -29,7 +30,7 @@ from codesign.results.result import Reason, ResourceUse, Result
 from codesign.units import counted
 
 FIRST = {
-    "plan": ("first_plan_s", "energy_j", "power"),
+    "plan": ("plan_time_worst_s", "energy_j", "power"),
     "mission": ("mission_time_s", "mission_energy_j", "replan_latency_95_s", "distance_ratio"),
     "fleet": ("first_plan_s", "energy_j", "power"),
 }
@@ -74,7 +75,7 @@ def _kind(result: Result) -> str:
 def _figures(result: Result) -> tuple[tuple[str, Cell], ...]:
     kind = _kind(result)
     rows = [
-        (FIGURES[name].label, figure_cell(FIGURES[name], result.figure(FIGURES[name])))
+        (FIGURES[name].label, sure_cell(result, FIGURES[name], result.figure(FIGURES[name])))
         for name in FIRST[kind]
     ]
     if kind == "plan" and result.power is None and "power busy" in result.processor:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def varying_axes(study: Study) -> tuple[str, ...]:
-    """The axes with more than one value, in the order of the workload."""
+    """The decisions with more than one value, in the order of the workload."""
     return tuple(name for name in study.axes if len(axis_levels(study, name)) > 1)
 
 
@@ -29,13 +29,15 @@ def short_names(axes: Sequence[str]) -> tuple[str, ...]:
 
 
 def fixed_axes(study: Study) -> tuple[tuple[str, str], ...]:
-    """The axes with a single value, and that value."""
-    return tuple((name, levels[0]) for name in study.axes if len(levels := axis_levels(study, name)) == 1)
+    """The axes and conditions with a single value, and that value."""
+    return tuple(
+        (name, levels[0]) for name in study.every_axis if len(levels := axis_levels(study, name)) == 1
+    )
 
 
 def axis_levels(study: Study, name: str) -> list[str]:
     """The values of an axis as texts, in the order of the workload."""
-    return list(dict.fromkeys(map(level_texts(study, name), study.axes[name])))
+    return list(dict.fromkeys(map(level_texts(study, name), study.every_axis[name])))
 
 
 def level_texts(study: Study, name: str) -> Callable[[Any], str]:
@@ -44,7 +46,7 @@ def level_texts(study: Study, name: str) -> Callable[[Any], str]:
     Of mappings, such as whole problems and whole scenarios, the text has only what differs among them. A platform is
     shown with its part, unless an axis moves parts.
     """
-    values = study.axes.get(name, ())
+    values = study.every_axis.get(name, ())
     if name == PLATFORM_AXIS:
         platforms = _platform_texts(study)
         return lambda value: platforms.get(value, axis_text(name, value))

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 HOLDS = "holds within the assumed intervals"
 EXACT = "holds: it rests on no assumed figure"
+IF_IT_FITS = ", if the design fits"
 _READ = {"W/(slice Hz)": ("W", 1e6, " a slice and MHz")}
 """Units that nobody writes: the one that is written, its size, and what stands behind it."""
 
@@ -34,6 +35,7 @@ def verdict_text(verdict: Verdict) -> str:
         return _deciding_text(verdict, decides)
     alone = verdict.rival is None and verdict.winner is not None
     proved = verdict.reason if alone else HOLDS if priced(FIGURES[verdict.figure]) else EXACT
+    proved += IF_IT_FITS if verdict.fit is not None and verdict.fit.fits != "yes" else ""
     texts = {
         "proved": proved,
         "refuted": "fails within all of the assumed intervals",
@@ -109,8 +111,15 @@ def winner_text(names: Sequence[str], results: Sequence[Result | None], figure: 
 
 
 def winners_certainty_table(study: Study) -> Table:
-    """For each objective that rests on intervals the best feasible point, and whether it is the best at every value."""
-    points = [point for point in study.points if point.feasible and point.unreached is None]
+    """For each objective that rests on intervals the best feasible point, and whether it is the best at every value.
+
+    Empty over conditions: there designs are compared, not points.
+    """
+    points = (
+        []
+        if study.conditions
+        else [point for point in study.points if point.feasible and point.unreached is None]
+    )
     results = [point.result for point in points if point.result is not None]
     rows = []
     for objective in filter(priced, study.objectives):

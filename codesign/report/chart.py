@@ -10,9 +10,10 @@ from itertools import permutations
 from typing import TYPE_CHECKING, Any, Literal
 
 from codesign.figures import FIGURES, ResultFigure
+from codesign.report.aggregated import aggregated_cell, figure_column, figure_label
 from codesign.report.axes import level_texts, short_names, varying_axes
-from codesign.report.study_tables import why_not
-from codesign.report.wording import figure_cell, labelled, prefix, wants_logarithm
+from codesign.report.study_tables import why_out
+from codesign.report.wording import labelled, prefix, wants_logarithm
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
@@ -36,8 +37,8 @@ def chart_figures(study: Study) -> tuple[ResultFigure, ...]:
     return tuple(dict.fromkeys(named))
 
 
-def chart_data(study: Study) -> dict[str, Any]:
-    """The points as columns, ready for JSON.
+def chart_data(study: Study, most: int | None = None) -> dict[str, Any]:
+    """The distinct designs as columns, ready for JSON; at most so many, by default ``MOST_POINTS``.
 
     - ``axes``: names, texts of their levels, and the level of each point;
     - ``figures``: label, and of each point the value (scaled to the unit in the label, six digits, None where
@@ -45,10 +46,10 @@ def chart_data(study: Study) -> dict[str, Any]:
     - ``fronts``: for each ordered pair of figures ("0,1") the points that bound them, by rising first figure,
       as places among the points kept here.
     """
-    kept = _kept(study)
-    points = [study.points[position] for position in kept]
+    kept = _kept(study, MOST_POINTS if most is None else most)
+    points = [study.designs[position] for position in kept]
     front = set(study.front)
-    whys = [why_not(point, study.lacking(point)) for point in points]
+    whys = [why_out(study, design) for design in points]
     distinct = list(dict.fromkeys(whys))
     numbers = {why: number for number, why in enumerate(distinct)}
     axes, figures = varying_axes(study), chart_figures(study)
@@ -63,7 +64,7 @@ def chart_data(study: Study) -> dict[str, Any]:
         ],
         "figures": [_figure_data(study, figure, kept) for figure in figures],
         "fronts": _fronts(study, figures, kept),
-        "left_out": len(study.points) - len(kept),
+        "left_out": len(study.distinct) - len(kept),
     }
 
 
@@ -81,37 +82,39 @@ def bokeh_script() -> str:
     return "\n".join(scripts).replace("</script", "<\\/script").replace("<!--", "<\\!--")
 
 
-def _kept(study: Study) -> list[int]:
-    total = len(study.points)
-    if total <= MOST_POINTS:
-        return list(range(total))
-    front = study.front[:MOST_POINTS]
-    room = MOST_POINTS - len(front)
-    spread = {number * total // room for number in range(room)} if room else set()
+def _kept(study: Study, most: int) -> list[int]:
+    total = len(study.distinct)
+    if total <= most:
+        return list(study.distinct)
+    front = study.front[:most]
+    room = most - len(front)
+    spread = {study.distinct[number * total // room] for number in range(room)} if room else set()
     return sorted(spread | set(front))
 
 
 def _axis_data(study: Study, name: str, short: str, kept: list[int]) -> dict[str, Any]:
     text_of = level_texts(study, name)
-    texts = [text_of(study.points[position].axes.get(name)) for position in kept]
+    texts = [text_of(study.designs[position].axes.get(name)) for position in kept]
     levels = list(dict.fromkeys([*map(text_of, study.axes[name]), *texts]))
     numbers = {text: number for number, text in enumerate(levels)}
     return {"name": short, "levels": levels, "level": [numbers[text] for text in texts]}
 
 
 def _figure_data(study: Study, figure: ResultFigure, kept: list[int]) -> dict[str, Any]:
-    values = [study.points[position].figure(figure) for position in kept]
+    values = [study.designs[position].figure(figure) for position in kept]
     # Points that are not feasible have figures too, but are not plotted.
-    plotted = [study.points[position].figure(figure) for position in kept if study.points[position].feasible]
+    plotted = [
+        study.designs[position].figure(figure) for position in kept if study.designs[position].feasible
+    ]
     finite = [value for value in plotted if value is not None and math.isfinite(value)]
-    size, unit = prefix(finite, figure.unit)
+    size, unit = prefix(finite, figure_column(study, figure).unit)
     return {
-        "name": figure.label,
-        "label": labelled(figure.label, unit),
-        "maximise": figure.maximise,
+        "name": figure_label(study, figure),
+        "label": labelled(figure_label(study, figure), unit),
+        "maximise": study.world.maximise(figure),
         "logarithm": bool(finite) and wants_logarithm(min(finite), max(finite)),
         "values": [_rounded(value, size) for value in values],
-        "texts": [figure_cell(figure, value).text for value in values],
+        "texts": [aggregated_cell(study, study.designs[position], figure).text for position in kept],
     }
 
 
@@ -124,13 +127,13 @@ def _fronts(study: Study, figures: tuple[ResultFigure, ...], kept: list[int]) ->
 
     rows = []
     for position in kept:
-        point = study.points[position]
+        point = study.designs[position]
         values = [point.figure(figure) if point.feasible else None for figure in figures]
         rows.append([math.nan if value is None else value for value in values])
     fronts = {}
     for x, y in permutations(range(len(figures)), 2):
         pair = [[row[x], row[y]] for row in rows]
-        chosen = non_dominated(pair, [figures[x].maximise, figures[y].maximise])
+        chosen = non_dominated(pair, [study.world.maximise(figures[axis]) for axis in (x, y)])
         places = [place for place, on_front in enumerate(chosen) if on_front]
         fronts[f"{x},{y}"] = sorted(places, key=lambda place: (rows[place][x], place))
     return fronts

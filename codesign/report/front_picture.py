@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
+from codesign.report.aggregated import figure_column, figure_label, kind_of_row
 from codesign.report.axes import axis_levels, varying_axes
 from codesign.report.canvas import Format, Picture, canvas, picture_bytes, style
+from codesign.report.table import Column
 from codesign.report.wording import axis_text, labelled, prefix, wants_logarithm
 from codesign.units import counted
 
@@ -31,7 +33,7 @@ def front_picture(
     marker: str | None = None,
     format: Format = "png",
 ) -> Picture:
-    """The feasible points by two figures, those of the front outlined, the front in these two joined.
+    """The feasible designs by two figures, those of the front outlined, the front in these two joined.
 
     - ``x`` and ``y``: the first two objectives unless given.
     - ``colour``: a third figure; one colour for all where it is None or no point has it.
@@ -52,29 +54,31 @@ def front_picture(
             "x, y",
             "choose other figures",
         )
+    maximise = study.world.maximise(x), study.world.maximise(y)
     shapes = marker or next((name for name in varying_axes(study) if name.endswith(".part")), None)
     from matplotlib.ticker import PercentFormatter
 
     with style():
         picture, axes = canvas((7.6, 5.0))
-        scaled = _scaled(values, (x, y), axes)
+        scaled = _scaled(values, [figure_column(study, figure) for figure in (x, y)], axes)
         shades, norm = _shades(study, positions, colour)
         _scatter(study, axes, positions, scaled, shades, norm, shapes)
-        axes.plot(*_staircase(scaled, (x, y)), color="0.35", linewidth=1.0, zorder=1.5, label=_FRONT_LINE)
+        axes.plot(*_staircase(scaled, maximise), color="0.35", linewidth=1.0, zorder=1.5, label=_FRONT_LINE)
         if norm is not None and colour is not None:
             bar = picture.colorbar(_mappable(norm), ax=axes, pad=0.02)
-            bar.set_label(colour.label)
+            bar.set_label(figure_label(study, colour))
             if colour.counted == "share":
                 bar.formatter = PercentFormatter(1)
         legend = picture.legend(loc="outside lower center", ncols=3, frameon=False, fontsize=8)
         if shades is not None:
             _in_grey(legend)
-        title = f"{y.label} against {x.label}"
-        axes.set_title(f"{study.workload} on {study.platform}: {counted(len(positions), 'feasible point')}")
+        title = f"{figure_label(study, y)} against {figure_label(study, x)}"
+        shown = counted(len(positions), f"feasible {kind_of_row(study)}")
+        axes.set_title(f"{study.workload} on {study.platform}: {shown}")
         data = picture_bytes(picture, format)
     return Picture(
         title=title,
-        alt=f"Scatter plot of {title}, {counted(len(positions), 'feasible point')}, front outlined and joined",
+        alt=f"Scatter plot of {title}, {shown}, front outlined and joined",
         format=format,
         data=data,
     )
@@ -87,24 +91,22 @@ def _figures(study: Study, figures: tuple[ResultFigure, ...]) -> tuple[list[int]
     """The feasible points which have all these figures, and the figures: float64, points × figures."""
     positions, rows = [], []
     for position in study.feasible:
-        row = [study.points[position].figure(figure) for figure in figures]
+        row = [study.designs[position].figure(figure) for figure in figures]
         if None not in row:
             positions.append(position)
             rows.append(row)
     return positions, np.array(rows, dtype=np.float64).reshape(len(rows), len(figures))
 
 
-def _scaled(
-    values: NDArray[np.float64], figures: tuple[ResultFigure, ResultFigure], axes: Any
-) -> NDArray[np.float64]:
+def _scaled(values: NDArray[np.float64], columns: Sequence[Column], axes: Any) -> NDArray[np.float64]:
     """The values in units that suit them; labels and scales of the two axes are set alike."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     scaled = values.copy()
-    for number, (figure, axis) in enumerate(zip(figures, (axes.xaxis, axes.yaxis), strict=True)):
-        size, unit = prefix(scaled[:, number].tolist(), figure.unit)
+    for number, (column, axis) in enumerate(zip(columns, (axes.xaxis, axes.yaxis), strict=True)):
+        size, unit = prefix(scaled[:, number].tolist(), column.unit)
         scaled[:, number] /= size
-        axis.set_label_text(labelled(figure.label, unit))
+        axis.set_label_text(labelled(column.name, unit))
         least, most = scaled[:, number].min(), scaled[:, number].max()
         if wants_logarithm(least, most):
             (axes.set_xscale if number == 0 else axes.set_yscale)("log")
@@ -128,7 +130,7 @@ def _shades(study: Study, positions: Sequence[int], colour: ResultFigure | None)
 
     if colour is None:
         return None, None
-    of_points = [study.points[position].figure(colour) for position in positions]
+    of_points = [study.designs[position].figure(colour) for position in positions]
     values = np.array([np.nan if value is None else value for value in of_points])
     if not np.isfinite(values).any():
         return None, None
@@ -165,7 +167,7 @@ def _scatter(
             mask = np.array(
                 [
                     (position in front) == on_front
-                    and (not shapes or axis_text(shapes, study.points[position].axes.get(shapes)) == level)
+                    and (not shapes or axis_text(shapes, study.designs[position].axes.get(shapes)) == level)
                     for position in positions
                 ]
             )
@@ -197,14 +199,14 @@ def _in_grey(legend: Any) -> None:
 
 
 def _staircase(
-    scaled: NDArray[np.float64], figures: tuple[ResultFigure, ResultFigure]
+    scaled: NDArray[np.float64], maximise: tuple[bool, bool]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners of the line that bounds what can be had in these two figures."""
     from codesign.exploration.front import non_dominated
 
-    best = np.unique(scaled[non_dominated(scaled, [figure.maximise for figure in figures])], axis=0)
+    best = np.unique(scaled[non_dominated(scaled, maximise)], axis=0)
     x, y = best[:, 0], best[:, 1]
-    if figures[0].maximise:
+    if maximise[0]:
         # A smaller x can be had wherever a larger one can: the bound of y runs to the left of its point.
         return np.repeat(x, 2)[:-1], np.repeat(y, 2)[1:]
     return np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]

@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 from codesign.files import write_atomically
 from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.planners.reproduction import Reproduction
+from codesign.report.aggregated import condition_text, rules_text, spread_table
 from codesign.report.axes import fixed_axes
-from codesign.report.chart import bokeh_script, chart_data, chart_figures, chart_plots
+from codesign.report.chart import MOST_POINTS, bokeh_script, chart_data, chart_figures, chart_plots
 from codesign.report.reproduction_tables import findings_table, reproduction_sources_table, reproduction_table
 from codesign.report.result_tables import figure_tables, result_reasons_table, sources_table
 from codesign.report.sentences import headline, run_pace_text
@@ -29,10 +30,11 @@ from codesign.report.study_tables import (
     nearest_table,
     reasons_table,
     study_counts,
-    winners_table,
+    summary,
 )
 from codesign.report.table import Table
 from codesign.report.timelines import account_picture
+from codesign.report.winners_table import winners_table
 from codesign.report.wording import ABSENT, ENDED, PACE
 from codesign.results.result import Result
 
@@ -42,6 +44,9 @@ if TYPE_CHECKING:
 
 _INVISIBLE = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
 """Controls but tab and newline, marks that turn the direction of writing, halves of surrogate pairs."""
+
+MOST_CONDITIONS = 24
+"""A page shows no more conditions by themselves than this."""
 
 _NARROW_COLUMNS, _NARROW_LETTERS = 4, 68
 """Tables of at most so many columns, whose headings and numbers need at most so many letters, stand side by side."""
@@ -73,20 +78,50 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
         counts=study_counts(study),
         fixed=fixed_axes(study),
         feasible=feasible,
+        summary=summary(study) if study.conditions else "",
         front=front_table(study),
+        spread=spread_table(study) if study.conditions and feasible else None,
+        fronts=_fronts_by_condition(study),
+        more_conditions=max(0, len(study.world.each) - MOST_CONDITIONS),
         best=best_table(study),
         winners=winners_table(study),
         reasons=reasons_table(study),
         nearest=nearest_table(study),
         sources=sources_table(point.result for point in study.points if point.result is not None),
         figures=[figure.name for figure in chart_figures(study)],
-        data=_script_json(chart_data(study)),
+        data=_script_json({"views": _views(study)}),
         plots=_script_json(chart_plots(study)) if feasible else None,
         bokeh=bokeh_script() if feasible else None,
         script=_text("study.js"),
         pictures=pictures,
         command=command or f"hwsw explore {_platform_word(study)}{study.workload} --html report.html",
     )
+
+
+def _fronts_by_condition(study: Study) -> list[tuple[str, Table]]:
+    """The front of each condition by itself, of the first conditions."""
+    if not study.conditions:
+        return []
+    return [
+        (condition_text(study, number), front_table(study.at(condition)))
+        for number, condition in enumerate(study.world.each[:MOST_CONDITIONS])
+    ]
+
+
+def _views(study: Study) -> list[dict[str, Any]]:
+    """What plot and table of points may show: all conditions together, and each of the first ones by itself."""
+    if not study.conditions:
+        return [{"name": "", **chart_data(study)}]
+    conditions = study.world.each[:MOST_CONDITIONS]
+    most = MOST_POINTS // (len(conditions) + 1)
+    together = {"name": f"all, {rules_text(study)}", **chart_data(study, most)}
+    return [
+        together,
+        *(
+            {"name": condition_text(study, number), **chart_data(study.at(condition), most)}
+            for number, condition in enumerate(conditions)
+        ),
+    ]
 
 
 def result_page(

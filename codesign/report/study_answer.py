@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from codesign.report.aggregated import aggregated_cell, aim_text, kind_of_row, spread_table
 from codesign.report.certainty import winners_certainty_table
 from codesign.report.render import printable
 from codesign.report.result_tables import sources_table
 from codesign.report.study_tables import (
+    best_design,
     best_table,
     front_table,
     infeasible_table,
@@ -15,10 +17,10 @@ from codesign.report.study_tables import (
     reasons_table,
     study_table,
     summary,
-    why_not,
-    winners_table,
+    why_out,
 )
 from codesign.report.table import Table
+from codesign.report.winners_table import winners_table
 
 if TYPE_CHECKING:
     from codesign.exploration import Study
@@ -30,17 +32,14 @@ def study_sentence(study: Study) -> str:
     Where no point is feasible: the point that misses feasibility by least, and by what.
     """
     head = f"{study.workload} on {study.platform}, {summary(study)}"
-    best, nearest = best_table(study).rows, study.nearest()
+    best, nearest, kind = best_design(study, study.objectives[0]), study.nearest(), kind_of_row(study)
     end = ""
-    if best:
-        figure = study.objectives[0]
-        aim, number = best[0][0].text, best[0][1].text
-        value = best[0][len(best[0]) - len(study.objectives)].text
-        if best[0][0].value == figure.name:
-            end = f"; {aim}: {value}, point {number}"
+    if best is not None:
+        value = aggregated_cell(study, best, study.objectives[0], spread=True).text
+        end = f"; {aim_text(study, study.objectives[0])}: {value}, {kind} {best.index}"
     elif nearest:
-        point = study.points[nearest[0]]
-        end = f"; nearest to feasible: point {point.index}, {why_not(point)}"
+        design = study.designs[nearest[0]]
+        end = f"; nearest to feasible: {kind} {design.index}, {why_out(study, design)}"
     return printable(f"{head}{end}.")
 
 
@@ -50,6 +49,8 @@ def study_tables(study: Study, *, everything: bool = False) -> tuple[Table, ...]
     ``everything``: also the best points, every point, the reasons of each, and the sources of the figures.
     """
     tables = [front_table(study) if study.feasible else nearest_table(study)]
+    if study.feasible and study.conditions:
+        tables += [best_table(study), *([spread_table(study)] if study.world.draws is not None else [])]
     tables.append(winners_certainty_table(study))
     winners = winners_table(study)
     tables += [] if winners is None else [winners]

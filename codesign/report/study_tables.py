@@ -1,17 +1,25 @@
-"""A study as tables: its points, its front, the points left out, and the variant that is best at each setting."""
+"""A study as tables: its points, the front of its designs, and the designs left out."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from codesign.exploration.rows import study_columns
 from codesign.figures import ResultFigure, label
-from codesign.inputs.edit import VARIANT_AXIS
+from codesign.report.aggregated import (
+    aggregated_cell,
+    aim_text,
+    alike_note,
+    condition_text,
+    designs_text,
+    figure_column,
+    kind_of_row,
+    rules_text,
+    same_text,
+)
 from codesign.report.axes import axis_levels, fixed_axes, level_texts, short_names, varying_axes
 from codesign.report.certainty import sure_cell, verdict_text
 from codesign.report.render import write_csv
@@ -19,36 +27,40 @@ from codesign.report.sentences import asked_notes
 from codesign.report.table import Cell, Column, Table, left, right, word, words
 from codesign.report.wording import (
     ABSENT,
-    axis_text,
     count_cell,
-    figure_cell,
     quantity_cell,
     quantity_text,
     yes_cell,
 )
-from codesign.results.result import Reason, Result
+from codesign.results.result import Reason
 from codesign.units import counted, format_count
 from codesign.verdicts import winner_verdict
 
 if TYPE_CHECKING:
-    from codesign.exploration import Study, StudyPoint
-
-_EQUAL = " = "
+    from codesign.exploration import Design, Study, StudyPoint
 
 
 def summary(study: Study) -> str:
-    """What was explored, and how many points have each fate, in one sentence."""
+    """What was explored, and how many designs have each fate, in one sentence."""
     _, *counts = study_counts(study)
     fates = ", ".join(f"{count} {name}" for name, count in counts)
-    return f"{counted(len(study.points), 'design point')}: {fates}"
+    again = len(study.designs) - len(study.distinct)
+    once = f", {len(study.distinct)} of them distinct" if again else ""
+    if not study.conditions:
+        return f"{counted(len(study.points), 'design point')}{once}: {fates}"
+    over = counted(len(study.world.each), "condition")
+    points = counted(len(study.points), "point")
+    designs = counted(len(study.designs), "design")
+    return f"{designs} × {over} = {points}{once}, compared {rules_text(study)}: {fates}"
 
 
 def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
-    """How many points there are, and how many of each fate; failed and missing ones only where any are."""
+    """How many designs there are, and how many of each fate; failed and missing ones only where any are."""
+    count = len(study.distinct)
     counts = {
-        "explored": len(study.points),
+        "explored": count,
         "feasible": len(study.feasible),
-        "infeasible": len(study.points) - len(study.feasible) - len(study.failed) - len(study.missing),
+        "infeasible": count - len(study.feasible) - len(study.failed) - len(study.missing),
     }
     counts |= {"without their goals": len(study.unreached)} if study.unreached else {}
     counts |= {"failed": len(study.failed)} if study.failed else {}
@@ -57,41 +69,65 @@ def study_counts(study: Study) -> tuple[tuple[str, str], ...]:
     return tuple((name, format_count(count)) for name, count in counts.items())
 
 
-class _Points:
-    """The number, the axes that vary and some figures of each point of a study, as the cells of a row."""
+class _Designs:
+    """The number, the decisions that vary and some figures of each design of a study, as the cells of a row."""
 
-    def __init__(self, study: Study, figures: Sequence[ResultFigure] = (), *, sure: bool = False) -> None:
+    def __init__(self, study: Study, figures: Sequence[ResultFigure] = (), *, spread: bool = False) -> None:
         axes = varying_axes(study)
-        self._figures, self._sure = figures, sure
+        self._study, self._figures, self._spread = study, figures, spread
         self._texts = [(name, level_texts(study, name)) for name in axes]
-        self.columns = (*right("point"), *left(*short_names(axes)), *_figure_columns(figures))
+        columns = (figure_column(study, figure) for figure in figures)
+        self.columns = (*right(kind_of_row(study)), *left(*short_names(axes)), *columns)
 
-    def cells(self, point: StudyPoint) -> tuple[Cell, ...]:
-        axes = words(*(text(point.axes.get(name)) for name, text in self._texts))
-        return (_number(point), *axes, *_figure_cells(point, self._figures, sure=self._sure))
+    def cells(self, design: Design) -> tuple[Cell, ...]:
+        axes = words(*(text(design.axes.get(name)) for name, text in self._texts))
+        figures = (
+            aggregated_cell(self._study, design, figure, spread=self._spread) for figure in self._figures
+        )
+        return (_number(design), *axes, *figures)
 
 
 def study_table(study: Study) -> Table:
-    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front."""
-    points = _Points(study, study.objectives)
-    front, feasible = set(study.front), set(study.feasible)
-    rows = tuple(
-        (
-            *points.cells(point),
-            yes_cell(position in feasible),
-            yes_cell(position in front),
-            word(why_not(point, study.lacking(point))),
-        )
-        for position, point in enumerate(study.points)
+    """All points in the order of enumeration: axes that vary, objectives, feasible, on the front.
+
+    A point is feasible by itself; it is on the front if its design is.
+    """
+    names = tuple(name for name in study.every_axis if len(axis_levels(study, name)) > 1)
+    figures = study.objectives
+    texts = {name: level_texts(study, name) for name in names}
+    number = (*right("point"), *right(*(["design"] if study.conditions else [])))
+    columns = (
+        *number,
+        *left(*short_names(names)),
+        *_figure_columns(figures),
+        *left("feasible", "on the front", "why not"),
     )
-    columns = (*points.columns, *left("feasible", "on the front", "why not"))
-    return Table("All points", columns, rows, _fixed_notes(study), frozenset(study.front))
+    front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
+    rows = []
+    for design in study.designs:
+        why = why_out(study, design)
+        for point in design.points:
+            rows.append(
+                (
+                    *(_number(each) for each in (point, design)[: len(number)]),
+                    *words(*(text(point.axes.get(name)) for name, text in texts.items())),
+                    *_figure_cells(point, figures),
+                    yes_cell(point.feasible and (design.feasible or bool(study.conditions))),
+                    yes_cell(design.index in front),
+                    word(why_not(point) or why),
+                )
+            )
+    strong = frozenset(number for number, row in enumerate(rows) if row[-2].value)
+    return Table("All points", columns, tuple(rows), _fixed_notes(study), strong)
 
 
 def study_csv(study: Study) -> Table:
     """All points as raw values: ``study_columns``, and in words why a point is not on the front."""
     columns = study_columns(study)
-    reasons = [why_not(point, study.lacking(point)) for point in study.points]
+    reasons = []
+    for design in study.designs:
+        why = why_out(study, design)
+        reasons += [why_not(point) or why for point in design.points]
     rows = zip(*columns.values(), reasons, strict=True)
     cells = tuple(tuple(Cell(str(value), value) for value in row) for row in rows)
     return Table("All points", left(*columns, "why_not"), cells)
@@ -107,71 +143,100 @@ def write_study_csv(study: Study, path: Path) -> None:
 
 
 def front_table(study: Study) -> Table:
-    """The points that no other point beats in every objective, best first by the first objective."""
-    points = _Points(study, study.objectives, sure=True)
-    rows = tuple(points.cells(study.points[position]) for position in _ranked(study, *study.objectives[:1]))
+    """The designs that no other design beats in every objective, best first by the first objective.
+
+    Over conditions, a figure has its spread beside it. Further columns, where any design has them: the axes whose other
+    values change nothing for it, and the designs that no objective tells apart from it.
+    """
+    designs = _Designs(study, study.objectives, spread=True)
+    ranked = _ranked(study, *study.objectives[:1])
+    rows = [designs.cells(study.designs[index]) for index in ranked]
     asked = asked_notes(point.result for point in study.points)
-    return Table("Front", points.columns, rows, (*asked, summary(study), *_fixed_notes(study)))
+    columns, notes = designs.columns, [*asked, summary(study)]
+    if any(index in study.same for index in study.front):
+        columns = (*columns, *left("the same with"))
+        rows = [(*row, word(same_text(study, index))) for row, index in zip(rows, ranked, strict=True)]
+    if study.alike:
+        columns = (*columns, *left("not told apart from"))
+        notes += alike_note(study)
+        alike = (word(designs_text(study.alike.get(index, ()))) for index in ranked)
+        rows = [(*row, cell) for row, cell in zip(rows, alike, strict=True)]
+    return Table("Front", columns, tuple(rows), (*notes, *_fixed_notes(study)))
+
+
+def best_design(study: Study, objective: ResultFigure) -> Design | None:
+    """The design of the front that is best by an objective, of equals the first; None where none has it."""
+    designs = (study.designs[index] for index in _ranked(study, objective)[:1])
+    return next((design for design in designs if design.figure(objective) is not None), None)
 
 
 def best_table(study: Study) -> Table:
-    """For each objective the point of the front that is best in it, and whether that holds; of equals the first."""
-    points = _Points(study, study.objectives, sure=True)
-    compared = [point for point in study.points if point.feasible and point.unreached is None]
-    results = [point.result for point in compared if point.result is not None]
+    """For each objective the design of the front that is best in it, of equals the first.
+
+    A further column says how sure that is (``verdicts``). Over conditions, it has the designs that this objective does
+    not tell apart from it.
+    """
+    designs = _Designs(study, study.objectives, spread=True)
+    rivals = [point for point in study.points if point.feasible and point.unreached is None]
+    results = [point.result for point in rivals if point.result is not None]
     rows = []
     for objective in study.objectives:
-        for position in _ranked(study, objective)[:1]:
-            point = study.points[position]
-            if point.figure(objective) is not None:
-                sure = word(verdict_text(winner_verdict(results, objective)))
-                rows.append((Cell(objective.aim, objective.name), *points.cells(point), sure))
-    columns = (*left("best"), *points.columns, *left("how sure"))
-    return Table("Best in each objective", columns, tuple(rows))
+        design = best_design(study, objective)
+        if design is not None:
+            row = (Cell(aim_text(study, objective), objective.name), *designs.cells(design))
+            apart = designs_text(study.alike_in(design.index, (objective,)))
+            sure = apart if study.conditions else verdict_text(winner_verdict(results, objective))
+            rows.append((*row, word(sure)))
+    columns = (
+        *left("best"),
+        *designs.columns,
+        *left("not told apart in it from" if study.conditions else "how sure"),
+    )
+    notes = alike_note(study) if study.conditions and any(row[-1].text for row in rows) else ()
+    return Table("Best in each objective", columns, tuple(rows), notes)
 
 
 def _ranked(study: Study, *objectives: ResultFigure) -> list[int]:
-    """The positions of the front, best first by these objectives; a point without a value comes last."""
+    """The designs of the front, best first by these objectives; a design without a value comes last."""
 
-    def rank(position: int) -> tuple[float, ...]:
-        values = [(study.points[position].figure(objective), objective) for objective in objectives]
-        losses = [math.inf if value is None else _loss(objective, value) for value, objective in values]
-        return (*losses, position)
+    def rank(index: int) -> tuple[float, ...]:
+        values = [(study.designs[index].figure(objective), objective) for objective in objectives]
+        losses = [
+            math.inf if value is None else -value if study.world.maximise(objective) else value
+            for value, objective in values
+        ]
+        return (*losses, index)
 
     return sorted(study.front, key=rank)
 
 
-def _loss(objective: ResultFigure, value: float) -> float:
-    """The value with the sign that makes less of it better."""
-    return -value if objective.maximise else value
-
-
 def infeasible_table(study: Study) -> Table:
-    """Every point that cannot be built, is not wanted, failed or was not computed, with all its reasons."""
+    """Every design that cannot be built, is not wanted, failed or was not computed, with all its reasons."""
     feasible = set(study.feasible)
-    return _left_out(study, "Points left out", [i for i in range(len(study.points)) if i not in feasible])
+    title = f"{kind_of_row(study).capitalize()}s left out"
+    return _left_out(study, title, [index for index in study.distinct if index not in feasible])
 
 
 def nearest_table(study: Study) -> Table:
-    """The points that miss feasibility by least, nearest first."""
+    """The designs that miss feasibility by least, nearest first."""
     return _left_out(study, "Nearest to feasible", study.nearest())
 
 
-def _left_out(study: Study, title: str, positions: Sequence[int]) -> Table:
-    points = _Points(study)
+def _left_out(study: Study, title: str, indices: Sequence[int]) -> Table:
+    designs = _Designs(study)
     rows = tuple(
-        (*points.cells(point), word(why_not(point)))
-        for point in (study.points[position] for position in positions)
+        (*designs.cells(design), word(why_out(study, design)))
+        for design in (study.designs[index] for index in indices)
     )
-    return Table(title, (*points.columns, *left("why")), rows)
+    return Table(title, (*designs.columns, *left("why")), rows)
 
 
 def reasons_table(study: Study) -> Table:
-    """Why points were left out, most frequent first.
+    """Why designs were left out, most frequent first.
 
-    Each reason has its number of points, the least gap, the point that has this gap, and the levers at that point.
+    Each reason has its number of designs, the least gap, the design that has this gap, and the levers there.
     """
-    rows = []
+    kind, rows = kind_of_row(study), []
     for count in study.reasons:
         measured = count.kind not in {"failure", "unreached", "no figure", "mapping"}
         in_words = count.kind in {"failure", "unreached", "mapping"}
@@ -179,7 +244,7 @@ def reasons_table(study: Study) -> Table:
             (
                 word(count.kind),
                 Cell(count.name if in_words else label(count.name), count.name),
-                count_cell(count.points),
+                count_cell(count.designs),
                 quantity_cell(count.least_gap if measured else None, count.unit),
                 Cell(str(count.nearest), count.nearest),
                 word("; ".join(count.levers) or ABSENT),
@@ -187,24 +252,40 @@ def reasons_table(study: Study) -> Table:
         )
     columns = (
         *left("kind", "what"),
-        *right("points", "least gap", "at point"),
+        *right(f"{kind}s", "least gap", f"at {kind}"),
         *left("what would help there"),
     )
-    return Table("Why points were left out", columns, tuple(rows))
+    return Table(f"Why {kind}s were left out", columns, tuple(rows))
 
 
-def why_not(point: StudyPoint, lacking: Sequence[ResultFigure] = ()) -> str:
-    """Why a point is not on the front, in one line; "" where only better points are the reason.
-
-    ``lacking``: the objectives that it does not have, though it is feasible.
-    """
+def why_not(point: StudyPoint) -> str:
+    """Why a point by itself is not feasible, or did not reach its goals, in one line; else ""."""
     if point.result is None:
         return "not computed" if point.failure is None else f"failed: {point.failure}"
     if point.unreached is not None:
         return f"goals not reached: {point.unreached}"
-    if lacking:
+    return "; ".join(reason_text(reason) for reason in point.reasons)
+
+
+def why_out(study: Study, design: Design) -> str:
+    """Why a design is not on the front, in one line; "" where only better designs are the reason.
+
+    A reason of one condition names this condition.
+    """
+    if not study.conditions and (why := why_not(design.points[0])):
+        return why
+    if design.state != "done":
+        return "not computed" if design.failure is None else f"failed: {design.failure}"
+    if design.ended is not None:
+        why, number = design.ended
+        return f"goals not reached: {why} (at {condition_text(study, number)})"
+    if lacking := study.lacking(design):
         return f"has no {', no '.join(name.label for name in lacking)}"
-    return "; ".join(reason_text(reason) for reason in point.result.reasons)
+    return "; ".join(
+        reason_text(out.reason)
+        + ("" if out.condition is None else f" (at {condition_text(study, out.condition)})")
+        for out in design.out
+    )
 
 
 def reason_text(reason: Reason) -> str:
@@ -238,108 +319,5 @@ def _figure_cells(
     return tuple(sure_cell(result, figure, point.figure(figure)) for figure in figures)
 
 
-def _number(point: StudyPoint) -> Cell:
-    return Cell(str(point.index), point.index)
-
-
-def winners_table(
-    study: Study, objective: ResultFigure | None = None, axis: str = VARIANT_AXIS
-) -> Table | None:
-    """For each setting of the other axes the best value of ``axis`` by an objective, the runner-up, and the ratio.
-
-    A point counts if it is feasible and its mission, if it has one, reached its goals. Values that are equal to the
-    last digit win together. For each of the study's objectives a note says how often each variant wins by it. None
-    where ``axis`` has fewer than two values.
-
-    Args:
-        study: with ``axis``.
-        objective: by default the study's first.
-        axis: by default that of the variants.
-    """
-    if axis not in study.axes or len(axis_levels(study, axis)) < 2:
-        return None
-    objective = objective or study.objectives[0]
-    others = tuple(name for name in varying_axes(study) if name != axis)
-    settings: dict[str, list[StudyPoint]] = {}
-    for point in study.points:
-        setting = json.dumps([point.axes.get(name) for name in others], sort_keys=True)
-        settings.setdefault(setting, []).append(point)
-    texts = [(name, level_texts(study, name)) for name in others]
-    rows = [
-        (
-            *words(*(text(points[0].axes.get(name)) for name, text in texts)),
-            *_contest(points, objective, axis)[1],
-        )
-        for points in settings.values()
-    ]
-    figure = objective.label
-    columns = (
-        *left(*short_names(others), "best"),
-        Column(figure, objective.unit, "right"),
-        *left("runner-up"),
-        Column(f"its {figure}", objective.unit, "right"),
-        *right("times better"),
-        *left("how sure", "left out"),
-    )
-    if not any(row[-1].text for row in rows):
-        columns, rows = columns[:-1], [row[:-1] for row in rows]
-    notes = tuple(
-        _wins_text(name, [_contest(points, name, axis)[0] for points in settings.values()])
-        for name in dict.fromkeys((objective, *study.objectives))
-    )
-    title = f"Best {axis.rpartition('.')[2]} by setting: {objective.aim}"
-    return Table(title, columns, tuple(rows), notes)
-
-
-def _contest(
-    points: Sequence[StudyPoint], objective: ResultFigure, axis: str
-) -> tuple[str, tuple[Cell, ...]]:
-    """The winner at one setting, and the cells from ``best`` to ``left out``.
-
-    There is none where the questions of the points differ.
-    """
-    names_by_loss: dict[float, list[str]] = {}
-    compared: list[Result] = []
-    out = []
-    differ = len({point.result.task.question for point in points if point.result and point.result.task}) > 1
-    for point in points:
-        name = axis_text(axis, point.axes.get(axis))
-        value = point.figure(objective) if point.feasible and point.unreached is None else None
-        if differ:
-            out.append(f"{name}: another question")
-        elif value is None:
-            out.append(f"{name}: {_fate(point, objective)}")
-        else:
-            names_by_loss.setdefault(_loss(objective, value), []).append(name)
-            compared += [point.result] if point.result is not None else []
-    ranks = sorted(names_by_loss)[:2]
-    names = [_EQUAL.join(names_by_loss[rank]) for rank in ranks]
-    values = [_loss(objective, rank) for rank in ranks]
-    cells = [
-        cell
-        for name, value in zip(names, values, strict=True)
-        for cell in (word(name), figure_cell(objective, value))
-    ]
-    cells += [Cell(ABSENT)] * (4 - len(cells))
-    ratio = None
-    if len(values) == 2:
-        over, under = values if objective.maximise else values[::-1]
-        ratio = over / under if under > 0 else None
-    sure = verdict_text(winner_verdict(compared, objective)) if len(compared) > 1 else ABSENT
-    return names[0] if names else "", (*cells, quantity_cell(ratio), word(sure), word("; ".join(out)))
-
-
-def _fate(point: StudyPoint, objective: ResultFigure) -> str:
-    """Why a point is not compared, in a word."""
-    if point.unreached is not None:
-        return "goals not reached"
-    if point.state != "done":
-        return "failed" if point.state == "failed" else "not computed"
-    return f"no {objective.label}" if point.feasible else "infeasible"
-
-
-def _wins_text(objective: ResultFigure, winners: Sequence[str]) -> str:
-    """How often each variant wins by an objective, in a sentence."""
-    wins = Counter("a tie" if _EQUAL in name else name or "none" for name in winners)
-    parts = (f"{name} in {count}" for name, count in wins.most_common())
-    return f"{objective.aim}, of {counted(len(winners), 'setting')}: {', '.join(parts)}"
+def _number(row: StudyPoint | Design) -> Cell:
+    return Cell(str(row.index), row.index)

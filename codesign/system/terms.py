@@ -7,6 +7,7 @@ times or delivers late, tasks of the user's own use the same components, or one 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -140,6 +141,14 @@ class _Pricing:
             self.inputs[name], self.values[name] = figure, figure.value
         return name
 
+    def edges(self, name: str, waited: Figure) -> str:
+        """The name of the clock periods waited at a component or link; each request that waited otherwise has its own.
+
+        So the second is ``axi 2 edges``.
+        """
+        names = (f"{name}{f' {number}' if number > 1 else ''} edges" for number in itertools.count(1))
+        return next(self.input(each, waited) for each in names if self.inputs.get(each, waited) == waited)
+
     def term(
         self, work: Work, amount: float, powers: dict[str, int], divide: int = 0, by: tuple[str, ...] = ()
     ) -> Term:
@@ -228,7 +237,7 @@ class _Pricing:
             periods = spent / PICOSECONDS_PER_SECOND * spec.clock.value
             source = "clock periods waited until the next edge, at most one each time"
             edges = Figure(periods, "1", Status.CALIBRATED, source, 0, max(begins, periods))
-            powers = {self.input(f"{name} edges", edges): 1, self.input(f"{name}.clock", spec.clock): -1}
+            powers = {self.edges(name, edges): 1, self.input(f"{name}.clock", spec.clock): -1}
             yield self.term(wait, 1.0, powers)
         else:
             yield self.term(wait, spent / PICOSECONDS_PER_SECOND, {})

@@ -11,6 +11,7 @@ from codesign.figures import FIGURES, Figure, ResultFigure
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.results.terms import Monomial, priced
+from codesign.verdicts.fits import Fit, fit_verdict
 from codesign.verdicts.sums import Inputs, Margin
 
 State = Literal["proved", "refuted", "depends", "not assessed"]
@@ -59,6 +60,10 @@ class Verdict(ResultModel):
     reason: str = Field(default="", description="why it is not assessed, or what it depends on besides")
     winner: int | None = Field(default=None, description="of a comparison: the position of the best design")
     rival: int | None = Field(default=None, description="the position of the design that decides against it")
+    fit: Fit | None = Field(
+        default=None,
+        description="of a comparison: whether the best design fits its part at every value",
+    )
     equals: tuple[int, ...] = Field(
         default=(),
         description="positions of designs that equal the best one at every value; they are no rivals",
@@ -120,7 +125,8 @@ def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Ver
     reason = "all others are equal" if equals else "no other design"
     none = Verdict(state="proved", figure=declared.name, holds=True, reason=reason)
     hardest = min(verdicts, key=_hardness, default=none)
-    return hardest.model_copy(update={"winner": winner, "equals": tuple(equals)})
+    fit = fit_verdict(results[winner])
+    return hardest.model_copy(update={"winner": winner, "fit": fit, "equals": tuple(equals)})
 
 
 NEAREST = 32

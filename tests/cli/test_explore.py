@@ -128,3 +128,56 @@ def _kept(store: Path) -> int:
     with contextlib.closing(sqlite3.connect(f"file:{store}?mode=ro", uri=True)) as connection:
         (count,) = connection.execute("select count(*) from point").fetchone()
     return int(count)
+
+
+CONDITIONS = """
+kind: workload
+name: rooms
+planner: harmonic
+problem:
+  map: {generate: rooms, rows: 20, columns: 30, room: [8, 8], seed: 1}
+  goals: [[4, 10]]
+mapping:
+  relax: {component: fpga, block: [10, 15], iterations: 6, schedule: {first: 7, step: 8, last: 63}}
+explore:
+  axes: {relax.block: [[20, 30], [10, 15]]}
+  conditions: {workload.problem.map.seed: [5, 6, 7]}
+  aggregate: {default: mean}
+  objectives: [first_plan_s, slices]
+"""
+
+
+def test_conditions_are_shown_together_and_each_by_itself(hwsw: Run, tmp_path: Path) -> None:
+    workload, store = tmp_path / "rooms.yaml", tmp_path / "rooms.sqlite"
+    workload.write_text(CONDITIONS, encoding="utf-8")
+    whole = hwsw("explore", "virtex4-pci", workload, "--store", store, "--workers", 1)
+    assert whole.exit_code == 0, whole.output
+    assert "2 designs × 3 conditions = 6 points, compared by the mean over the conditions" in whole.stdout
+    assert "Spread over 3 conditions" in whole.stdout
+    listed = json.loads(hwsw("report", store, "--json").stdout)
+    assert (listed["counts"]["points"], listed["counts"]["designs"]) == (6, 2)
+    by_value = hwsw("report", store, "--condition", "workload.problem.map.seed=6", "--json")
+    alone = json.loads(by_value.stdout)
+    assert [point["axes"]["workload.problem.map.seed"] for point in alone["points"]] == [6, 6]
+    assert alone["points"][0]["figures"] == listed["points"][1]["figures"]
+    by_number = hwsw("report", store, "--condition", "workload.problem.map.seed=1", "--json")
+    assert by_number.stdout == by_value.stdout
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("workload.problem.map.sed=5", "did you mean workload.problem.map.seed?"),
+        ("workload.problem.map.seed=9", "its values by number: 0: 5; 1: 6; 2: 7"),
+        ("seed", "write AXIS=VALUE, as in --condition"),
+    ],
+)
+def test_a_condition_that_there_is_not_is_refused(
+    hwsw: Run, tmp_path: Path, condition: str, told: str
+) -> None:
+    workload, store = tmp_path / "rooms.yaml", tmp_path / "rooms.sqlite"
+    workload.write_text(CONDITIONS, encoding="utf-8")
+    assert hwsw("explore", "virtex4-pci", workload, "--store", store, "--workers", 1).exit_code == 0
+    refused = hwsw("report", store, "--condition", condition)
+    assert refused.exit_code == 2
+    assert told in refused.output

@@ -97,6 +97,8 @@ def test_every_exploration_starts_and_ends(hwsw: Run, tmp_path: Path, workload: 
     source["explore"]["axes"] = {
         axis: values[:2] if index == 0 else values[:1] for index, (axis, values) in enumerate(axes.items())
     }
+    conditions = source["explore"].get("conditions", {})
+    source["explore"]["conditions"] = {axis: values[:1] for axis, values in conditions.items()}
     if source["scenario"]["type"] == "drive":
         source["scenario"]["limit"] = "15 s"
     file = tmp_path / "short.yaml"

@@ -10,9 +10,11 @@ from pathlib import Path
 import pytest
 from places import ROOT
 
+from codesign.figures import FIGURES
+
 MODULES = [
     "codesign.memo",
-    *(f"codesign.exploration.{name}" for name in ("executor", "front", "space")),
+    *(f"codesign.exploration.{name}" for name in ("aggregation", "executor", "front", "space")),
     "codesign.planners.harmonic.plan.best_schedule",
 ]
 PAGE = ROOT / "docs" / "exploration.md"
@@ -30,6 +32,24 @@ def test_page() -> None:
     found = doctest.testfile(str(PAGE), module_relative=False, extraglobs=names)
     assert found.attempted > 5
     assert found.failed == 0
+
+
+def test_the_front_over_rooms_and_seeds_is_as_the_page_says(tmp_path: Path) -> None:
+    import codesign
+    from codesign.report import front_table, render_text
+
+    page = PAGE.read_text(encoding="utf-8")
+    block = re.search(r"^```yaml\n(# seeds\.yaml\n.*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert block is not None
+    (tmp_path / "seeds.yaml").write_text(block[1], encoding="utf-8")
+    platform = codesign.load_platform("virtex4-pci")
+    study = codesign.explore(platform, codesign.load_workload(tmp_path / "seeds.yaml"))
+    stated = page.partition("```text\n")[2].partition("```")[0]
+    assert render_text(front_table(study)).split() == stated.split()
+    spread = study.designs[1].spread(FIGURES["clearance_mean"])
+    assert spread is not None
+    assert spread.interval is not None
+    assert f"begins at {100 * spread.interval[0]:.2f} %" in " ".join(page.split())
 
 
 def test_labyrinth_schedules_of_the_page() -> None:

@@ -132,7 +132,8 @@ def test_the_partition_of_the_small_office_holds(hwsw: Run) -> None:
     """Its three rows of latencies, and its row of times and energies over AXI as it is."""
     file = yaml.safe_load((data_folder("workloads") / "office-partition.yaml").read_text(encoding="utf-8"))
     axes = file["explore"]["axes"]
-    office = f"workload.problem={json.dumps(axes['workload.problem'][0])}"
+    offices = file["explore"]["conditions"]["workload.problem"]
+    office = f"workload.problem={json.dumps(offices[0])}"
     latencies = cells_below("| office | AXI |")[: len(axes["link.clock"])]
     wholes = cells_below("| office, AXI at 100 MHz |")[0][1:]
     for clock, (_, stated, *cells) in zip(axes["link.clock"], latencies, strict=True):
@@ -145,6 +146,27 @@ def test_the_partition_of_the_small_office_holds(hwsw: Run) -> None:
                 time, energy = whole.replace("*", "").removesuffix(" J").split(" s, ")
                 assert says(time, told["mission_time_s"]), variant
                 assert says(energy, told["energy"]["mission_energy_j"]), variant
+
+
+def test_the_front_of_the_partition_is_that_of_its_tables() -> None:
+    """The worst, the least and the greatest over the offices of both designs of the front, at AXI as it is."""
+    table = cells_below("| office | AXI |")
+    latencies = [row[2:] for row in table if row[1] == "100 MHz"]
+    wholes = [row[1:] for row in cells_below("| office, AXI at 100 MHz |")]
+    wave, relaxation = 4, 3
+    designs = {wave: "wave in fabric, track on host", relaxation: "relaxation on host"}
+    rows = cells_below("| on the front |")
+    assert len(rows) == len(designs)
+    for (column, name), (told, *cells) in zip(designs.items(), rows, strict=False):
+        assert told.startswith(name)
+        of_offices = [row[column].replace("*", "").removesuffix(" J").split(" s, ") for row in wholes]
+        values = [[row[column].strip("*") for row in latencies], *map(list, zip(*of_offices, strict=True))]
+        for stated, listed in zip(cells, values, strict=False):
+            worst, least, greatest = re.findall(r"[\d.,]+", stated.replace("*", ""))
+            numbers = [float(each.replace(",", "")) for each in listed]
+            assert worst == greatest
+            assert float(worst.replace(",", "")) == max(numbers)
+            assert float(least) == pytest.approx(min(numbers), abs=0.5 if min(numbers) > 100 else 0)
 
 
 def test_the_warehouse_is_drawn_as_its_file_says() -> None:

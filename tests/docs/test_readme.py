@@ -55,7 +55,7 @@ def shown_figures() -> list[list[str]]:
 def printed_figures(text: str) -> list[list[str]]:
     """The same figures as ``hwsw compare`` prints them, without multiples and intervals, a row for each design."""
     lines = dict(re.split(r"  +", line.strip(), maxsplit=1) for line in text.splitlines() if "  " in line)
-    figures = ["part", "time", "slices", "energy", "starts that arrive", "path length ratio"]
+    figures = ["part", "worst plan time", "slices", "energy", "starts that arrive", "path length ratio"]
     columns = [re.split(r"  +", re.sub(r" \([^)]*\)", "", lines[figure])) for figure in figures]
     rows = [list(row) for row in zip(*columns, strict=True)]
     rows[-1][0] = "a host of 3.4 GHz"  # a host has no part

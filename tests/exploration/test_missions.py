@@ -10,7 +10,8 @@ import click.testing
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.study import Study, StudyPoint, figure_of, with_constraints
+from codesign.exploration.designs import StudyPoint, figure_of, with_constraints
+from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs import Constraint, Exploration
 from codesign.report import front_table, reasons_table, render_text, study_table
@@ -93,7 +94,7 @@ def test_tables_and_json_say_why_it_is_left_out() -> None:
     }
     assert (
         reasons["no figure", "mission_time_s"].nearest,
-        reasons["unreached", "no way for 30 s"].points,
+        reasons["unreached", "no way for 30 s"].designs,
     ) == (
         2,
         1,

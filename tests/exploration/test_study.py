@@ -5,7 +5,8 @@ import json
 import pytest
 from explore_fakes import result
 
-from codesign.exploration.study import Study, StudyPoint, with_constraints
+from codesign.exploration.designs import StudyPoint, with_constraints
+from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint
 from codesign.results.result import Reason
@@ -91,7 +92,7 @@ def test_where_nothing_is_feasible_reasons_and_nearest_points_say_why() -> None:
     )
     assert (made.feasible, made.front) == ((), ())
     assert made.nearest(3) == (3, 2, 1)
-    counts = [(count.kind, count.name, count.points) for count in made.reasons]
+    counts = [(count.kind, count.name, count.designs) for count in made.reasons]
     assert counts == [
         ("constraint", "share_reaching_goal at least", 3),
         ("resource", "slices", 2),
@@ -135,10 +136,12 @@ def test_json_has_every_point_with_all_figures() -> None:
         constraints=SHARE_AND_TIME,
     )
     text = json.loads(made.to_json())
-    assert text["schema_version"] == 2
+    assert text["schema_version"] == 3
     assert (text["platform"], text["workload"], text["front"]) == ("bench", "maze", [0])
     assert text["counts"] == {
         "points": 3,
+        "designs": 3,
+        "distinct": 3,
         "feasible": 1,
         "unreached": 0,
         "failed": 1,

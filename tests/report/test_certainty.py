@@ -116,6 +116,14 @@ def test_the_tables_of_a_study_say_how_sure_its_winners_are() -> None:
     assert "358.9 us (179 to 718)" in render_text(front_table(study()), 200)
 
 
+def test_a_winner_that_may_not_reach_its_clock_wins_if_it_fits() -> None:
+    tiles = [
+        result_of(design("zynq", "wavefront-tiles")),
+        result_of(design("virtex4-pci", "wavefront-tiles")),
+    ]
+    assert verdict_text(winner_verdict(tiles, FIGURES["energy_j"])) == f"{HOLDS}, if the design fits"
+
+
 def test_the_best_points_of_a_study_and_their_rivals() -> None:
     table = winners_certainty_table(study())
     assert [row[1].value for row in table.rows] == [1, 1]

@@ -89,7 +89,7 @@ def evil_pages() -> dict[str, str]:
 def data_of(html: str) -> dict[str, Any]:
     found = re.search(r'<script type="application/json" id="study-data">(.*?)</script>', html, re.S)
     assert found
-    data: dict[str, Any] = json.loads(found[1])
+    data: dict[str, Any] = json.loads(found[1])["views"][0]
     return data
 
 

@@ -70,7 +70,7 @@ def test_a_front_of_nothing_is_refused() -> None:
 @pytest.mark.parametrize("first", [FIGURES["first_plan_s"], FIGURES["share_reaching_goal"]])
 def test_the_joined_line_is_the_best_that_can_be_had(first: ResultFigure, second: ResultFigure) -> None:
     values = np.random.default_rng(7).integers(0, 40, (60, 2)).astype(float)
-    x, y = _staircase(values, (first, second))
+    x, y = _staircase(values, (first.maximise, second.maximise))
     assert (np.diff(x) >= 0).all()
     # Each step goes along one axis only.
     assert ((np.diff(x) == 0) | (np.diff(y) == 0)).all()

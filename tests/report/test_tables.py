@@ -6,7 +6,7 @@ import pytest
 from report_samples import QUALITY, SampleReproduction, a_result, a_study, a_task
 
 from codesign.errors import CodesignError, Fault, SpecError
-from codesign.exploration.study import StudyPoint
+from codesign.exploration.designs import StudyPoint
 from codesign.figures import FIGURES, Figure, Status
 from codesign.planners.interface import Quality
 from codesign.report import (

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.study import Study, StudyPoint
+from codesign.exploration.designs import StudyPoint
+from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.report import render_text, study_csv, study_table, winners_table
 from codesign.report.axes import axis_levels

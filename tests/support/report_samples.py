@@ -6,9 +6,10 @@ import itertools
 from dataclasses import dataclass
 from typing import Any
 
-from codesign.exploration.study import Study, StudyPoint
+from codesign.exploration.designs import StudyPoint
+from codesign.exploration.study import Study
 from codesign.figures import FIGURES, Figure, Status
-from codesign.inputs.exploration import Constraint
+from codesign.inputs.constraint import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding
 from codesign.results.fleet import FleetFigures, Frames, Spread

@@ -3,7 +3,11 @@
 (() => {
   const byId = (id) => document.getElementById(id);
   const read = (id) => JSON.parse(byId(id).textContent);
-  const data = read("study-data");
+  const views = read("study-data").views;
+  // The page is loaded again to show another condition: nothing of the view before is left over.
+  const asked = Number(new URLSearchParams(location.hash.slice(1)).get("view"));
+  const shown = views[asked] ? asked : 0;
+  const data = views[shown];
   const plots = byId("study-plots") ? read("study-plots") : null;
   const count = data.points.length;
   const everyPlace = [...Array(count).keys()];
@@ -18,9 +22,17 @@
     return element;
   };
 
+  const chooseView = byId("choose-view");
+  for (const view of views) chooseView.append(made("option", view.name));
+  chooseView.selectedIndex = shown;
+  chooseView.addEventListener("change", () => {
+    location.hash = `view=${chooseView.selectedIndex}`;
+    location.reload();
+  });
+
   // ---- table of all points ----
   const columns = [
-    { name: "point", right: true, text: (i) => String(data.points[i]), sortable: (i) => data.points[i] },
+    { name: views.length > 1 ? "design" : "point", right: true, text: (i) => String(data.points[i]), sortable: (i) => data.points[i] },
     ...data.axes.map((axis) => ({
       name: axis.name, text: (i) => axis.levels[axis.level[i]], sortable: (i) => axis.level[i],
     })),
@@ -100,7 +112,7 @@
     const headRow = made("thead");
     headRow.append(head);
     byId("points").replaceChildren(headRow, body);
-    byId("row-count").textContent = `${rows.length} points, page ${page + 1} of ${pages}`;
+    byId("row-count").textContent = `${rows.length} ${views.length > 1 ? "designs" : "points"}, page ${page + 1} of ${pages}`;
     byId("earlier").disabled = page === 0;
     byId("later").disabled = page >= pages - 1;
   };
