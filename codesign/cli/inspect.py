@@ -9,7 +9,7 @@ import click
 from codesign.cli.options import memory_option, settings_of
 from codesign.errors import SpecError, printable
 
-KINDS = ("platform", "workload", "part", "host", "result", "study", "reproduction")
+KINDS = ("platform", "workload", "part", "host", "result", "study", "reproduction", "advice")
 
 
 @click.command(short_help="Check platform and workload files.")
@@ -45,12 +45,17 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
 def schema(kind: str) -> None:
     """Print the JSON Schema of a platform, workload, part or host file, or of the output of --json.
 
-    The output is a result (hwsw run), a study (hwsw explore) or a reproduction (hwsw reproduce).
+    The output is a result (hwsw run), a study (hwsw explore), an advice (hwsw advise) or a reproduction (hwsw
+    reproduce).
     """
     if kind == "study":
         from codesign.exploration import study_schema
 
         document = study_schema()
+    elif kind == "advice":
+        from codesign.advice import advice_schema
+
+        document = advice_schema()
     elif kind == "reproduction":
         from codesign.reproduce import reproduction_schema
 

@@ -33,6 +33,7 @@ LEVELS: list[list[str]] = [
     ["system"],
     ["scenarios"],
     ["exploration", "calibrate", "testing"],
+    ["advice"],
     ["reproduce"],
     ["report"],
     [""],
