@@ -35,8 +35,8 @@ def all_arriving() -> Result:
 
 def test_a_plan_in_one_sentence_and_five_figures() -> None:
     assert answer(all_arriving()).sentence == (
-        "labyrinth on virtex2-pci (harmonic, bit_serial on fpga) is feasible: worst plan time 3.21 ms; planning on fpga takes"
-        " 91 % of the time, link pci takes 9.34 %, host takes <0.01 %: a faster clock of fpga helps first."
+        "labyrinth on virtex2-pci (harmonic, bit_serial on fpga) is feasible: worst plan time 3.21 ms; planning on"
+        " fpga takes 91 % of the time, link pci takes 9.34 %, host takes <0.01 %: a faster clock of fpga helps first."
     )
     assert figures(all_arriving()) == {
         "worst plan time": "3.21 ms",
