@@ -73,8 +73,8 @@ def test_verdicts_in_words() -> None:
     assert verdict_text(need_verdict(result_of(FPGA), TIME, 1e-6)).startswith("fails within all")
     assert winner_text(["on the ARM", "on the fabric"], results, TIME) == (
         "least first plan time: on the ARM, flips at arm.costs.breadth_first_cell = 166.9 ns (assumed 88 ns, 44 to"
-        " 176) against on the fabric; measure arm.costs.breadth_first_cell first: hwsw calibrate host does it on the machine"
-        " itself"
+        " 176) against on the fabric; measure arm.costs.breadth_first_cell first: hwsw calibrate host does it on the"
+        " machine itself"
     )
     assert winner_text(["alone", "not run"], [results[0], None], TIME) == ""
 
