@@ -16,7 +16,7 @@ $(READY): pyproject.toml constraints.txt
 
 demo: $(READY)
 	@mkdir -p $(OUT)
-	$(BIN)/hwsw explore virtex4-pci labyrinth --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
+	$(BIN)/hwsw explore virtex4-pci labyrinth --set workload.problem.arrive=0 --store $(OUT)/labyrinth.sqlite --html $(OUT)/labyrinth.html --csv $(OUT)/labyrinth.csv
 	$(BIN)/hwsw run virtex4-pci labyrinth --trace $(OUT)/labyrinth.mcap --html $(OUT)/labyrinth-run.html
 	$(BIN)/hwsw trace show $(OUT)/labyrinth.mcap --limit 12
 	@echo

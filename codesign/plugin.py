@@ -29,6 +29,7 @@ from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Ser
 from codesign.planners.styles import (
     Architecture,
     Demand,
+    Designs,
     Exchange,
     FleetUpdates,
     Lever,
@@ -50,6 +51,7 @@ __all__ = [
     "RESOURCES",
     "Architecture",
     "Demand",
+    "Designs",
     "Exchange",
     "ExternalMemoryLaw",
     "FieldRecord",

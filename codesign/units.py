@@ -49,6 +49,7 @@ class Dimension(StrEnum):
     ACCELERATION = "acceleration"
     TURN_RATE = "turn rate"
     MONEY = "price"
+    RATE = "rate"
 
 
 @dataclass(frozen=True)
@@ -185,6 +186,8 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
             "90 deg/s",
         ),
         Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
+        # Of plans that are asked for, not of a clock.
+        Dimension.RATE: _scale("Hz", {"mHz": _MILLI, "Hz": 1, "kHz": _KILO}, "1e6", "10 Hz", zero=False),
     }
 )
 """The scale of every dimension of specs."""

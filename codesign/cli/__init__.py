@@ -34,6 +34,10 @@ COMMANDS = {
         "codesign.cli.run:run",
         "Simulate one design point: its time, resources, power and quality of the plan.",
     ),
+    "advise": (
+        "codesign.cli.advise:advise",
+        "Answer which board suffices for a map at a rate, and why no cheaper one does.",
+    ),
     "explore": (
         "codesign.cli.explore:explore",
         "Evaluate every point of a workload's exploration, and find the front.",

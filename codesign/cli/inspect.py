@@ -9,7 +9,7 @@ import click
 from codesign.cli.options import memory_option, settings_of
 from codesign.errors import SpecError, printable
 
-KINDS = ("platform", "workload", "part", "host", "result", "study", "explanation", "reproduction")
+KINDS = ("platform", "workload", "part", "host", "result", "study", "explanation", "reproduction", "advice")
 
 
 @click.command(short_help="Check platform and workload files.")
@@ -45,8 +45,8 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
 def schema(kind: str) -> None:
     """Print the JSON Schema of a platform, workload, part or host file, or of the output of --json.
 
-    The output is a result (hwsw run), a study (hwsw explore), an explanation (hwsw explain) or a reproduction (hwsw
-    reproduce).
+    The output is a result (hwsw run), a study (hwsw explore), an explanation (hwsw explain), an advice (hwsw advise) or
+    a reproduction (hwsw reproduce).
     """
     if kind == "study":
         from codesign.exploration import study_schema
@@ -56,6 +56,10 @@ def schema(kind: str) -> None:
         from codesign.explanation import explanation_schema
 
         document = explanation_schema()
+    elif kind == "advice":
+        from codesign.advice import advice_schema
+
+        document = advice_schema()
     elif kind == "reproduction":
         from codesign.reproduce import reproduction_schema
 

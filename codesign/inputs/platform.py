@@ -34,6 +34,11 @@ class Board(SpecModel):
     price: PriceFigure | None = Field(
         default=None, description="Price of one board; left out where it is not known."
     )
+    beside: Name | None = Field(
+        default=None,
+        description="The shipped platform of a computer that is sold apart, where a component is of it. hwsw advise"
+        " adds its price.",
+    )
 
 
 class Platform(Spec):

@@ -112,8 +112,9 @@ def picture(grid: OccupancyGrid, part: Window, at: Cell | None = None) -> list[s
 
     A half of a character stands for a square of cells. It is filled where a wall crosses the square: where its blocked
     cells, times its side, are as many as its free cells. ``░`` stands for squares with neither. ``X`` marks the cell
-    ``at``.
+    ``at``. Rows and columns at the rim that hold only unknown cells are left out.
     """
+    whole, part = part, _known(grid, part, at)
     free = part.of(grid.free)
     unknown = np.zeros(free.shape, np.bool_) if grid.unknown is None else part.of(grid.unknown) & ~free
     side = max(1, -(-part.columns // MOST_COLUMNS), -(-part.rows // (2 * MOST_ROWS)))
@@ -131,7 +132,23 @@ def picture(grid: OccupancyGrid, part: Window, at: Cell | None = None) -> list[s
         lines.append(f"{part.row + upper * side:{width}}  {''.join(marks)}".rstrip())
     cells = "1 cell" if side == 1 else f"{side} × {side} cells"
     asked = ", X the place asked for" if at is not None else ""
-    return [*lines, f"half a character is {cells}: blank free, █ blocked, ░ unknown{asked}"]
+    around = "" if part == whole else "; all cells around are unknown"
+    return [*lines, f"half a character is {cells}: blank free, █ blocked, ░ unknown{asked}{around}"]
+
+
+def _known(grid: OccupancyGrid, part: Window, at: Cell | None) -> Window:
+    """The part without the rows and columns at its rim that hold only unknown cells, and with the cell ``at``."""
+    if grid.unknown is None:
+        return part
+    known = part.of(~grid.unknown | grid.free)
+    if at is not None and part.holds(at):
+        known = known.copy()
+        known[at[0] - part.row, at[1] - part.column] = True
+    rows, columns = (np.flatnonzero(known.any(axis=axis)) for axis in (1, 0))
+    if not len(rows):
+        return part
+    height, width = int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1
+    return Window(part.row + int(rows[0]), part.column + int(columns[0]), height, width)
 
 
 def _counts(cells: NDArray[np.bool_], side: int) -> NDArray[np.int64]:

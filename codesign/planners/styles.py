@@ -187,6 +187,15 @@ class MemoryStep(Step):
     traffic: Traffic = field(default_factory=Traffic)
 
 
+Designs = tuple[tuple[Mapping[str, Any], ...], ...]
+"""Chains of parameters of a planning task, the most promising chain first.
+
+Within a chain each design takes at least the time and the resources of the one before it, and its plan is at least as
+good: a higher last precision, for example. So a search ends a chain at the first design that serves, or that is too
+slow.
+"""
+
+
 @dataclass(frozen=True)
 class Memory:
     """The contents of each block RAM of a design, all driven alike: words of ``width`` bits, by content."""
@@ -363,6 +372,15 @@ class Architecture(_Style):
         """Facts about a design with the given parameters that a reader must know: "key: sentence", no full stop.
 
         A note is no fault. It names work of the design that its parameters do not suggest.
+        """
+        return ()
+
+    def designs(self, _job: Job[Any, Any], /) -> Designs:
+        """The sets of parameters that are worth a try for the problem of a job on its part, as a workload writes them.
+
+        ``hwsw advise`` searches them. The parameters of the job are None: the style chooses them. ``Job.inside`` and
+        ``Job.external`` are those of the placement in question. A design that fits no part may be among them: it then
+        shows what is short. By default none: the samples of the plug-in are tried.
         """
         return ()
 

@@ -13,6 +13,7 @@ from codesign.exploration.designs import with_constraints
 from codesign.figures import FIGURES, label
 from codesign.inputs.constraint import Constraint
 from codesign.planners.interface import Quality, RobotsQuality
+from codesign.report.certainty import sure_cell
 from codesign.report.render import printable
 from codesign.report.sentences import (
     ARRIVALS,
@@ -31,7 +32,7 @@ from codesign.units import counted
 FIRST = {
     "plan": ("plan_time_worst_s", "energy_j", "power"),
     "mission": ("mission_time_s", "mission_energy_j", "replan_latency_95_s", "distance_ratio"),
-    "fleet": ("plan_time_worst_s", "energy_j", "power"),
+    "fleet": ("first_plan_s", "energy_j", "power"),
 }
 """Declared figures by kind of run; the first is the time that matters. The tightest resource follows, then arrivals."""
 
@@ -74,7 +75,7 @@ def _kind(result: Result) -> str:
 def _figures(result: Result) -> tuple[tuple[str, Cell], ...]:
     kind = _kind(result)
     rows = [
-        (FIGURES[name].label, figure_cell(FIGURES[name], result.figure(FIGURES[name])))
+        (FIGURES[name].label, sure_cell(result, FIGURES[name], result.figure(FIGURES[name])))
         for name in FIRST[kind]
     ]
     if kind == "plan" and result.power is None and "power busy" in result.processor:

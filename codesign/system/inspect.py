@@ -253,12 +253,15 @@ def applicable(
 _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
 
 
-def at_options(wrong: SpecError) -> SpecError:
-    """The same faults, those of the map, its goal and its start at the options that gave them."""
-    return SpecError(_at_option(fault) for fault in wrong.faults)
+def at_options(wrong: SpecError, options: Mapping[str, str] = _OPTIONS) -> SpecError:
+    """The same faults, those of the map, its goal and its start at the options that gave them.
+
+    ``options``: by the key of the problem.
+    """
+    return SpecError(_at_option(fault, options) for fault in wrong.faults)
 
 
-def _at_option(fault: Fault) -> Fault:
+def _at_option(fault: Fault, options: Mapping[str, str]) -> Fault:
     first = fault.key.removeprefix("problem.").partition(".")[0].partition("[")[0]
-    option = _OPTIONS.get(first)
+    option = options.get(first)
     return fault if option is None else Fault(option, 0, 0, "", fault.what, fault.hint)

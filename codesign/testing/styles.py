@@ -103,6 +103,20 @@ def work_drained_ends_in_the_plan(case: Case) -> None:
         )
 
 
+@rule(on_maps)
+def designs_are_accepted(case: Case) -> None:
+    """Each design that a style proposes is a sound set of parameters for its planner and for the problem."""
+    planner = case.planner
+    model = planner.tasks[planner.planning_task]
+    for style in case.styles:
+        for design in (
+            design for chain in style.designs(case.job_on(style, parameters=None)) for design in chain
+        ):
+            job = case.job_on(style, parameters=model.model_validate(dict(design)))
+            wrong = planner.check(job)
+            require(wrong is None, f"a design of {of(style)}, {dict(design)}, is refused: {wrong}")
+
+
 @rule()
 def coarse_steps_cost_the_same(case: Case) -> None:
     """Without ``detail``, and from the memo, cycles by phase and the plan are the same."""

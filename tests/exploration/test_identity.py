@@ -127,6 +127,6 @@ def test_a_part_that_changes_meanwhile_ends_the_run_and_keeps_nothing_of_it(
     def change(_progress: Progress) -> None:
         part.write_bytes(source.read_bytes() + b"# changed\n")
 
-    with pytest.raises(RunError, match="part or host file changed"):
+    with pytest.raises(RunError, match="a part file changed"):
         explore(platform, workload, workers=1, store=store, progress=change)
     assert len(load_study(store).missing) == 2

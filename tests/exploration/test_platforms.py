@@ -93,7 +93,7 @@ def test_a_platform_without_a_fabric_is_infeasible_where_a_task_is_placed_on_it(
         point.axes["workload.variant"] == "on-host" for point in on_pc
     ]
     (reason,) = study.reasons
-    assert (reason.kind, reason.name, reason.points) == ("mapping", "platform pc-epyc has no fabric", 4)
+    assert (reason.kind, reason.name, reason.designs) == ("mapping", "platform pc-epyc has no fabric", 4)
     assert reason.levers[0].startswith(
         "give it roles: {fabric: NAME}, a component of type fpga; or take arty-a7, "
     )

@@ -191,7 +191,7 @@ def test_cropping_keeps_the_frame(folder: Path, crop: str) -> None:
         assert seen.origin.tolist() == [-1.0 + corner[1] * 0.5, lower, 0.0]
     unknown = int((CELLS == "?").sum())
     note = f"problem.map: {unknown} of 72 cells are unknown, and count as blocked (unknown: blocked)"
-    assert result.notes == (note,)
+    assert [each for each in result.notes if not each.startswith("fpga.clock: ")] == [note]
     if crop == "free":
         rows = ["".join(row[5:11]).replace("?", "#") for row in CELLS[2:5]]
         (folder / "cut.txt").write_text("\n".join(rows) + "\n")

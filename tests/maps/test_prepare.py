@@ -15,6 +15,7 @@ from codesign import maps
 from codesign.errors import MapError
 from codesign.frame import Frame
 from codesign.maps import Crop, OccupancyGrid, Radius, Steps, Unknown
+from codesign.maps.survey import picture
 
 masks = st.tuples(st.integers(1, 9), st.integers(1, 9), st.integers(0, 2**32 - 1), st.floats(0, 1)).map(
     lambda drawn: np.random.default_rng(drawn[2]).random(drawn[:2]) < drawn[3]
@@ -149,3 +150,18 @@ def test_a_picture_with_all_greys_has_no_unknown_cells(tmp_path: Path) -> None:
     write_pgm(tmp_path / "ramp.pgm", np.arange(256).reshape(16, 16))
     grid = maps.read_map(tmp_path / "ramp.pgm")
     assert (grid.unknown, int(grid.free.sum()), grid.remarks) == (None, 128, ())
+
+
+def test_the_picture_leaves_unknown_rims_out(tmp_path: Path) -> None:
+    pixels = np.full((20, 30), 205)
+    pixels[6:9, 10:14] = 254
+    pixels[6, 10] = 0
+    write_pgm(tmp_path / "slam.pgm", pixels)
+    grid = maps.read_prepared(tmp_path / "slam.pgm", Steps())
+    whole = maps.window(grid, Crop.NONE, ())
+    head, *rows, tail = picture(grid, whole)
+    assert head.strip() == "column 10 to 13"
+    assert [row.split()[0] for row in rows] == ["6", "8"]
+    assert tail.endswith("; all cells around are unknown")
+    # A place that is asked for is in the picture.
+    assert picture(grid, whole, (2, 20))[0].strip() == "column 10 to 20"

@@ -69,6 +69,11 @@ def _point(placement: str, setting: str) -> Any:
         return Ground(Path(folder)).point(placement, mapping=mapping, workload=once, platform=slow)
 
 
+def of_design(result: Any) -> list[str]:
+    """The notes but those of the clock, which is not sure on a part that no law was fitted to."""
+    return [note for note in result.notes if not note.startswith("fpga.clock: ")]
+
+
 @given(problem=problems(), data=st.data())
 @settings(max_examples=60)
 def test_no_block_changes_a_bit_of_the_field(problem: Problem, data: st.DataObject) -> None:
@@ -135,7 +140,7 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     assert wide.feasible
     assert wide.quality == narrow.quality
     assert wide.details == narrow.details
-    assert [note.partition(":")[0] for note in wide.notes] == ["propagate.tile"] * (tile != inside)
+    assert [note.partition(":")[0] for note in of_design(wide)] == ["propagate.tile"] * (tile != inside)
     parameters = PropagateParameters(tile=tile, stop="whole_map", corner_cutting=False)  # type: ignore[arg-type]
     style = catalog.styles_of("wavefront")["tiled"]
     demand = style.demand(Job(problem, parameters, part=load_part("XC4VLX160-12")))

@@ -64,7 +64,7 @@ def test_the_head_says_decisions_conditions_and_rule() -> None:
         "3 designs × 2 conditions = 6 points, compared by the worst over the conditions: 2 feasible"
     )
     mixed = summary(study(aggregate={"first_plan_s": "mean"}))
-    assert "compared over the conditions, time by the mean; slices by the worst" in mixed
+    assert "compared over the conditions, first plan time by the mean; slices by the worst" in mixed
 
 
 def test_the_front_has_the_aggregated_figure_with_its_spread() -> None:
@@ -76,11 +76,11 @@ def test_the_front_has_the_aggregated_figure_with_its_spread() -> None:
 def test_by_share_the_head_names_the_limit() -> None:
     rule = Share(share=Constraint(figure=TIME, at_most=5e-3))
     table = front_table(study(aggregate={"first_plan_s": rule}))
-    assert table.columns[2].name == "share with time at most 5 ms"
+    assert table.columns[2].name == "share with first plan time at most 5 ms"
     assert [row[2].text for row in table.rows] == ["50 % (2 ms to 8 ms)"]
     assert (
         best_table(study(aggregate={"first_plan_s": rule})).rows[0][0].text
-        == "most share with time at most 5 ms"
+        == "most share with first plan time at most 5 ms"
     )
 
 
@@ -110,7 +110,7 @@ def test_winners_stand_by_condition() -> None:
 
 def test_a_constraint_on_all_conditions_is_told_without_one() -> None:
     out = study(constraints=(Constraint(figure=TIME, at_most=8.5e-3),))
-    assert render_text(infeasible_table(out)).count("time at most 9 ms against 8.5 ms\n") == 1
+    assert render_text(infeasible_table(out)).count("first plan time at most 9 ms against 8.5 ms\n") == 1
 
 
 def test_seeds_have_their_interval_in_the_table_of_spreads() -> None:
@@ -123,7 +123,7 @@ def test_seeds_have_their_interval_in_the_table_of_spreads() -> None:
     rows = {row[1].text: row for row in spread_table(drawn).rows if row[0].value == 1}
     # 3 ms times the t of one degree of freedom, 12.706, over no root: two values, whose deviation is 4.243 ms.
     half = 12.7062047 * 3.0
-    bounds = re.findall(r"-?[\d.]+", rows["time"][3].text)
+    bounds = re.findall(r"-?[\d.]+", rows["first plan time"][3].text)
     assert [abs(float(bound)) for bound in bounds] == pytest.approx([half - 5, half + 5], rel=1e-3)
 
 

@@ -26,8 +26,9 @@ from codesign.report import (
 )
 from codesign.report.axes import fixed_axes, short_names, varying_axes
 from codesign.report.reproduction_tables import error_text
-from codesign.report.study_tables import study_counts, summary, winners_table
+from codesign.report.study_tables import study_counts, summary
 from codesign.report.table import Cell, Column, Table
+from codesign.report.winners_table import winners_table
 from codesign.results.result import DisplayUse, Reason, Result
 
 FRONT = """\

@@ -34,6 +34,7 @@ LEVELS: list[list[str]] = [
     ["system"],
     ["scenarios"],
     ["exploration", "calibrate", "testing"],
+    ["advice"],
     ["reproduce"],
     ["report"],
     [""],

@@ -124,10 +124,9 @@ def test_an_array_of_adders_runs_over_the_whole_map_and_says_so(
     stopped, whole = (
         planned("adder_comparator", stop, free, goal, starts) for stop in ("starts", "whole_map")
     )
-    (note,) = stopped.notes
-    assert note.startswith("propagate.stop: ")
+    (note,) = (note for note in stopped.notes if note.startswith("propagate.stop: "))
     assert "whole_map" in note
-    assert whole.notes == ()
+    assert not any(note.startswith("propagate.stop: ") for note in whole.notes)
     told = {"notes": (), "time": None}
     assert stopped.model_copy(update=told) == whole.model_copy(update=told)
     assert stopped.time == whole.time

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from codesign.planners.breadth_first.styles.steps import SEARCH, step, steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Lever, Line, Step
+from codesign.planners.styles import Demand, Designs, Lever, Line, Step
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""
@@ -70,6 +71,10 @@ class Software(HostStyle):
         self.style = style
         self.kernel = kernel
         self._java = java
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """One: no parameter changes the search."""
+        return (({},),)
 
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """No resource of a part; of the Java program, its heap."""

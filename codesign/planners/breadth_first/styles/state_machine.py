@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,12 @@ from codesign.figures import Figure, Status, weakest
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.breadth_first import published
-from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters
+from codesign.planners.breadth_first.plan.parameters import (
+    MemoryPlace,
+    MicroArchitecture,
+    SearchParameters,
+    VgaController,
+)
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles import external as outside
@@ -31,7 +37,7 @@ from codesign.planners.clock_law import on_family
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Memory, Step
+from codesign.planners.styles import Architecture, Demand, Designs, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16
 """Slices that count for a block RAM in the dynamic power; 4 to 64 bound it. Assumed: the figure of the part for a slice
@@ -52,6 +58,16 @@ class StateMachine(Architecture):
     description = "one cell after the other by a state machine, its memories in block RAM or outside"
     component_type = "fpga"
     supports_external = True
+
+    def designs(self, job: Job[Problem, Any]) -> Designs:
+        """Every micro-architecture without a screen, the fastest first; memories on the chip, or in the one outside."""
+        inside, *outside_chip = MemoryPlace
+        places = [inside] if job.external is None else outside_chip
+        return tuple(
+            ({"micro_architecture": str(each), "memory": str(memory), "display": str(VgaController.NONE)},)
+            for each in reversed(MicroArchitecture)
+            for memory in places
+        )
 
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """Memories and logic for a map of this size, the ports of the cells' memory, the queue, the screen.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Generator
+from typing import Any
 
 from codesign.figures import Figure
 from codesign.part import Part
@@ -10,11 +11,12 @@ from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import levers, resources, timing
+from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_notes, relax_steps
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Memory, Step, slice_power
+from codesign.planners.styles import Architecture, Demand, Designs, Memory, Step, slice_power
 
 
 class BitSerial(Architecture):
@@ -30,6 +32,10 @@ class BitSerial(Architecture):
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """A block that is larger than the map."""
         return block_notes(job.problem, job.parameters)
+
+    def designs(self, job: Job[Problem, Any]) -> Designs:
+        """Blocks that fit the part, each at rising precisions."""
+        return block_designs(job.problem.shape, job.chip, job.does(DECIDE))
 
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
         """Resources of the circuit for the block and the last precision, and the words of its block RAMs.

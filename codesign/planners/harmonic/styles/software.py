@@ -11,6 +11,7 @@ of ``software_limbs`` costs a unit for each 64-bit limb of a value of p + 1 bits
 from __future__ import annotations
 
 from collections.abc import Generator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +19,12 @@ from numpy.typing import NDArray
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
+from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
 from codesign.planners.host import HostStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Step
+from codesign.planners.styles import Designs, Step
 
 DECISION_UPDATES = 4
 """The cost of one decision in node updates: four triangles, each about the work of an average. Assumed."""
@@ -51,6 +53,10 @@ class Software(HostStyle):
     def units(self, precision: int) -> int:
         """Units of the kernel that one node update takes at ``precision`` bits."""
         return limbs_needed(precision) if self._limbs else 1
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """The whole map as one block, at rising precisions. At one unit an update, they end at those of a word."""
+        return host_designs(LAST[-1] if self._limbs else WORD)
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """A block that is larger than the map."""

@@ -8,12 +8,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Generator
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
+from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic import published
@@ -50,7 +52,7 @@ class DecisionModule(TaskStyle):
         text = f"{published.PAPER}, section 5.4: 3p + 682"
         bound = "upper bound: two a slice; published in slices only"
         words = -(-problem.free.size * (last + 1) // resources.RAM_WIDTH)
-        rams = -(-words // resources.word_depth(job.chip))
+        rams = -(-words // max(1, resources.word_depth(job.chip)))
         law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
         return Demand(
             items=(
@@ -96,6 +98,9 @@ class HostDecision(HostTask):
         return limbs_needed(plan.precision), PLANNER.path_from(job.problem, plan, job.position)
 
 
+_bounds = Memo(max_bytes=64 * 2**20)
+
+
 class SparseSolve(HostTask):
     """A unit for each free cell: factors, refinement and certificate together. The growth of factors is left out.
 
@@ -115,10 +120,14 @@ class SparseSolve(HostTask):
 
     def outcome(self, job: Job[Problem, RelaxParameters]) -> tuple[int, LowerBound]:
         """The bound."""
-        problem = job.problem
         from codesign.planners.harmonic.plan.warm_start import warm_start
 
-        bound = warm_start(problem.free, problem.goals, job.parameters.precisions[-1])
+        problem, precision = job.problem, job.parameters.precisions[-1]
+        # The same map is bound for many designs, and once for each plan of a drive.
+        bound = _bounds.get(
+            (hashlib.sha256(problem.free.tobytes()).digest(), problem.shape, problem.goals, precision),
+            lambda: warm_start(problem.free, problem.goals, precision),
+        )
         return max(1, int(problem.free.sum())), bound
 
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Generator
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from codesign.planners.relaxation.styles.costs import (
     level_3_units,
     sweep_units,
 )
-from codesign.planners.styles import Step
+from codesign.planners.styles import Designs, Step
 from codesign.records import StageRecord
 
 SEARCH = "search"
@@ -55,6 +56,13 @@ class Host(HostStyle):
     def __init__(self, style: str, *, cores: int = 1) -> None:
         self.style = style
         self.cores = cores
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """The default method, the direct solution, and two methods with a strong over-relaxation."""
+        strong: tuple[dict[str, Any], ...] = tuple(
+            {"method": str(method), "omega": 1.9} for method in (Method.RED_BLACK, Method.SOR)
+        )
+        return (({},), ({"method": str(Method.DIRECT)},), *((design,) for design in strong))
 
     def iteration(self, method: Method, cells: int) -> dict[str, int]:
         """Units of one iteration over a map of ``cells`` cells, by phase; none for the direct solution."""

@@ -161,17 +161,21 @@ class Wavefront(Planner):
     def trajectory(
         self, problem: Problem, plan: WavefrontPlan, start: tuple[int, int]
     ) -> tuple[NDArray[np.float64], bool]:
-        """The path from ``start`` by the rule of the plan; ``start`` alone where the wave did not come.
+        """The path from ``start`` by the rule of the plan; ``start`` alone where no wave comes.
+
+        Of a start beyond the wave of this plan, the path is that of a request of its own.
 
         Raises:
             MapError: a start outside of the map or on an obstacle.
         """
         from codesign.planners.wavefront.plan.grid import check_cells
+        from codesign.planners.wavefront.plan.quality import reaching
 
         check_cells([start], problem.free, "start")
-        if plan.potentials[start] < 0:
+        potentials, tracker = reaching(problem, plan, (start,))
+        if potentials[start] < 0:
             return np.array([start], np.float64), False
-        return plan.tracker.follow(start).astype(np.float64), True
+        return tracker.follow(start).astype(np.float64), True
 
     def field_of(self, plan: WavefrontPlan) -> tuple[str, str, NDArray[np.float64]]:
         """The potentials, 2 a straight step unless the delays say otherwise; infinite where the wave did not come."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Cell, Problem, Quality
 from codesign.planners.paths import judge_arrival, judge_paths
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.tracking import Tracker
@@ -21,16 +23,15 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
 
     Paths are tracked from the starts by the rule of the plan. A start beyond the wave of this plan is judged by the
     wave of its own request: up to a start, that wave has the same potentials as a wave to its own end. Lengths are
-    octile. A path that cuts corners can be
-    shorter than the shortest path that does not, so ratios below 1 occur. The mean clearance weighs every step by its
-    length.
+    octile. A path that cuts corners can be shorter than the shortest path that does not, so ratios below 1 occur. The
+    mean clearance weighs every step by its length.
     """
     from codesign.maps.reach import reachable
 
     cells = reachable(problem.free, problem.goals, corner_cutting=plan.wave_map.neighbours.corner_cutting)
     cells[tuple(np.array(problem.goals).T)] = False
     planned = int((cells & (plan.potentials >= 0)).sum())
-    potentials, tracker = _tracker(problem, plan)
+    potentials, tracker = reaching(problem, plan, problem.starts)
     paths = ((start, tracker.follow(start) if potentials[start] >= 0 else None) for start in problem.starts)
     return Quality(
         local_maxima=0,
@@ -40,9 +41,11 @@ def quality(problem: Problem, plan: WavefrontPlan) -> Quality:
     )
 
 
-def _tracker(problem: Problem, plan: WavefrontPlan) -> tuple[NDArray[np.int32], Tracker]:
+def reaching(
+    problem: Problem, plan: WavefrontPlan, starts: Iterable[Cell]
+) -> tuple[NDArray[np.int32], Tracker]:
     """Potentials and tracker of the plan; where that wave stopped before some starts, of a wave to its own end."""
-    if plan.stop_potential is None or all(plan.potentials[start] >= 0 for start in problem.starts):
+    if plan.stop_potential is None or all(plan.potentials[start] >= 0 for start in starts):
         return plan.potentials, plan.tracker
     sources = np.array(problem.goals, np.int64)
     potentials, _ = run_wave(plan.wave_map, sources, np.zeros((0, 2), np.int64))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Generator, Iterator
 from dataclasses import replace
+from typing import Any
 
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
@@ -12,11 +13,12 @@ from codesign.part import Part
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Line, Step, slice_power
+from codesign.planners.styles import Architecture, Demand, Designs, Line, Step, slice_power
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
+from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.resources import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 
@@ -42,6 +44,10 @@ class ArrayStyle(Architecture):
     @abstractmethod
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """The waves of the plan on the clock."""
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """The array of the whole map, for the starts and for the whole map."""
+        return DESIGNS
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of the array: those of the map."""

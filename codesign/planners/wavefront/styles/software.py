@@ -8,13 +8,15 @@ eight neighbours. The paper's 63 ms on a 133 MHz Pentium and an assumed number o
 from __future__ import annotations
 
 from collections.abc import Generator
+from typing import Any
 
 from codesign.planners.host import HostStyle, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Step
+from codesign.planners.styles import Designs, Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
+from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
 
@@ -24,6 +26,10 @@ class Software(HostStyle):
     planner = "wavefront"
     description = "one node after the other as the wave reaches it"
     kernel = "wavefront_cell"
+
+    def designs(self, _job: Job[Problem, Any]) -> Designs:
+        """For the starts and for the whole map."""
+        return DESIGNS
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``propagate_obstacles`` (safe paths), ``propagate`` and ``track``; cycles are units of ``kernel``.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from codesign.memo import Memo
 from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Line, Memory, Step, beyond_map
-from codesign.planners.wavefront.plan.grid import check_cells
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
+from codesign.planners.styles import Designs, Line, Memory, Step, beyond_map, short_resources
+from codesign.planners.wavefront.plan.grid import check_cells, tile_count
+from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (
     plan_key,
     problem_map,
@@ -27,9 +28,10 @@ from codesign.planners.wavefront.plan.plan import (
     stops_of,
 )
 from codesign.planners.wavefront.plan.tiles import Visits, run_tiles
-from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
+from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map, register_bits
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
+from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
 from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, planned
 
 _kept = Memo(max_bytes=32 * 2**20)
@@ -57,6 +59,30 @@ class Tiled(ArrayStyle):
         problem = job.problem
         map_shape = problem.shape
         return beyond_map("propagate.tile", "tile", job.parameters.tile_shape(*map_shape), map_shape)
+
+    def designs(self, job: Job[Problem, Any]) -> Designs:
+        """The largest squares that fit the part, cut to the map; the smallest of all where none fits.
+
+        The register is that of the plan: visits may need a bit more, which a run shows.
+        """
+        rows, columns = job.problem.shape
+        sized = sizing_plan(job.problem, PropagateParameters(corner_cutting=False))
+        bits = register_bits(sized.largest_potential)
+        tiles = dict.fromkeys((min(side, rows), min(side, columns)) for side in TILE_SIDES)
+        fitting: list[tuple[int, int]] = []
+        smallest = next(iter(tiles))
+        for tile in reversed(tiles):
+            if tile_count((rows, columns), tile) > MAX_TILES or len(fitting) == MOST_TILES:
+                continue
+            parameters = PropagateParameters(tile=tile, register_bits=bits, corner_cutting=False)
+            if not short_resources(self.items(replace(job, parameters=parameters)), job.chip):
+                fitting.append(tile)
+        few = job.problem.free.size * len(job.problem.starts) <= MOST_CELLS
+        return tuple(
+            tuple({**design, "tile": list(tile)} for design in chain)
+            for tile in fitting or [smallest]
+            for chain in (DESIGNS if few else DESIGNS[-1:])
+        )
 
     def array_shape(self, job: Job[Problem, PropagateParameters]) -> tuple[int, int]:
         """Rows and columns of a tile."""

@@ -1,0 +1,85 @@
+"""The boards of the catalogue: which are asked about, what they cost, and what they draw while they wait."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from codesign.errors import InputError
+from codesign.figures import Figure
+from codesign.inputs import Platform, list_platforms, load_platform
+from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
+from codesign.inputs.files import is_path
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A platform that is asked about. ``source``: its shipped name or its file, as ``hwsw run`` takes it."""
+
+    source: str
+    platform: Platform
+
+    @property
+    def name(self) -> str:
+        """Its name in results."""
+        return self.platform.name
+
+    @property
+    def price_usd(self) -> float | None:
+        """Its price, with that of the computer beside it; None where the platforms do not declare both."""
+        board = self.platform.board
+        if board is None or board.price is None:
+            return None
+        if board.beside is None:
+            return float(board.price.value)
+        beside = Board(board.beside, load_platform(board.beside)).price_usd
+        return None if beside is None else float(board.price.value) + beside
+
+    @property
+    def idle_w(self) -> float:
+        """The power that it draws while no plan is computed, W."""
+        return sum(figure.value for figure in self._idle)
+
+    @property
+    def idle_interval_w(self) -> tuple[float, float]:
+        """The least and the greatest of it inside the intervals of the figures, W."""
+        return sum(figure.interval[0] for figure in self._idle), sum(
+            figure.interval[1] for figure in self._idle
+        )
+
+    @property
+    def _idle(self) -> list[Figure]:
+        """Static power of every FPGA, and idle power of every processor, memory and link with a declared power."""
+        components, links = self.platform.components.values(), self.platform.links.values()
+        figures = [spec.chip.static_power for spec in components if isinstance(spec, FpgaComponent)]
+        drawing = [
+            spec.power for spec in components if isinstance(spec, ProcessorComponent | MemoryComponent)
+        ]
+        drawing += [link.power for link in links]
+        return figures + [power.idle for power in drawing if power is not None]
+
+
+def boards_of(sources: Sequence[str] | None = None) -> tuple[Board, ...]:
+    """The boards of these shipped names or files; by default every shipped platform that is a board on sale.
+
+    Raises:
+        InputError: no such board, none at all, or one is named twice. SpecError: the faults of a file.
+    """
+    if sources is None:
+        shipped = (Board(name, load_platform(name)) for name in list_platforms())
+        return tuple(board for board in shipped if board.platform.board is not None)
+    if not sources:
+        raise InputError("no board is named", "--boards", "write --boards zynq,arty-a7, or leave it out")
+    boards: dict[str, Board] = {}
+    for source in sources:
+        board = Board(source, load_platform(source))
+        if board.name in boards:
+            what = f"board {board.name} is named twice"
+            raise InputError(what, "--boards", "name it once, or give one of the files another name:")
+        boards[board.name] = board
+    return tuple(boards.values())
+
+
+def is_file(board: Board) -> bool:
+    """Whether the board is a file of the user, not a shipped platform."""
+    return is_path(board.source)

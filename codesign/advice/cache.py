@@ -1,0 +1,51 @@
+"""The cache of trials: a second question about a map takes what the first one computed.
+
+A trial stands under the digest of all that it depends on (``Laboratory.key``), so a kept trial is never out of date.
+The file is a ``FileStore`` in the user's cache folder. Rejected: the store of a study, which the user would have to
+name. Rejected: to keep whole results, which are thirty times as large.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from codesign.errors import StoreError
+from codesign.exploration.store import FileStore, MemoryStore, Store
+
+MOST_BYTES = 64 * 2**20
+"""A larger file is removed before the next question. It holds some 100,000 trials."""
+
+VARIABLE = "CODESIGN_CACHE_DIR"
+"""The environment variable that names another folder."""
+
+
+def cache_folder() -> Path:
+    """The folder of the cache: that of ``CODESIGN_CACHE_DIR``, or ``hwsw-codesign`` in the user's cache folder."""
+    named = os.environ.get(VARIABLE)
+    if named:
+        return Path(named)
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "hwsw-codesign"
+
+
+@contextmanager
+def kept_trials() -> Iterator[tuple[Store, str]]:
+    """The cache until the end of the block, with a remark where it cannot be used: then nothing is kept."""
+    store: Store = MemoryStore()
+    remark = ""
+    path = cache_folder() / "advice.sqlite"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if path.exists() and path.stat().st_size > MOST_BYTES:
+            path.unlink()
+        store = FileStore(path)
+    except (StoreError, OSError) as fault:
+        why = fault.what if isinstance(fault, StoreError) else fault.strerror
+        remark = f"no trial is kept for a second question: {path}: {why}"
+    try:
+        yield store, remark
+    finally:
+        with suppress(StoreError):
+            store.close()

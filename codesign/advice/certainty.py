@@ -1,0 +1,81 @@
+"""How sure an answer is: whether a design meets the needs at every value inside the intervals of its figures."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from codesign.advice.boards import Board
+from codesign.advice.needs import Needs
+from codesign.advice.trials import ENERGY, WORST_TIME
+from codesign.results.model import ResultModel
+from codesign.results.result import Result
+from codesign.units import format_power, format_time
+from codesign.verdicts import Fit, Verdict, fit_verdict, need_verdict
+
+
+class Certainty(ResultModel):
+    """How sure it is that a design meets the needs, or that it does not."""
+
+    time_low_s: float | None = Field(description="least time of a plan inside all intervals, s")
+    time_high_s: float | None = Field(description="greatest, s")
+    power_low_w: float | None = Field(description="a lower bound of the mean power inside all intervals, W")
+    power_high_w: float | None = Field(description="an upper bound of it, W")
+    rate: Verdict = Field(description="the time of a plan against the period that is asked for")
+    fit: Fit = Field(description="the design against its part")
+    text: str = Field(description="the same in words")
+
+
+def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
+    """How sure it is that the design of a result meets the needs on a board.
+
+    Mean power is bounded from either side: busy and idle power are taken at the same end of their intervals.
+    """
+    time, energy = result.interval(WORST_TIME), result.interval(ENERGY)
+    power = None if energy is None or time is None else _mean_power(energy, time, board, needs)
+    rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_verdict(result)
+    texts = [_rate_text(rate), _power_text(power, needs), _fit_text(fit)]
+    open_texts = [text for text in texts if text]
+    return Certainty(
+        time_low_s=None if time is None else time[0],
+        time_high_s=None if time is None else time[1],
+        power_low_w=None if power is None else power[0],
+        power_high_w=None if power is None else power[1],
+        rate=rate,
+        fit=fit,
+        text="; ".join(open_texts) or "proved at every value inside the declared intervals",
+    )
+
+
+def _mean_power(
+    energy: tuple[float, float], time: tuple[float, float], board: Board, needs: Needs
+) -> tuple[float, float]:
+    (idle_low, idle_high), rate = board.idle_interval_w, needs.rate_hz
+    low = rate * energy[0] + max(0.0, 1 - rate * time[1]) * idle_low
+    return low, rate * energy[1] + max(0.0, 1 - rate * time[0]) * idle_high
+
+
+def _rate_text(rate: Verdict) -> str:
+    if rate.state == "proved":
+        return ""
+    if rate.state == "refuted":
+        return "too slow at every value inside the declared intervals"
+    if rate.decides is None:
+        return f"whether it is fast enough is not assessed: {rate.reason}"
+    name = f"{rate.decides.platform}'s {rate.decides.name}" if rate.decides.platform else rate.decides.name
+    flips = rate.decides.flips_at
+    if flips is None:
+        return f"whether it is fast enough depends on {name}: {rate.reason}"
+    unit = rate.decides.figure.unit
+    value = format_time(round(flips * 1e12)) if unit == "s" else f"{flips:.4g} {unit}"
+    return f"whether it is fast enough depends on {name}, and changes at {value}"
+
+
+def _power_text(power: tuple[float, float] | None, needs: Needs) -> str:
+    if needs.power_w is None or power is None or power[1] <= needs.power_w:
+        return ""
+    low, high = (format_power(float(f"{watts:.3g}")) for watts in power)
+    return f"its mean power may be {low} to {high}"
+
+
+def _fit_text(fit: Fit) -> str:
+    return "" if fit.fits == "yes" else f"whether it fits depends on {fit.decides}"

@@ -1,0 +1,59 @@
+"""The workload of a design as a file, and the command that runs it."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from codesign.advice.boards import is_file
+from codesign.advice.candidates import Candidate
+from codesign.advice.needs import Question, workload_tree
+from codesign.errors import RunError
+from codesign.files import write_atomically
+
+
+def write_design(candidate: Candidate, question: Question, folder: Path, *, portable: bool) -> Path:
+    """Write the workload of a design into ``folder``, which is made if it is missing.
+
+    ``portable``: the path of the map is relative to the folder, so that both can be moved together.
+
+    Raises:
+        RunError: the folder cannot be written to.
+    """
+    section = dict(question.section)
+    if portable:
+        file = os.path.relpath(section["map"]["file"], folder.resolve())
+        section["map"] = {**section["map"], "file": file}
+    tree = workload_tree(candidate.planner.name, section, candidate.mapping)
+    # YAML has no tuples, which samples of plug-ins may hold.
+    plain = json.loads(json.dumps(tree))
+    text = f"# {_first_line(candidate)}\n{yaml.safe_dump(plain, sort_keys=False, allow_unicode=True)}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as fault:
+        raise RunError(f"cannot make the folder: {fault.strerror}", str(folder), "name another") from fault
+    path = folder / f"{candidate.board.name}.yaml"
+    write_atomically(path, text.encode())
+    return path
+
+
+def command_of(candidate: Candidate, workload: Path) -> str:
+    """The command that runs a design, quoted for a shell."""
+    board = candidate.board
+    source = str(board.source) if is_file(board) else board.name
+    words = ["hwsw", "run", source, str(workload)]
+    return shlex.join([*words, *_settings(candidate.settings)])
+
+
+def _settings(settings: Mapping[str, Any]) -> list[str]:
+    return [word for axis, value in settings.items() for word in ("--set", f"{axis}={value}")]
+
+
+def _first_line(candidate: Candidate) -> str:
+    return f"The design that hwsw advise chose for {candidate.board.name}."

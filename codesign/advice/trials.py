@@ -1,0 +1,220 @@
+"""The trial of a design: what it comes to on its board, kept by content."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, Literal
+
+from pydantic import Field
+
+from codesign.advice.candidates import Candidate
+from codesign.advice.needs import Question, workload_tree
+from codesign.errors import CodesignError, RunError, SpecError
+from codesign.exploration.identity import code_digest
+from codesign.exploration.space import canonical
+from codesign.figures import FIGURES, label
+from codesign.inputs import Platform, Workload, design_point
+from codesign.inputs.components import FpgaComponent
+from codesign.memo import Memo
+from codesign.planners.interface import Quality
+from codesign.results.model import ResultModel
+from codesign.results.result import Result
+from codesign.scenarios import simulate
+from codesign.system import catalog
+from codesign.system.build import planner_code
+
+WORST_TIME = FIGURES["plan_time_worst_s"]
+"""The time that a rate is held against."""
+
+MEAN_TIME = FIGURES["plan_time_mean_s"]
+"""The time that the energy of a plan belongs to."""
+
+ENERGY = FIGURES["energy_j"]
+
+
+Need = Literal["rate", "power", "price", "arrive", "fit", "refused"]
+
+_NEED_OF: dict[str, Need] = {"quality": "arrive"}
+"""The needs of reasons that are no matter of the size of the design."""
+
+
+class Shortfall(ResultModel):
+    """What keeps a design from sufficing: ``demand`` passes ``limit``."""
+
+    need: Need = Field(
+        description="the need that excludes it: the rate, the power, the price; starts that do not arrive; a resource,"
+        " a bound or a clock of the part; or a combination that is refused"
+    )
+    name: str = Field(description="which of that kind, or why it is refused")
+    demand: float | None = Field(default=None, description="what it comes to, in unit; None: not known")
+    limit: float = Field(default=0.0, description="what it may be, in unit")
+    unit: str = Field(default="", description="unit of the two; empty for counts")
+
+    @property
+    def ratio(self) -> float:
+        """How many times the limit the demand is; infinite where there is no limit to speak of."""
+        if self.demand is None:
+            return math.inf
+        large, small = (self.limit, self.demand) if self.need == "arrive" else (self.demand, self.limit)
+        return large / small if small else math.inf
+
+
+class Use(ResultModel):
+    """The resource of the part that a design uses most of."""
+
+    resource: str = Field(description="the kind, such as slices")
+    demand: int = Field(description="how many it takes")
+    budget: int = Field(description="how many the part has")
+
+    @property
+    def share(self) -> float:
+        """The share of the budget."""
+        return self.demand / self.budget if self.budget else math.inf
+
+
+class Trial(ResultModel):
+    """What a design comes to, whatever is asked of it. Figures that only a run gives are None where it was not run."""
+
+    clock_hz: int | None = Field(
+        default=None,
+        description="the clock that the fabric was lowered to, as the design is too slow for its own",
+    )
+    time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
+    time_high_s: float | None = Field(
+        default=None, description="the same, the greatest value inside the intervals of all figures, s"
+    )
+    mean_time_s: float | None = Field(default=None, description="the same, mean, s")
+    energy_j: float | None = Field(default=None, description="energy of a plan, J")
+    starts: int = Field(default=0, description="starts tried")
+    arrived: int = Field(default=0, description="starts that arrived")
+    fullest: Use | None = Field(default=None, description="the resource of the part that is used most")
+    shortfalls: tuple[Shortfall, ...] = Field(default=(), description="why it cannot serve")
+
+
+class Laboratory:
+    """Tries the designs of a question. What they have in common is computed once.
+
+    ``failures``: what went wrong in the code of planners. These designs count as refused, and are not kept.
+    """
+
+    def __init__(self, question: Question) -> None:
+        self.question = question
+        self.memo = Memo()
+        self.failures: list[str] = []
+        self._platforms: dict[str, str] = {}
+
+    @cached_property
+    def _asked(self) -> list[Any]:
+        section = {key: value for key, value in self.question.section.items() if key != "map"}
+        grid = self.question.grid
+        return [self.question.problem.digest, grid.digest, grid.resolution, section, code_digest()]
+
+    def key(self, candidate: Candidate) -> str:
+        """The digest of all that the trial depends on: board, design, map, goals, starts, and the code."""
+        platform = self._platform_digest(candidate)
+        identity = [*self._asked, platform, candidate.planner.name, candidate.mapping, candidate.settings]
+        return hashlib.sha256(canonical(identity).encode()).hexdigest()
+
+    def _platform_digest(self, candidate: Candidate) -> str:
+        platform = candidate.board.platform
+        if platform.name not in self._platforms:
+            chips = {
+                name: spec.chip.model_dump(mode="json")
+                for name, spec in platform.components.items()
+                if isinstance(spec, FpgaComponent)
+            }
+            text = canonical([platform.digest(), chips])
+            self._platforms[platform.name] = hashlib.sha256(text.encode()).hexdigest()
+        return self._platforms[platform.name]
+
+    def point(self, candidate: Candidate) -> tuple[Platform, Workload]:
+        """Platform and workload of a design.
+
+        Raises:
+            SpecError: they do not belong together.
+        """
+        tree = workload_tree(candidate.planner.name, self.question.section, candidate.mapping)
+        workload = catalog.load_workload(tree)
+        if not candidate.settings:
+            return candidate.board.platform, workload
+        return design_point(candidate.board.platform, workload, candidate.settings)
+
+    def result(self, candidate: Candidate) -> Result:
+        """The result of a design, simulated.
+
+        Raises:
+            CodesignError: the design is refused.
+        """
+        point = self.point(candidate)
+        with planner_code(candidate.planner):
+            return simulate(*point, memo=self.memo, grid=self.question.grid)
+
+    def trial(self, candidate: Candidate) -> Trial:
+        """The trial of a design. A clock that is all that it is too slow for is lowered to what it reaches."""
+        try:
+            result = self.result(candidate)
+            if not result.feasible and all(reason.kind == "clock" for reason in result.reasons):
+                slower = slowed(candidate, result)
+                return trial_of(self.result(slower)).model_copy(update={"clock_hz": clock_of(slower)})
+        except SpecError as refused:
+            return _refused(refused.faults[0].what)
+        except RunError as failed:
+            self.failures.append(f"{candidate.board.name}: {failed.what}")
+            return _refused(failed.what)
+        except CodesignError as refused:
+            return _refused(refused.what)
+        return trial_of(result)
+
+
+def slowed(candidate: Candidate, result: Result) -> Candidate:
+    """The design at the fastest clock that it reaches, in whole MHz where that is above 10 MHz."""
+    assert result.clock is not None, "only a design with a clock is too slow for it"
+    step = 1_000_000 if result.clock.limit.value >= 10_000_000 else 1_000
+    return at_clock(candidate, int(result.clock.limit.value) // step * step)
+
+
+def at_clock(candidate: Candidate, hz: int) -> Candidate:
+    """The design at a clock of the fabric, Hz."""
+    return replace(candidate, settings={f"{candidate.component}.clock": f"{hz // 1000} kHz"})
+
+
+def clock_of(candidate: Candidate) -> int:
+    """The clock that a design was lowered to, Hz."""
+    return int(next(iter(candidate.settings.values())).split()[0]) * 1000
+
+
+def trial_of(result: Result) -> Trial:
+    """What a result comes to."""
+    uses = [Use(resource=use.resource, demand=use.demand, budget=use.budget) for use in result.resources]
+    quality = result.quality
+    starts, arrived = (quality.starts, quality.starts_arrived) if isinstance(quality, Quality) else (0, 0)
+    shortfalls = [
+        Shortfall(
+            need=_NEED_OF.get(reason.kind, "fit"),
+            name=label(reason.name),
+            demand=float(reason.demand),
+            limit=float(reason.limit),
+            unit=reason.unit,
+        )
+        for reason in result.reasons
+    ]
+    if result.feasible and arrived < starts:
+        shortfalls.append(Shortfall(need="arrive", name="starts", demand=arrived, limit=starts))
+    interval = result.interval(WORST_TIME)
+    return Trial(
+        time_s=result.figure(WORST_TIME),
+        time_high_s=None if interval is None else interval[1],
+        mean_time_s=result.figure(MEAN_TIME),
+        energy_j=result.figure(ENERGY),
+        starts=starts,
+        arrived=arrived,
+        fullest=max(uses, key=lambda use: use.share, default=None),
+        shortfalls=tuple(shortfalls),
+    )
+
+
+def _refused(why: str) -> Trial:
+    return Trial(shortfalls=(Shortfall(need="refused", name=why),))

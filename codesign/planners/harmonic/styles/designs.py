@@ -1,0 +1,56 @@
+"""The parameters that are worth a try: blocks that fit the part, and precisions that rise until the plan serves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from codesign.part import Part
+from codesign.planners.harmonic.styles.levers import block_count, fits
+from codesign.planners.harmonic.styles.resources import largest_precision, word_depth
+from codesign.planners.styles import Designs
+
+FIRST, STEP = 15, 16
+"""Bits of the first stage, and bits added from stage to stage."""
+
+LAST = (15, 31, 47, 63, 95, 127, 191, 255, 383, 511, 767, 1023)
+"""Fractional bits of the last stage, in the order in which they are tried."""
+
+WORD = 63
+"""The last precision of values in one machine word."""
+
+SIDES = (8, 12, 16, 24, 32, 48, 64, 96, 128)
+MOST_BLOCKS = 3
+"""How many blocks are tried, the largest that fit. All parts share the sides, so that they share the stages too."""
+
+VISITS = (8, 32)
+"""Most iterations of a visit."""
+
+
+def host_designs(last: int) -> Designs:
+    """The whole map as one block, at the last precisions up to ``last``."""
+    return (tuple(_design({"blocks": [1, 1]}, VISITS[0], bits) for bits in LAST if bits <= last),)
+
+
+def block_designs(map_shape: tuple[int, int], part: Part, decision: bool) -> Designs:
+    """Chains of rising precision for the largest squares, cut to the map, with a precision that fits the part.
+
+    Where no block fits, the design that is short of the least: the smallest block of all.
+    """
+    rows, columns = map_shape
+    shapes = dict.fromkeys((min(side, rows), min(side, columns)) for side in SIDES)
+    depth, fitting = word_depth(part), []
+    for block in reversed(shapes):
+        most = largest_precision(block_count(map_shape, block), depth)
+        lasts = [last for last in LAST if last <= most and fits(block, last, part, decision)]
+        if lasts:
+            fitting.append((block, lasts))
+    smallest = next(iter(shapes)), [LAST[0]]
+    return tuple(
+        tuple(_design({"block": list(block)}, iterations, last) for last in lasts)
+        for block, lasts in fitting[:MOST_BLOCKS] or [smallest]
+        for iterations in VISITS
+    )
+
+
+def _design(partition: dict[str, Any], iterations: int, last: int) -> dict[str, Any]:
+    return {**partition, "iterations": iterations, "schedule": {"first": FIRST, "step": STEP, "last": last}}

@@ -1,0 +1,371 @@
+"""One question, one verdict: closed answers on tiny catalogues, bad input, and the printed command."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from click.testing import Result
+
+from codesign import advice
+from codesign.advice import candidates
+from codesign.advice.files import write_design
+from codesign.advice.trials import Laboratory
+from codesign.planners.styles import Architecture
+from codesign.system import catalog
+
+Run = Callable[..., Result]
+
+CELLS = 100
+"""Cells of the corridor: a search from one end to the other looks at each of them once."""
+
+PROCESSOR = """\
+kind: platform
+name: {name}
+components:
+  cpu:
+    type: processor
+    clock: 1 GHz
+    costs:
+      breadth_first_cell: {{value: {cost} us, low: {low} us, high: {high} us, status: assumed, source: a test}}
+    power: {{busy: {busy} W, idle: {idle} W}}
+"""
+
+FABRIC = """\
+kind: platform
+name: fabric
+components:
+  fpga: {type: fpga, part: XC2V6000-4, clock: 290 MHz}
+  cpu: {type: processor, clock: 1 GHz, costs: {breadth_first_cell: 1 ms}, power: {busy: 2 W, idle: 1 W}}
+links:
+  bus: {type: bus, between: [cpu, fpga], width: 32, clock: 33 MHz, setup_cycles: 8, burst_words: 16}
+"""
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A cache of its own for each test."""
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def corridor(tmp_path: Path) -> Path:
+    path = tmp_path / "corridor.txt"
+    path.write_text("." * CELLS + "\n", encoding="utf-8")
+    return path
+
+
+def board(folder: Path, name: str, cost: float, *, busy: float = 2.0, idle: float = 1.0) -> Path:
+    """A processor with a cost a cell in us, and an interval of half to double."""
+    path = folder / f"{name}.yaml"
+    text = PROCESSOR.format(name=name, cost=cost, low=cost / 2, high=cost * 2, busy=busy, idle=idle)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def asked(hwsw: Run, corridor: Path, boards: list[Path], rate: str, *more: object) -> tuple[int, Any]:
+    """The exit code and the JSON of a question from one end of the corridor to the other."""
+    names = ",".join(map(str, boards))
+    place = ("--goal", "0,0", "--start", f"0,{CELLS - 1}")
+    result = hwsw("advise", corridor, *place, "--rate", rate, "--boards", names, *more, "--json")
+    assert result.exit_code in (0, 3), result.output
+    return result.exit_code, json.loads(result.stdout)
+
+
+def by_name(answer: Any) -> dict[str, Any]:
+    return {each["board"]: each for each in answer["boards"]}
+
+
+def test_the_board_of_least_power_that_is_fast_enough_is_named(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    quick = board(tmp_path, "quick", 1, busy=20, idle=10)
+    middle = board(tmp_path, "middle", 10)
+    slow = board(tmp_path, "slow", 1000, busy=1, idle=0.5)
+    code, answer = asked(hwsw, corridor, [quick, middle, slow], "100 Hz")
+    assert (code, answer["recommended"]) == (0, "middle")
+    boards = by_name(answer)
+    times = {name: each["design"]["trial"]["time_s"] for name, each in boards.items()}
+    assert times == pytest.approx(
+        {name: CELLS * cost for name, cost in (("quick", 1e-6), ("middle", 1e-5), ("slow", 1e-3))}
+    )
+    # 1 ms of 10 busy at 2 W, the rest idle at 1 W.
+    assert boards["middle"]["design"]["mean_power_w"] == pytest.approx(0.1 * 2 + 0.9 * 1)
+    assert boards["middle"]["margin"] == pytest.approx(10)
+    (short,) = boards["slow"]["shortfalls"]
+    assert (short["need"], short["demand"]) == ("rate", pytest.approx(0.1))
+    verdict = answer["verdict"]
+    assert verdict.startswith(
+        "middle suffices: breadth_first (software on its cpu) answers in 1 ms (500 us to 2 ms)"
+    )
+    assert "10 times faster than 100 Hz asks; proved" in verdict
+    assert "the next, slow (price not known, 1 W), fails: a plan takes 100 ms, 10 times the 10 ms" in verdict
+
+
+def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    code, answer = asked(hwsw, corridor, [board(tmp_path, "close", 80)], "100 Hz")
+    assert code == 0
+    assert answer["certainty"]["rate"]["state"] == "depends"
+    assert answer["certainty"]["rate"]["decides"]["flips_at"] == pytest.approx(100e-6)
+    assert "depends on close's cpu.costs.breadth_first_cell, and changes at 100 us" in answer["verdict"]
+    assert "; no board is at every value inside the intervals; " in answer["verdict"]
+    sure = board(tmp_path, "sure", 10, busy=20, idle=10)
+    _, answer = asked(hwsw, corridor, [tmp_path / "close.yaml", sure], "100 Hz")
+    assert answer["recommended"] == "close"
+    assert (
+        "; sure (price not known, 11 W) is at every value, with breadth_first (software on its cpu); "
+        in answer["verdict"]
+    )
+
+
+def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    for more in ((), ("--write", tmp_path / "design")):
+        _, answer = asked(hwsw, corridor, [fabric], "1 kHz", *more)
+        (winner,) = answer["boards"]
+        # The clock of the board is above what the circuit reaches, so it is lowered.
+        assert winner["design"]["settings"]["fpga.clock"].endswith("kHz")
+        program, *words = shlex.split(answer["command"])
+        assert program == "hwsw"
+        result = hwsw(*words, "--json")
+        assert result.exit_code == 0, result.output
+        run = json.loads(result.stdout)
+        assert run["task"]["plan_time_worst_s"] == winner["design"]["trial"]["time_s"]
+        assert run["planner"] == winner["design"]["planner"]
+    assert (tmp_path / "design" / "fabric.yaml").is_file()
+
+
+def test_where_no_board_suffices_each_need_says_by_how_much(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    boards = [board(tmp_path, "slow", 1000, busy=1, idle=0.5), board(tmp_path, "hungry", 1, busy=20, idle=10)]
+    code, answer = asked(hwsw, corridor, boards, "100 Hz", "--power", "5 W")
+    assert (code, answer["recommended"], answer["command"]) == (3, None, None)
+    verdict = answer["verdict"]
+    assert verdict.startswith("No board suffices: ")
+    assert "the rate excludes slow (a plan takes 100 ms, 10 times the 10 ms that 100 Hz leaves" in verdict
+    assert "the power excludes hungry (it draws 10.1 W, 5.1 W more than 5 W" in verdict
+    assert "Each need alone is met, the rate by hungry; the power by slow, but no board meets all" in verdict
+    assert all(each["shortfalls"] for each in answer["boards"])
+
+
+def test_a_second_question_simulates_nothing_but_the_winner(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    boards = [board(tmp_path, "quick", 1), board(tmp_path, "slow", 1000)]
+    _, first = asked(hwsw, corridor, boards, "100 Hz")
+    assert first["simulated"] > 0
+    runs: list[object] = []
+    result = Laboratory.result
+    monkeypatch.setattr(Laboratory, "result", lambda self, each: runs.append(each) or result(self, each))
+    _, second = asked(hwsw, corridor, boards, "500 Hz", "--power", "20 W")
+    assert (second["simulated"], second["kept"]) == (0, first["simulated"] + first["kept"])
+    # The winner is run once more; quick is the cheaper of the two, so there is no next one.
+    assert len(runs) <= 2
+    corridor.write_text("." * (CELLS + 1) + "\n", encoding="utf-8")
+    assert asked(hwsw, corridor, boards, "500 Hz")[1]["simulated"] > 0
+
+
+def test_what_the_budget_does_not_reach_is_said(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    _, answer = asked(hwsw, corridor, [fabric], "1 Hz", "--budget", "0")
+    assert any(text.startswith("breadth_first (state_machine) on fabric") for text in answer["not_searched"])
+    place = ("--goal", "0,0", "--rate", "1 Hz", "--boards", fabric, "--budget", "0")
+    output = hwsw("advise", corridor, *place).output
+    assert "Not searched, as the budget was spent: " in output
+    assert "none of its designs was searched within the budget" in output
+
+
+def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    schema = json.loads(hwsw("schema", "advice").stdout)
+    for rate in ("100 Hz", "100 kHz"):
+        _, answer = asked(hwsw, corridor, [board(tmp_path, "quick", 1)], rate, "--price", "20 USD")
+        jsonschema.validate(answer, schema, jsonschema.Draft202012Validator)
+    assert "its price is not known" in answer["verdict"] or "the rate" in answer["verdict"]
+
+
+@pytest.mark.parametrize(
+    ("options", "fault"),
+    [
+        (("--rate", "0 Hz"), "--rate: '0 Hz' is zero"),
+        (("--rate", "1e9 Hz"), "--rate: '1e9 Hz' is too large"),
+        (("--rate", "10"), "--rate: '10' has no unit"),
+        (("--power", "5"), "--power: '5' has no unit"),
+        (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
+        (("--clearance", "-1 m"), "--clearance: '-1 m' is negative"),
+        (("--goal", "north"), "--goal: 'north' is no"),
+        (
+            ("--goal", "1.5,0.5"),
+            "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
+        ),
+        (("--clearance", "0.1 m"), "MAP: a radius of 0.1 m on a map that does not say how large a cell is"),
+        (("--resolution", "5"), "--resolution: '5' has no unit"),
+        (("--goal", "0,5"), "obstacle"),
+        (("--goal", "7,7"), "outside of the map"),
+        (("--start", "0,5"), "obstacle"),
+        (("--boards", "raspberri"), "there is no shipped platform 'raspberri'"),
+        (("--boards", "zynq,zynq"), "board zynq is named twice"),
+        (("--boards", ","), "no board is named"),
+    ],
+)
+def test_bad_input_is_a_fault_with_a_remedy(
+    hwsw: Run, tmp_path: Path, options: tuple[str, str], fault: str
+) -> None:
+    (tmp_path / "map.txt").write_text(".....#....\n..........\n", encoding="utf-8")
+    words = {"--goal": "0,0", "--rate": "10 Hz", "--boards": "zynq"} | {options[0]: options[1]}
+    result = hwsw("advise", tmp_path / "map.txt", *(word for pair in words.items() for word in pair))
+    assert result.exit_code == 2, result.output
+    assert fault in result.output
+    assert "hint: " in result.output
+
+
+def test_a_map_without_a_free_cell_is_a_fault(hwsw: Run, tmp_path: Path) -> None:
+    (tmp_path / "map.txt").write_text("#####\n#####\n", encoding="utf-8")
+    result = hwsw("advise", tmp_path / "map.txt", "--goal", "0,0", "--rate", "10 Hz")
+    assert result.exit_code == 2, result.output
+    assert "free" in result.output
+    assert "hint: " in result.output
+
+
+def priced(path: Path, usd: float, beside: str = "") -> Path:
+    """The board with a price."""
+    more = f", beside: {beside}" if beside else ""
+    text = path.read_text(encoding="utf-8")
+    price = f"{{value: {usd} USD, status: assumed, source: a test}}"
+    path.write_text(f"{text}board: {{product: a product, price: {price}{more}}}\n", encoding="utf-8")
+    return path
+
+
+def test_the_cheapest_board_is_named_and_why_not_the_next_cheaper_one(
+    hwsw: Run, corridor: Path, tmp_path: Path
+) -> None:
+    dear = priced(board(tmp_path, "dear", 1), 90)
+    fair = priced(board(tmp_path, "fair", 10, busy=20, idle=10), 40)
+    poor = priced(board(tmp_path, "poor", 1000), 20)
+    free = board(tmp_path, "free", 1, busy=0.5, idle=0.1)
+    _, answer = asked(hwsw, corridor, [dear, fair, poor, free], "100 Hz")
+    # A board without a price comes after those with one.
+    assert [each["board"] for each in answer["boards"]] == ["fair", "dear", "free", "poor"]
+    assert "nothing cheaper does: the next, poor (20 USD), fails: a plan takes 100 ms" in answer["verdict"]
+    code, answer = asked(hwsw, corridor, [dear, poor, free], "100 Hz", "--price", "50 USD")
+    assert code == 3
+    assert "it costs 90 USD, 40 USD more than 50 USD" in answer["verdict"]
+    (short,) = by_name(answer)["free"]["shortfalls"]
+    assert (short["need"], short["demand"], short["limit"]) == ("price", None, 50)
+
+
+def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:
+    alone = priced(board(tmp_path, "alone", 1), 20)
+    beside = priced(board(tmp_path, "pair", 1), 20, beside="raspberry-pi-4")
+    prices = [each.price_usd for each in advice.boards_of([str(alone), str(beside), "raspberry-pi-4"])]
+    assert prices[2] is not None
+    assert prices == [20, 20 + prices[2], prices[2]]
+    on_sale = advice.boards_of()
+    assert len(on_sale) >= 15
+    assert {each.name for each in on_sale} >= {"raspberry-pi-4", "pynq-z2", "kv260", "icebreaker"}
+    assert not {each.name for each in on_sale} & {"virtex4-pci", "wavefront-array"}
+
+
+def test_a_style_that_proposes_no_designs_is_tried_with_the_samples_of_its_plug_in(
+    corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    section = advice.problem_section(corridor, ["0,0"], [], advice.parse_needs("10 Hz"))
+    question = advice.ask(advice.parse_needs("10 Hz"), section, corridor)
+    for plug_in in catalog.plug_ins():
+        for style in plug_in.styles:
+            monkeypatch.setattr(type(style), "designs", Architecture.designs)
+    chains = list(candidates.chains_of(advice.boards_of(["zynq"])[0], question.problem))
+    assert {len(chain) for chain in chains} == {1}
+    blocks = [each.parameters for (each,) in chains if each.planner.name == "harmonic"]
+    sample = {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)}
+    assert sample in blocks
+    chosen = next(each for (each,) in chains if each.parameters == sample)
+    written = catalog.load_workload(write_design(chosen, question, tmp_path / "design", portable=True))
+    assert written.mapping["relax"].parameters.precisions == (7, 15, 23)
+    assert {chain[0].planner.name for chain in chains} == {
+        "breadth_first",
+        "harmonic",
+        "relaxation",
+        "wavefront",
+    }
+
+
+def test_a_planner_that_fails_on_one_board_is_reported_and_the_others_go_on(
+    hwsw: Run, corridor: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (style,) = (each for (_, name), each in catalog.architectures().items() if name == "state_machine")
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(type(style), "demand", broken)
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    code, answer = asked(hwsw, corridor, [fabric], "10 Hz")
+    assert code == 0
+    assert "fabric: planner breadth_first failed: ZeroDivisionError: division by zero" in answer["remarks"]
+
+
+def server_map(folder: Path) -> Path:
+    """A map of map_server: 40 × 40 unknown cells around a free hall of 6 × 10 cells of 0.5 m, with a pillar."""
+    image = folder / "hall.pgm"
+    rows = [bytearray([205] * 40) for _ in range(40)]
+    for row in range(20, 26):
+        rows[row][10:20] = bytes([254] * 10)
+    rows[22][14] = 0
+    image.write_bytes(b"P5\n40 40\n255\n" + b"".join(map(bytes, rows)))
+    path = folder / "hall.yaml"
+    path.write_text(
+        "image: hall.pgm\nresolution: 0.5\norigin: [-10.0, -10.0, 0.0]\nnegate: 0\n"
+        "occupied_thresh: 0.65\nfree_thresh: 0.196\n",
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_a_map_of_a_robot_is_cropped_and_inflated_and_its_goal_is_in_metres(
+    hwsw: Run, tmp_path: Path
+) -> None:
+    hall, quick = server_map(tmp_path), board(tmp_path, "quick", 1)
+    # The cell in row 23, column 17: (17.5 - 20, 16.5 - 20) × 0.5 m from the origin of the frame.
+    words = ("advise", hall, "--goal", "-1.25,-1.75", "--rate", "10 Hz", "--boards", quick, "--json")
+    plain = json.loads(hwsw(*words).stdout)
+    assert (plain["rows"], plain["columns"], plain["free_cells"]) == (6, 10, 59)
+    inflated = json.loads(hwsw(*words, "--clearance", "0.5 m").stdout)
+    assert inflated["free_cells"] < plain["free_cells"]
+    blocked = hwsw("advise", hall, "--goal", "-2.75,-1.25", "--rate", "10 Hz", "--boards", quick)
+    assert (blocked.exit_code, "on an obstacle" in blocked.output) == (2, True)
+    unknown = hwsw("advise", hall, "--goal", "5.0,5.0", "--rate", "10 Hz", "--boards", quick)
+    assert (unknown.exit_code, "in unknown space" in unknown.output) == (2, True)
+    assert "hint: the nearest free cell is" in unknown.output
+
+
+def test_every_style_of_every_planner_on_a_map_is_searched(corridor: Path, tmp_path: Path) -> None:
+    needs = advice.parse_needs("10 Hz")
+    section = advice.problem_section(corridor, ["0,0"], [], needs)
+    question = advice.ask(needs, section, corridor)
+    (zynq,) = advice.boards_of(["zynq"])
+    chains = list(candidates.chains_of(zynq, question.problem))
+    styles = {(chain[0].planner.name, chain[0].style.style) for chain in chains}
+    assert styles >= {
+        ("breadth_first", "state_machine"),
+        ("harmonic", "bit_serial"),
+        ("harmonic", "software_limbs"),
+        ("relaxation", "sequential"),
+        ("wavefront", "tiled"),
+        ("wavefront", "software"),
+    }
+    assert {chain[0].placement for chain in chains} == {"host", "fabric", "split"}
+    for chain in chains:
+        bits = [each.bits for each in chain]
+        assert bits == sorted(bits)
