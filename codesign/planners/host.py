@@ -46,6 +46,14 @@ def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]
     return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
 
 
+def side_step(phase: str, kernel: str, units: int, instead: int = 0) -> Step:
+    """Work in units of a kernel that a platform may leave out: then ``instead`` units of the style's kernel.
+
+    A cost that was published or assumed for a whole planner holds this work already.
+    """
+    return Step(phase, np.array([units], np.int64), kernel=kernel, instead=instead)
+
+
 def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:
     """A step of one unit, recorded as a ``TaskRecord`` of ``task``."""
     return Step(task, np.array([cycles], np.int64), task_record(task, cycles), ram_addresses)

@@ -13,11 +13,11 @@ platform's busy power counts once for one core or two: assumed, and too little w
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 
 import numpy as np
 
-from codesign.planners.host import HostStyle
+from codesign.planners.host import HostStyle, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
@@ -25,10 +25,14 @@ from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
 from codesign.planners.relaxation.styles.costs import (
     BARRIER_UNITS,
+    CHECK_KERNEL,
     CHECK_UNITS,
+    DIAGONAL_KERNEL,
     DIRECT_KERNEL,
+    MAP_KERNEL,
     MEANS,
     SEARCH_UNITS,
+    diagonals,
     direct_units,
     level_3_units,
     sweep_units,
@@ -87,6 +91,7 @@ class Host(HostStyle):
         plan = job.shared(key, lambda: PLANNER.plan(job))
         search = search_of(problem, plan)
         relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if job.detail else 1)
+        yield from self._besides(plan.solution, problem.shape)
         for phase, units in relaxation[:-1]:
             yield _step(phase, units)
         phase, units = relaxation[-1]
@@ -101,10 +106,24 @@ class Host(HostStyle):
             yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
         return plan
 
+    def _besides(self, solution: Solution, shape: tuple[int, int]) -> Iterator[Step]:
+        """The work besides the nodes: a platform may leave its costs out, and then a node's update includes it.
+
+        A check costs ``CHECK_UNITS`` a cell then.
+        """
+        cells, method = shape[0] * shape[1], solution.method
+        if method is not Method.DIRECT:
+            yield side_step("prepare", MAP_KERNEL, cells)
+            passed = solution.iterations * diagonals(method, shape, self.cores)
+            yield side_step("diagonals", DIAGONAL_KERNEL, passed)
+        if solution.checks:
+            checked = cells * (1 + solution.checks)
+            yield side_step("check", CHECK_KERNEL, checked, CHECK_UNITS * checked)
+
     def _relaxation(self, solution: Solution, cells: int, batches: int) -> list[tuple[str, int]]:
         """Phases and their units, in order, until the end of the relaxation."""
         if solution.method is Method.DIRECT:
-            return [("factorise", direct_units(solution.updates))]
+            return [("factorise", direct_units(solution.updates, solution.factors))]
         iteration = self.iteration(solution.method, cells)
         phases = [
             (phase, count * units)
@@ -113,8 +132,6 @@ class Host(HostStyle):
         ]
         if solution.method is Method.HALF_SWEEP_AM:
             phases.append(("fill", -(-cells // 2)))
-        if solution.checks:
-            phases.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
         return phases
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from codesign.planners.host import HostStyle, one_step
+from codesign.planners.host import HostStyle, one_step, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
@@ -17,9 +17,24 @@ from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
+MAP_KERNEL = "wavefront_map_cell"
+"""One cell of the map, prepared for a wave or for the tracking of paths."""
+
+TIME_KERNEL = "wavefront_time_step"
+"""One time of a wave: the eight directions are gone through, however few nodes send. A narrow maze has many times."""
+
+TRACK_CELLS = 1
+"""Units of ``MAP_KERNEL`` a cell that the tracking of paths prepares. Fitted: docs/laws.md."""
+
+SEED_CELLS = 10
+"""Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
+
 
 class Software(HostStyle):
-    """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed."""
+    """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed.
+
+    Where the platform has costs of ``MAP_KERNEL`` and ``TIME_KERNEL``, the work besides the nodes counts too.
+    """
 
     planner = "wavefront"
     description = "one node after the other as the wave reaches it"
@@ -31,9 +46,16 @@ class Software(HostStyle):
         Every wave begins anew: ``start`` changes nothing.
         """
         plan = planned(job)
+        free = job.problem.free
         if plan.obstacle_potentials is not None:
-            yield one_step(OBSTACLES, job.problem.free.size)
+            obstacles = int(free.size - free.sum())
+            yield one_step(OBSTACLES, free.size)
+            yield side_step(OBSTACLES, MAP_KERNEL, free.size + SEED_CELLS * obstacles)
+            yield side_step(OBSTACLES, TIME_KERNEL, int(plan.obstacle_potentials.max()) + 1)
         yield one_step(PROPAGATE, plan.reached_cells)
+        yield side_step(PROPAGATE, MAP_KERNEL, free.size)
+        yield side_step(PROPAGATE, TIME_KERNEL, plan.largest_potential + 1)
         if job.does(TRACK):
+            yield side_step(TRACK, MAP_KERNEL, TRACK_CELLS * free.size)
             yield one_step(TRACK, tracked_steps(job, plan))
         return plan
