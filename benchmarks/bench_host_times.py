@@ -3,7 +3,8 @@
 The costs of the host are measured in the same run, as ``hwsw calibrate host`` measures them. Both sides hold planning
 and the answer on one core: all tasks are on the host, so no link takes part and the map is loaded in no time. A direct
 time is processor time of the planner's own code for the same starts, compiled before: the median of several runs, less
-what Python takes on a map of two cells. Harmonic control is timed node after node, as its style counts. Maps are read from ``shared/maps`` beside the repository.
+what Python takes on a map of two cells. Harmonic control is timed node after node, as its style counts.
+Maps are read from ``shared/maps`` beside the repository.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any
 
 import numpy as np
@@ -211,5 +212,6 @@ def _measured(case: Case, problem: Mapping[str, Any], costs: Mapping[str, Figure
 
 def _simulated(case: Case, problem: Mapping[str, Any], platform: Platform) -> float:
     task = codesign.simulate(platform, workload_of(case, problem)).task
-    assert task is not None and task.plan_time_mean_s is not None, "every point is simulated"
+    assert task is not None, "every point is simulated"
+    assert task.plan_time_mean_s is not None, "every start is answered"
     return task.plan_time_mean_s

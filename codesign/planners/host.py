@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Generator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -46,12 +47,12 @@ def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]
     return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
 
 
-def side_step(phase: str, kernel: str, units: int, instead: int = 0) -> Step:
-    """Work in units of a kernel that a platform may leave out: then ``instead`` units of the style's kernel.
+def side_step(step: Step, kernel: str, instead: int = 0) -> Step:
+    """A step in units of a kernel that a platform may leave out: then it takes ``instead`` units of the style's kernel.
 
-    A cost that was published or assumed for a whole planner holds this work already.
+    A cost that was published or assumed for a whole planner holds such work already.
     """
-    return Step(phase, np.array([units], np.int64), kernel=kernel, instead=instead)
+    return replace(step, kernel=kernel, instead=instead)
 
 
 def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:

@@ -304,6 +304,8 @@ class Machine:
             begin, units, wanted = self.now, int(step.cycles.sum()), step.kernel or kernel
             if step.instead is not None and wanted not in processor.costs:
                 units, wanted = step.instead, kernel
+                if not units:
+                    continue
             if units:
                 yield from processor.execute(wanted, units, step.phase, priority=priority)
                 spent = processor.duration(wanted, units)

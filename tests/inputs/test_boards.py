@@ -221,7 +221,7 @@ def test_a_host_beside_the_platform_is_found_first(tmp_path: Path) -> None:
     assert host.clock.value == 10**9
     assert host.clock.source == "declared in mine.yaml:3"
     assert host.costs["breadth_first_cell"].value == 10_000
-    assert host.costs["wavefront_cell"].value == 3 * 13_814
+    assert host.costs["wavefront_cell"].value == 3 * 6230
 
 
 def test_keys_beside_a_host_take_the_place_of_its_own(tmp_path: Path) -> None:

@@ -86,7 +86,7 @@ class Software(HostStyle):
         """
         plan = searched(job)
         if not self._java:
-            yield side_step(INIT, MAP_KERNEL, job.problem.free.size)
+            yield side_step(step(INIT, job.problem.free.size), MAP_KERNEL)
         if job.detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
         else:

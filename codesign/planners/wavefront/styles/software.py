@@ -50,12 +50,12 @@ class Software(HostStyle):
         if plan.obstacle_potentials is not None:
             obstacles = int(free.size - free.sum())
             yield one_step(OBSTACLES, free.size)
-            yield side_step(OBSTACLES, MAP_KERNEL, free.size + SEED_CELLS * obstacles)
-            yield side_step(OBSTACLES, TIME_KERNEL, int(plan.obstacle_potentials.max()) + 1)
+            yield side_step(one_step(OBSTACLES, free.size + SEED_CELLS * obstacles), MAP_KERNEL)
+            yield side_step(one_step(OBSTACLES, int(plan.obstacle_potentials.max()) + 1), TIME_KERNEL)
         yield one_step(PROPAGATE, plan.reached_cells)
-        yield side_step(PROPAGATE, MAP_KERNEL, free.size)
-        yield side_step(PROPAGATE, TIME_KERNEL, plan.largest_potential + 1)
+        yield side_step(one_step(PROPAGATE, free.size), MAP_KERNEL)
+        yield side_step(one_step(PROPAGATE, plan.largest_potential + 1), TIME_KERNEL)
         if job.does(TRACK):
-            yield side_step(TRACK, MAP_KERNEL, TRACK_CELLS * free.size)
+            yield side_step(one_step(TRACK, TRACK_CELLS * free.size), MAP_KERNEL)
             yield one_step(TRACK, tracked_steps(job, plan))
         return plan
