@@ -38,6 +38,7 @@ NOT_TIMED = {"breadth_first_java_cell"}
 
 SIDE_KERNELS = {
     "breadth_first_map_cell",
+    "breadth_first_wall_cell",
     "wavefront_map_cell",
     "wavefront_time_step",
     "relaxation_map_cell",

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
-from codesign.planners.breadth_first.styles.software import MAP_KERNEL
+from codesign.planners.breadth_first.styles.software import MAP_KERNEL, WALL_KERNEL, wall_cells
 from codesign.planners.plug_in import Probe
 
 _SIDE = 500
@@ -21,18 +22,33 @@ def _prepare() -> object:
     return search(free, (0, 0), (0, 0))
 
 
-def _breadth_first() -> Probe:
-    """A search that pops every cell of a map of small rooms.
+def _open(side: int) -> Callable[[], object]:
+    """A search that pops every cell of a square without obstacles."""
+    import numpy as np
 
-    The processor predicts the branches of a search best where there is no obstacle, and worst in narrow mazes: 0.7 and
-    1.4 times this cost. The preparation of the map is left out.
-    """
+    from codesign.planners.breadth_first.plan import search
+
+    free = np.ones((side, side), np.bool_)
+    return lambda: search(free, (0, 0), (side - 1, side - 1))
+
+
+def _breadth_first() -> Probe:
+    """A search that pops every cell of a map without obstacles; its preparation is left out."""
+    return Probe(_SIDE * _SIDE, _open(_SIDE), _prepare)
+
+
+def _wall() -> Probe:
+    """A search over small rooms, less one that pops as many cells without obstacles. A quarter lie beside a wall."""
     from codesign import maps
     from codesign.planners.breadth_first.plan.search import search_everywhere
 
     free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
-    popped = search_everywhere(free, (8, 8)).popped_cells
-    return Probe(popped, lambda: search_everywhere(free, (8, 8)), _prepare)
+    plan = search_everywhere(free, (8, 8))
+    return Probe(
+        wall_cells(free, plan),
+        lambda: search_everywhere(free, (8, 8)),
+        _open(math.isqrt(plan.popped_cells)),
+    )
 
 
 def _map() -> Probe:
@@ -40,5 +56,9 @@ def _map() -> Probe:
     return Probe(_SIDE * _SIDE, _prepare)
 
 
-PROBES: Mapping[str, Callable[[], Probe]] = {"breadth_first_cell": _breadth_first, MAP_KERNEL: _map}
+PROBES: Mapping[str, Callable[[], Probe]] = {
+    "breadth_first_cell": _breadth_first,
+    MAP_KERNEL: _map,
+    WALL_KERNEL: _wall,
+}
 """The measurement of each kernel, by the name of its cost in a platform."""

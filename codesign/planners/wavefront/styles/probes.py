@@ -8,12 +8,12 @@ from codesign.planners.plug_in import Probe
 from codesign.planners.wavefront.styles.software import MAP_KERNEL, TIME_KERNEL
 
 _SIDE = 256
-_LAST = 3 * (_SIDE - 1)
-"""The last time of a wave over an empty square: steps along its diagonal."""
+_LAST = 4 * _SIDE
+"""About the last time of a wave over a square of rooms."""
 
 
 def _prepare() -> object:
-    """A map of that square prepared for a wave, which ends at once."""
+    """A square without obstacles prepared for a wave, which ends at once."""
     import numpy as np
 
     from codesign.planners.wavefront.plan import propagate
@@ -31,13 +31,13 @@ def _times() -> object:
 
 
 def _wavefront() -> Probe:
-    """The nodes of a wave over all of a map without obstacles; its preparation and its times are left out."""
-    import numpy as np
-
+    """The nodes of a wave over large rooms; its preparation and its times are left out."""
+    from codesign import maps
     from codesign.planners.wavefront.plan import propagate
 
-    free = np.ones((_SIDE, _SIDE), np.bool_)
-    return Probe(free.size, lambda: propagate(free, [(0, 0)]), lambda: (_prepare(), _times()))
+    free = maps.rooms(_SIDE, _SIDE, room=(31, 31), door=4, wall=1, seed=1).free
+    reached = int((propagate(free, [(8, 8)], limit=_LAST) >= 0).sum())
+    return Probe(reached, lambda: propagate(free, [(8, 8)], limit=_LAST), lambda: (_prepare(), _times()))
 
 
 def _map() -> Probe:

@@ -26,7 +26,7 @@ TIME_KERNEL = "wavefront_time_step"
 TRACK_CELLS = 1
 """Units of ``MAP_KERNEL`` a cell that the tracking of paths prepares. Fitted: docs/laws.md."""
 
-SEED_CELLS = 10
+SEED_CELLS = 14
 """Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
 
 
