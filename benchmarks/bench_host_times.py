@@ -47,7 +47,7 @@ HELD_OUT = {
     "rooms 512²": "movingai/rooms/16room_000.map",
     "depot, cropped": "ros/nav2/depot.yaml",
 }
-"""No law was mended in view of these maps."""
+"""No constant of a law was fitted to these maps."""
 
 STARTS, RUNS, SECONDS = 12, 9, 1.0
 CALIBRATION_SECONDS = 6.0

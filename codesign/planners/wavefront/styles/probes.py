@@ -31,11 +31,11 @@ def _times() -> object:
 
 
 def _wavefront() -> Probe:
-    """The nodes of a wave over large rooms; its preparation and its times are left out."""
+    """The nodes of a wave over small rooms; its preparation and its times are left out."""
     from codesign import maps
     from codesign.planners.wavefront.plan import propagate
 
-    free = maps.rooms(_SIDE, _SIDE, room=(31, 31), door=4, wall=1, seed=1).free
+    free = maps.rooms(_SIDE, _SIDE, room=(15, 15), door=2, wall=1, seed=1).free
     reached = int((propagate(free, [(8, 8)], limit=_LAST) >= 0).sum())
     return Probe(reached, lambda: propagate(free, [(8, 8)], limit=_LAST), lambda: (_prepare(), _times()))
 
