@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Generator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,14 @@ class HostTask(TaskStyle):
 def task_record(task: str, cycles: int) -> Callable[[int, int, str], TaskRecord]:
     """The record of a step that is a task by itself, for ``Step.record``."""
     return lambda begin, end, source: TaskRecord(begin, source, task, end, cycles)
+
+
+def side_step(step: Step, kernel: str, instead: int = 0) -> Step:
+    """A step in units of a kernel that a platform may leave out: then it takes ``instead`` units of the style's kernel.
+
+    A cost that was published or assumed for a whole planner holds such work already.
+    """
+    return replace(step, kernel=kernel, instead=instead)
 
 
 def one_step(task: str, cycles: int, ram_addresses: int = 0) -> Step:

@@ -301,9 +301,12 @@ class Machine:
             if isinstance(step, Exchange):
                 yield from self._exchange(step, ledger, priority)
                 continue
-            begin, units = self.now, int(step.cycles.sum())
+            begin, units, wanted = self.now, int(step.cycles.sum()), step.kernel or kernel
+            if step.instead is not None and wanted not in processor.costs:
+                units, wanted = step.instead, kernel
+                if not units:
+                    continue
             if units:
-                wanted = step.kernel or kernel
                 yield from processor.execute(wanted, units, step.phase, priority=priority)
                 spent = processor.duration(wanted, units)
                 ledger.book(Spent.COMPUTE, name, spent)

@@ -179,6 +179,8 @@ def test_hosts_have_a_cost_of_every_kernel(name: str) -> None:
 def test_a_host_that_was_not_measured_is_a_measured_one_times_its_factor() -> None:
     measured, pi = HOSTS.find("epyc-9004"), HOSTS.find("cortex-a72")
     assert pi.costs_of is not None
+    statuses = {kernel: cost.status for kernel, cost in measured.costs.items()}
+    assert statuses["breadth_first_cell"] == statuses["sparse_solve_cell"] == Status.MEASURED
     for kernel, cost in pi.all_costs().items():
         other, factor = measured.costs[kernel], pi.costs_of.factor
         assert cost.value == round(other.value * factor.value)
@@ -186,7 +188,7 @@ def test_a_host_that_was_not_measured_is_a_measured_one_times_its_factor() -> No
             round(other.interval[0] * factor.interval[0]),
             round(other.interval[1] * factor.interval[1]),
         )
-        assert (other.status, cost.status) == (Status.MEASURED, Status.ASSUMED)
+        assert cost.status == Status.ASSUMED
         assert "epyc-9004" in cost.source
 
 
@@ -221,7 +223,7 @@ def test_a_host_beside_the_platform_is_found_first(tmp_path: Path) -> None:
     assert host.clock.value == 10**9
     assert host.clock.source == "declared in mine.yaml:3"
     assert host.costs["breadth_first_cell"].value == 10_000
-    assert host.costs["wavefront_cell"].value == 3 * 13_814
+    assert host.costs["wavefront_cell"].value == 3 * 6230
 
 
 def test_keys_beside_a_host_take_the_place_of_its_own(tmp_path: Path) -> None:
@@ -285,7 +287,7 @@ def test_the_digest_sees_the_files_of_the_host(tmp_path: Path) -> None:
     assert digest() != before
     host_of(tmp_path, "mine", file=HOST)
     text = (HOSTS.shipped / "epyc-9004.yaml").read_text(encoding="utf-8")
-    (tmp_path / "hosts" / "epyc-9004.yaml").write_text(text.replace("13814 ps", "13815 ps"), encoding="utf-8")
+    (tmp_path / "hosts" / "epyc-9004.yaml").write_text(text.replace("4449 ps", "4450 ps"), encoding="utf-8")
     assert digest() != before
 
 

@@ -28,6 +28,7 @@ from codesign.planners.breadth_first.styles.software import (
     JAVA_BYTES_A_CELL_LOW,
     JAVA_HEAP,
     heap_bound,
+    wall_cells,
 )
 from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
 from codesign.planners.interface import Problem
@@ -274,7 +275,11 @@ def test_software_counts_popped_cells(problem: Problem) -> None:
     popped = PLANNER.plan(Job(problem, SearchParameters())).popped_cells
     for style, kernel in (("software", "breadth_first_cell"), ("software_java", "breadth_first_java_cell")):
         phases, _, _ = drained(BY_STYLE[style].work(Job(problem, SearchParameters())))
-        assert phases == {"bf": popped}
+        walls = wall_cells(problem.free, PLANNER.plan(Job(problem, SearchParameters())))
+        expected = (
+            {"init": problem.free.size, "bf": popped + walls} if style == "software" else {"bf": popped}
+        )
+        assert phases == expected
         assert BY_STYLE[style].kernel == kernel
 
 

@@ -25,6 +25,7 @@ from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 from codesign.planners.wavefront.styles import ARCHITECTURES, AdderComparator, DelayLine, Software, Tiled
 from codesign.planners.wavefront.styles.resources import ArrayLayout, adder_node, delay_line_node
+from codesign.planners.wavefront.styles.software import SEED_CELLS, TRACK_CELLS
 from codesign.records import TaskRecord
 
 PARTS = {"XC4VLX160-12": 91, "XC2V6000-4": 64, "XC2VP30-6": 41, "XC3S500E-4": 24}
@@ -213,9 +214,10 @@ def test_words_of_a_column_memory_fit_its_block_rams(side: int, paths: str) -> N
 def test_software_pays_for_the_nodes_that_the_wave_reaches() -> None:
     problem = rooms()
     phases, _, plan = run(Software(), problem, paths="safe", course="complete")
-    assert phases["propagate"] == int((plan.potentials >= 0).sum())
-    assert phases["propagate_obstacles"] == 1600
-    assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1
+    obstacles, away = int((~problem.free).sum()), plan.obstacle_potentials.max() + 1
+    assert phases["propagate"] == int((plan.potentials >= 0).sum()) + 1600 + plan.largest_potential + 1
+    assert phases["propagate_obstacles"] == 2 * 1600 + SEED_CELLS * obstacles + away
+    assert phases["track"] == len(plan.tracker.follow(problem.starts[0])) - 1 + TRACK_CELLS * 1600
     with pytest.raises(InputError):
         Software().clock_limit(Job(problem, PropagateParameters()))
     with pytest.raises(InputError):

@@ -1,7 +1,9 @@
 """Styles ``software`` and ``software_java``: the search on a processor.
 
 A cycle of a step is one unit of a kernel: one popped cell with its four neighbours. The platform declares its cost.
-``software`` is a compiled search over arrays, kernel ``breadth_first_cell``. ``software_java`` is the program of
+``software`` is a compiled search over arrays, kernel ``breadth_first_cell``. It prepares every cell of the map before
+the search, kernel ``breadth_first_map_cell``. A popped cell beside an obstacle takes longer, kernel
+``breadth_first_wall_cell``: the processor cannot foresee which neighbours are free. ``software_java`` is the program of
 Vacariu et al. (2008), section 2.2, kernel ``breadth_first_java_cell``, with its memory wall.
 
 The wall: the program ran on 100 × 100 cells, and at 200 × 200 "required more virtual memory than the operating system
@@ -17,17 +19,24 @@ from collections.abc import Generator
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from codesign.figures import Status
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
-from codesign.planners.breadth_first.styles.steps import SEARCH, step, steps
-from codesign.planners.host import HostStyle
+from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
+from codesign.planners.host import HostStyle, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Designs, Lever, Line, Step
+
+MAP_KERNEL = "breadth_first_map_cell"
+"""The unit of the preparation: one cell of the map, with its ring, its direction, and its copy in the plan."""
+
+WALL_KERNEL = "breadth_first_wall_cell"
+"""A popped cell beside an obstacle or the edge of the map, besides the unit of every popped cell."""
 
 JAVA_HEAP = 64 * 2**20
 """Bytes. Assumed."""
@@ -61,6 +70,13 @@ def heap_bound(cells: int) -> Line:
     )
 
 
+def wall_cells(free: NDArray[np.bool_], plan: BreadthFirstPlan) -> int:
+    """Popped cells with an obstacle or the edge of the map on one of their four sides."""
+    padded = np.pad(free, 1)
+    inner = padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:]
+    return plan.popped_cells - int(inner.ravel()[plan.pushed[: plan.popped_cells]].sum())
+
+
 class Software(HostStyle):
     """One popped cell after the other."""
 
@@ -81,12 +97,19 @@ class Software(HostStyle):
         return Demand(items=(), bounds=(heap_bound(job.problem.free.size),) if self._java else ())
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
-        """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes init and path.
+        """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes the path.
+
+        Phase ``init`` of ``software``: a unit of ``MAP_KERNEL`` for each cell of the map. Where the platform has no
+        cost of it or of ``WALL_KERNEL``, the cost of a popped cell includes it, as that of the Java program does.
 
         So nothing is saved where another component tracks the path. Every search begins anew: ``start`` and
         ``inside`` of the job change nothing.
         """
         plan = searched(job)
+        if not self._java:
+            yield side_step(step(INIT, job.problem.free.size), MAP_KERNEL)
+            if walls := wall_cells(job.problem.free, plan):
+                yield side_step(step(SEARCH, walls), WALL_KERNEL)
         if job.detail:
             yield from steps(SEARCH, np.ones(plan.popped_cells, np.int64))
         else:

@@ -11,8 +11,8 @@ MAX_DIRECT_CELLS = 1 << 20
 
 def solve_direct(
     free: NDArray[np.bool_], goals: NDArray[np.int64], wall: float, goal: float
-) -> tuple[NDArray[np.float64], int]:
-    """The potential, float64 rows × columns, and the number of unknowns.
+) -> tuple[NDArray[np.float64], int, int]:
+    """The potential, float64 rows × columns, the number of unknowns, and of values in the factors.
 
     Unknowns are the free cells that a path joins to a goal. The other free cells are surrounded by obstacles, and take
     their value. The potential is ``wall`` + the solution of the case 0 and ``goal`` − ``wall``. In that case small
@@ -29,7 +29,7 @@ def solve_direct(
     for row, column in cells:
         unknown[row + 1, column + 1] = False
         above[row + 1, column + 1] = goal - wall
-    count = int(unknown.sum())
+    count, values = int(unknown.sum()), 0
     if count:
         number = np.full(unknown.shape, -1, np.int32)
         number[unknown] = np.arange(count, dtype=np.int32)
@@ -49,6 +49,6 @@ def solve_direct(
         factors = splu(
             matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
         )
-        above[unknown] = factors.solve(right)
+        above[unknown], values = factors.solve(right), int(factors.nnz)
     potential = wall + above[1:-1, 1:-1]
-    return np.ascontiguousarray(potential), count
+    return np.ascontiguousarray(potential), count, values

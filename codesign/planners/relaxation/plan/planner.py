@@ -153,6 +153,8 @@ class Relaxation(Planner):
             "largest_last_change": solution.change,
             "ended": str(solution.ended),
         }
+        if solution.factors:
+            details["factor_values"] = solution.factors
         details |= {
             name: value for name, value in (("omega", solution.omega), ("r", solution.r)) if value is not None
         }

@@ -48,6 +48,7 @@ class Solution:
         updates: node values computed: one an iteration and node, two for the arithmetic means; half the nodes for half
             sweeps, and the other half once at the end.
         checks: checks for cells without a descent; 0 in a run to a tolerance.
+        factors: values in the sparse factors of the direct solver; 0 for sweeps.
     """
 
     potential: NDArray[np.float64]
@@ -60,6 +61,7 @@ class Solution:
     ended: End
     updates: int
     checks: int = 0
+    factors: int = 0
 
     @property
     def converged(self) -> bool:
@@ -124,8 +126,8 @@ def solve(
     if chosen is Method.DIRECT:
         from codesign.planners.relaxation.plan.direct import solve_direct
 
-        potential, unknowns = solve_direct(free, cells, *edge.values)
-        return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns)
+        potential, unknowns, factors = solve_direct(free, cells, *edge.values)
+        return Solution(potential, chosen, edge, None, None, 0, 0.0, End.CONVERGED, unknowns, factors=factors)
     # Obstacles separate some cells from every goal. The run does not check these cells for a descent.
     run = Run(free, reachable(free, pairs), cells, edge, settled, least, most)
     if start is not None:

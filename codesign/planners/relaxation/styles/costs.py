@@ -43,11 +43,27 @@ On the paper's machine this is the unit of the sweeps. Where the sweeps are vect
 so platforms give it a cost of its own.
 """
 
+MAP_KERNEL = "relaxation_map_cell"
+"""One cell of the map: packed and unpacked for the sweeps, and the lowest of its neighbours found for the search."""
+
+CHECK_KERNEL = "relaxation_check_cell"
+"""One cell of a check for cells without a descent. Branches that are hard to predict make it slower than an update."""
+
+DIAGONAL_KERNEL = "relaxation_diagonal"
+"""One diagonal of a sweep, besides its cells: the sweeps run over whole diagonals, which are short on small maps."""
+
 DIRECT_COEFFICIENT, DIRECT_EXPONENT = 22.0, 1.31
 """Units of ``DIRECT_KERNEL`` of a direct solution over n unknowns: 22 n^1.31.
 
 Measured on our machine, for empty squares of 10,000 to 260,000 cells: SciPy's SuperLU against that loop. The floor plan
-takes 20 % less. ``benchmarks/bench_relaxation`` repeats it.
+takes 20 % less. ``benchmarks/bench_relaxation`` repeats it. It serves where the factors are not known.
+"""
+
+FACTOR_COEFFICIENT, FACTOR_EXPONENT, FILL_EXPONENT = 5.1, 1.28, 0.55
+"""Units of ``DIRECT_KERNEL`` of a solution over n unknowns with f values in its factors: 5.1 n^1.28 (f / n)^0.55.
+
+Mazes fill the factors with 6 values an unknown, open maps with 65. Fitted to six real maps and to empty squares
+(docs/laws.md).
 """
 
 
@@ -86,6 +102,20 @@ def level_3_units(method: Method, cells: int) -> int:
     return max(1, round((mean_units().value - 2.0) * sweep_units(method, cells)))
 
 
-def direct_units(unknowns: int) -> int:
-    """Units of one direct solution."""
-    return max(1, math.ceil(DIRECT_COEFFICIENT * math.pow(unknowns, DIRECT_EXPONENT)))
+def diagonals(method: Method, shape: tuple[int, int], cores: int = 1) -> int:
+    """Diagonals that an iteration passes over a map. Levels 2 and 3 together count as two of level 1 (measured).
+
+    >>> diagonals(Method.GS, (10, 20)), diagonals(Method.AM, (10, 20)), diagonals(Method.AM, (10, 20), 2)
+    (29, 87, 58)
+    """
+    if method not in MEANS:
+        return sum(shape) - 1
+    return (sum(shape) - 1) * (3 if cores == 1 else 2)
+
+
+def direct_units(unknowns: int, factors: int = 0) -> int:
+    """Units of one direct solution; ``factors``: values in its factors, 0 where they are not known."""
+    if not factors:
+        return max(1, math.ceil(DIRECT_COEFFICIENT * math.pow(unknowns, DIRECT_EXPONENT)))
+    fill = math.pow(factors / unknowns, FILL_EXPONENT)
+    return max(1, math.ceil(FACTOR_COEFFICIENT * math.pow(unknowns, FACTOR_EXPONENT) * fill))

@@ -14,11 +14,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Generator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from codesign.planners.host import HostStyle
+from codesign.planners.host import HostStyle, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
@@ -26,10 +27,14 @@ from codesign.planners.relaxation.plan.parameters import RelaxParameters
 from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
 from codesign.planners.relaxation.styles.costs import (
     BARRIER_UNITS,
+    CHECK_KERNEL,
     CHECK_UNITS,
+    DIAGONAL_KERNEL,
     DIRECT_KERNEL,
+    MAP_KERNEL,
     MEANS,
     SEARCH_UNITS,
+    diagonals,
     direct_units,
     level_3_units,
     sweep_units,
@@ -84,7 +89,7 @@ class Host(HostStyle):
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Plan]:
         """Phases: the paper's levels (or ``sweep``, ``factorise``), ``fill`` of half sweeps, ``check``, ``search``.
 
-        Runs that end by descents have ``check``.
+        Runs that end by descents have ``check``. Where the platform has their costs, ``prepare`` and ``diagonals``.
 
         With ``detail`` the iterations come in batches. The last batch reports the potential, scaled to 0 on obstacles
         and 1 on goals. ``start``: the potential of an earlier plan, from which the sweeps continue.
@@ -94,36 +99,44 @@ class Host(HostStyle):
         key = ("relaxation", problem.map_digest, parameters.model_dump_json(), began)
         plan = job.shared(key, lambda: PLANNER.plan(job))
         search = search_of(problem, plan)
-        relaxation = self._relaxation(plan.solution, problem.free.size, BATCHES if job.detail else 1)
-        for phase, units in relaxation[:-1]:
-            yield _step(phase, units)
-        phase, units = relaxation[-1]
-        total = sum(units for _, units in relaxation)
-        record = _stage_record(plan.solution, int(search.flat().sum()), total, units) if job.detail else None
-        direct = plan.solution.method is Method.DIRECT
-        kernel = DIRECT_KERNEL if direct else self.kernel
-        yield Step(phase, np.array([units], np.int64), record, kernel=kernel)
+        *earlier, last = self._relaxation(plan.solution, problem.shape, BATCHES if job.detail else 1)
+        if job.detail:
+            clock = _StageClock()
+            earlier = [replace(step, record=clock.note) for step in earlier]
+            last = replace(last, record=_stage_record(plan.solution, int(search.flat().sum()), clock))
+        yield from (*earlier, last)
         if job.does(SEARCH):
             # Without a start the answer is a single step.
             entered = len(search.follow(problem.starts[0]).cells) - 1 if problem.starts else 1
             yield _step(SEARCH, SEARCH_UNITS * max(1, entered))
         return plan
 
-    def _relaxation(self, solution: Solution, cells: int, batches: int) -> list[tuple[str, int]]:
-        """Phases and their units, in order, until the end of the relaxation."""
-        if solution.method is Method.DIRECT:
-            return [("factorise", direct_units(solution.updates))]
-        iteration = self.iteration(solution.method, cells)
-        phases = [
-            (phase, count * units)
+    def _relaxation(self, solution: Solution, shape: tuple[int, int], batches: int) -> list[Step]:
+        """The steps of the relaxation, in order.
+
+        A platform may leave out the costs of the work besides the nodes. Then a node's update includes it, and a check
+        costs ``CHECK_UNITS`` of them a cell.
+        """
+        cells, method = shape[0] * shape[1], solution.method
+        if method is Method.DIRECT:
+            units = direct_units(solution.updates, solution.factors)
+            return [replace(_step("factorise", units), kernel=DIRECT_KERNEL)]
+        steps = [side_step(_step("prepare", cells), MAP_KERNEL)]
+        if solution.iterations:
+            passed = solution.iterations * diagonals(method, shape, self.cores)
+            steps.append(side_step(_step("diagonals", passed), DIAGONAL_KERNEL))
+        iteration = self.iteration(method, cells)
+        steps += [
+            _step(phase, count * units)
             for count in _batches(solution.iterations, batches)
             for phase, units in iteration.items()
         ]
-        if solution.method is Method.HALF_SWEEP_AM:
-            phases.append(("fill", -(-cells // 2)))
+        if method is Method.HALF_SWEEP_AM:
+            steps.append(_step("fill", -(-cells // 2)))
         if solution.checks:
-            phases.append(("check", CHECK_UNITS * cells * (1 + solution.checks)))
-        return phases
+            checked = cells * (1 + solution.checks)
+            steps.append(side_step(_step("check", checked), CHECK_KERNEL, CHECK_UNITS * checked))
+        return steps
 
 
 def _batches(iterations: int, most: int) -> list[int]:
@@ -140,18 +153,28 @@ def _step(phase: str, units: int) -> Step:
     return Step(phase, np.array([units], np.int64))
 
 
+@dataclass
+class _StageClock:
+    """The begin of the relaxation, ps: that of its first step; None until then."""
+
+    begin: int | None = None
+
+    def note(self, begin: int, _end: int, _source: str) -> None:
+        """Keep the begin of the first step. No record is made."""
+        self.begin = begin if self.begin is None else self.begin
+
+
 def _stage_record(
-    solution: Solution, flat: int, total: int, last: int
+    solution: Solution, flat: int, clock: _StageClock
 ) -> Callable[[int, int, str], StageRecord]:
-    """The record of the relaxation, reported with its last step: ``total`` units in all, ``last`` in that step."""
+    """The record of the relaxation, reported with its last step."""
     wall, goal = solution.boundary.values
 
     def record_stage(begin: int, end: int, source: str) -> StageRecord:
-        cost = (end - begin) // last
         return StageRecord(
             time=end,
             source=source,
-            begin=end - total * cost,
+            begin=begin if clock.begin is None else clock.begin,
             stage=0,
             precision=DOUBLE_BITS,
             # A stage on a processor has iterations, and units of a kernel in place of cycles.

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from codesign.planners.host import HostStyle, one_step
+from codesign.planners.host import HostStyle, one_step, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Step
@@ -19,9 +19,24 @@ from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
 
+MAP_KERNEL = "wavefront_map_cell"
+"""One cell of the map, prepared for a wave or for the tracking of paths."""
+
+TIME_KERNEL = "wavefront_time_step"
+"""One time of a wave: the eight directions are gone through, however few nodes send. A narrow maze has many times."""
+
+TRACK_CELLS = 1
+"""Units of ``MAP_KERNEL`` a cell that the tracking of paths prepares. Fitted: docs/laws.md."""
+
+SEED_CELLS = 14
+"""Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
+
 
 class Software(HostStyle):
-    """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed."""
+    """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed.
+
+    Where the platform has costs of ``MAP_KERNEL`` and ``TIME_KERNEL``, the work besides the nodes counts too.
+    """
 
     planner = "wavefront"
     description = "one node after the other as the wave reaches it"
@@ -37,9 +52,16 @@ class Software(HostStyle):
         Every wave begins anew: ``start`` changes nothing.
         """
         plan = planned(job)
+        free = job.problem.free
         if plan.obstacle_potentials is not None:
-            yield one_step(OBSTACLES, job.problem.free.size)
+            obstacles = int(free.size - free.sum())
+            yield one_step(OBSTACLES, free.size)
+            yield side_step(one_step(OBSTACLES, free.size + SEED_CELLS * obstacles), MAP_KERNEL)
+            yield side_step(one_step(OBSTACLES, int(plan.obstacle_potentials.max()) + 1), TIME_KERNEL)
         yield one_step(PROPAGATE, plan.reached_cells)
+        yield side_step(one_step(PROPAGATE, free.size), MAP_KERNEL)
+        yield side_step(one_step(PROPAGATE, plan.largest_potential + 1), TIME_KERNEL)
         if job.does(TRACK):
+            yield side_step(one_step(TRACK, TRACK_CELLS * free.size), MAP_KERNEL)
             yield one_step(TRACK, tracked_steps(job, plan))
         return plan
