@@ -31,6 +31,9 @@ class ConstraintBounds(ResultModel):
     figure: FigureName = Field(description="the figure that is bounded")
     at_least: float | None = Field(description="its lower bound, in its unit")
     at_most: float | None = Field(description="its upper bound, in its unit")
+    above: float | None = Field(description="its lower bound, which itself is out")
+    below: float | None = Field(description="its upper bound, which itself is out")
+    of_part: bool = Field(description="whether the bounds are shares of what the part has")
 
 
 class Counts(ResultModel):
@@ -158,10 +161,7 @@ def study_document(study: Study) -> StudyDocument:
         aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},
         units={figure: figure.unit for figure in FIGURES.values()},
         objectives=[_objective(study, figure) for figure in study.objectives],
-        constraints=[
-            ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
-            for limit in study.constraints
-        ],
+        constraints=[ConstraintBounds.model_validate(limit.model_dump()) for limit in study.constraints],
         counts=Counts(
             points=len(study.points),
             designs=len(study.designs),
