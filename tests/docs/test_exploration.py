@@ -91,4 +91,5 @@ def test_the_needs_of_the_page_are_met_and_missed_as_it_says(hwsw: Callable[...,
     ).splitlines()
     done = hwsw("run", *shlex.split(command))
     assert done.exit_code == 3
+    assert len(lines) == 5
     assert set(lines) - {"..."} <= set(done.stdout.splitlines())
