@@ -171,7 +171,7 @@ def _result_or_error(
     memory: int | None,
 ) -> Result | CodesignError:
     """The result of a design on the map, or the error that kept it from running. A mistake in --set is raised."""
-    from codesign.scenarios import simulate
+    from codesign import simulate
     from codesign.system import applicable, with_problem
     from codesign.system.inspect import at_options
 
@@ -195,4 +195,8 @@ def _report_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
 
 
 def _as_json(result: Result | CodesignError) -> Any:
-    return {"error": str(result)} if isinstance(result, CodesignError) else result.model_dump(mode="json")
+    from codesign.verdicts import run_document
+
+    if isinstance(result, CodesignError):
+        return {"error": str(result)}
+    return run_document(result).model_dump(mode="json")

@@ -150,9 +150,10 @@ def _print(
 ) -> None:
     """The answer, and the reasons of a design that is not feasible; with ``TABLES`` all tables."""
     from codesign.report import answer, render_text, result_reasons_table, result_tables
+    from codesign.verdicts import run_document
 
     if as_json:
-        click.echo(result.model_dump_json(indent=2))
+        click.echo(run_document(result).model_dump_json(indent=2))
         return
     lead = answer(result, () if workload.explore is None else workload.explore.constraints, needs)
     if detail == SENTENCE:

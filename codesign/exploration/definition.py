@@ -12,6 +12,7 @@ from codesign.exploration.explored import Explored
 from codesign.exploration.space import Space
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.exploration import Exploration
+from codesign.results.provenance import Provenance
 from codesign.units import counted
 
 MAX_STUDY_POINTS = 200_000
@@ -31,6 +32,7 @@ class StudyDefinition:
     workload: str
     space: Space
     section: Exploration
+    provenance: Provenance
 
 
 def platform_text(names: Collection[str]) -> str:
@@ -42,12 +44,13 @@ def platform_text(names: Collection[str]) -> str:
     return next(iter(names)) if len(names) == 1 else counted(len(names), "platform")
 
 
-def definition_text(explored: Explored, section: Exploration, space: Space) -> str:
+def definition_text(explored: Explored, section: Exploration, space: Space, provenance: Provenance) -> str:
     """The definition as JSON, with the specs for a later reader of the file."""
     # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
     definition = {
         "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
         "workload": explored.workload.model_dump(mode="json"),
+        "provenance": provenance.model_dump(mode="json", exclude={"date"}),
         "fingerprint": space.fingerprint,
         "contents": dict(space.contents),
         "axes": {name: list(values) for name, values in section.axes.items()},
@@ -81,6 +84,7 @@ def read_definition(text: str) -> StudyDefinition:
         workload=str(definition["workload"]["name"]),
         space=space,
         section=section,
+        provenance=Provenance.model_validate(definition["provenance"]),
     )
 
 

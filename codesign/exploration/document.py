@@ -11,6 +11,7 @@ from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share, rule_as_written
 from codesign.inputs.constraint import FigureName
 from codesign.results.model import ResultModel
+from codesign.results.provenance import Provenance
 from codesign.results.result import Reason, Result
 
 if TYPE_CHECKING:
@@ -128,6 +129,9 @@ class StudyDocument(ResultModel):
     schema_version: Literal[3] = Field(default=3, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
+    provenance: Provenance | None = Field(
+        description="version, digests, seeds, and the date of this document"
+    )
     axes: dict[str, list[Any]] = Field(
         description="the values of each decision, in the order of the workload"
     )
@@ -156,6 +160,7 @@ def study_document(study: Study) -> StudyDocument:
     return StudyDocument(
         platform=study.platform,
         workload=study.workload,
+        provenance=None if study.provenance is None else study.provenance.stamped(),
         axes={name: list(values) for name, values in study.axes.items()},
         conditions={name: list(values) for name, values in study.conditions.items()},
         aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},

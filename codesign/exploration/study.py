@@ -23,6 +23,7 @@ from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule
 from codesign.inputs.constraint import Constraint, needs_of
 from codesign.inputs.exploration import not_kept
+from codesign.results.provenance import Provenance
 from codesign.results.result import Reason
 from codesign.units import counted, format_count
 
@@ -59,6 +60,7 @@ class Study:
         points: ``points[i].index`` is ``i``. Conditions move fastest: design ``d`` has the points from ``d`` times the
             number of conditions on.
         aggregate: how a figure of a design is made of its values in all conditions.
+        provenance: version, digests and seeds; without a date, which only what is written has.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -72,6 +74,7 @@ class Study:
     points: tuple[StudyPoint, ...]
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     aggregate: Mapping[str, Rule] = field(default_factory=dict)
+    provenance: Provenance | None = None
 
     @property
     def every_axis(self) -> dict[str, tuple[Any, ...]]:

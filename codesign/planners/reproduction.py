@@ -9,7 +9,9 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal
 
+from codesign import __version__
 from codesign.figures import Status
+from codesign.files import date_of_writing
 
 SCHEMA_VERSION = 1
 
@@ -149,7 +151,8 @@ class Reproduction:
 
     def to_json(self) -> str:
         """Everything as one JSON object, as ``reproduction_schema`` describes it."""
-        return json.dumps({"schema_version": SCHEMA_VERSION} | asdict(self), indent=2, ensure_ascii=False)
+        head = {"schema_version": SCHEMA_VERSION, "codesign": __version__, "date": date_of_writing()}
+        return json.dumps(head | asdict(self), indent=2, ensure_ascii=False)
 
 
 def reproduction_schema() -> dict[str, Any]:
@@ -161,11 +164,19 @@ def reproduction_schema() -> dict[str, Any]:
         if described["type"] == "object":
             described |= {"additionalProperties": False, "required": list(described["properties"])}
     version = {"const": SCHEMA_VERSION, "type": "integer"}
+    head = {
+        "schema_version": version,
+        "codesign": {"type": "string", "description": "version of hwsw"},
+        "date": {
+            "type": "string",
+            "description": "the day on which it was written, UTC, or of SOURCE_DATE_EPOCH",
+        },
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
-        "properties": {"schema_version": version, **schema["properties"]},
-        "required": ["schema_version", *schema["required"]],
+        "properties": head | schema["properties"],
+        "required": [*head, *schema["required"]],
     }
 
 

@@ -22,8 +22,8 @@ from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
 from codesign.models import Task
 from codesign.part import Part
-from codesign.results.result import Result
 from codesign.system import catalog
+from codesign.verdicts import RunDocument
 
 
 def point_of(
@@ -46,7 +46,7 @@ def schema_of(kind: str) -> dict[str, Any]:
     if kind == "result":
         return {
             "$schema": "https://json-schema.org/draft/2020-12/schema",
-            **Result.model_json_schema(mode="serialization"),
+            **RunDocument.model_json_schema(mode="serialization"),
         }
     if kind not in ("platform", "workload", "part", "host"):
         raise InputError(

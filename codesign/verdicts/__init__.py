@@ -5,6 +5,7 @@ of a constraint, ``winner_verdict`` compares designs by one figure, ``fit_verdic
 A verdict is ``proved`` for the intervals that are declared: the form of the laws is taken as right.
 """
 
+from codesign.verdicts.document import RunDocument, run_document
 from codesign.verdicts.fits import Fit, fit_verdict
 from codesign.verdicts.verdict import (
     Decider,
@@ -19,11 +20,13 @@ from codesign.verdicts.verdict import (
 __all__ = [
     "Decider",
     "Fit",
+    "RunDocument",
     "Swing",
     "Verdict",
     "constraint_verdict",
     "fit_verdict",
     "need_verdict",
+    "run_document",
     "sensitivity",
     "winner_verdict",
 ]
