@@ -179,7 +179,12 @@ def reproduction_html(
         title="Published against modelled",
         rows=reproduction_table(reproduction),
         findings=findings_table(reproduction) if reproduction.findings else None,
-        note=reproduction.note,
+        note="; ".join(
+            filter(
+                None,
+                (reproduction.settings and f"not as published: {reproduction.settings}", reproduction.note),
+            )
+        ),
         sources=reproduction_sources_table(reproduction),
         pictures=pictures,
         command=command or "hwsw reproduce harmonic --html report.html",
