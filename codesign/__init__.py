@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from codesign.inputs import Platform, Workload
     from codesign.inputs.files import Source
     from codesign.records import Listener
+    from codesign.results.provenance import Provenance
     from codesign.system import MissionProgress, Result
     from codesign.trace import McapListener, Trace
 
@@ -106,10 +107,16 @@ def simulate(
     from contextlib import ExitStack
 
     from codesign import scenarios
+    from codesign.system.provenance import provenance_of
 
     platform, workload = _platform(platform), _workload(workload)
+    provenance = provenance_of((platform,), workload)
     with ExitStack() as stack:
-        writer = None if trace is None else stack.enter_context(_trace_writer(trace, platform, workload))
+        writer = (
+            None
+            if trace is None
+            else stack.enter_context(_trace_writer(trace, platform, workload, provenance))
+        )
         result = scenarios.simulate(
             platform,
             workload,
@@ -123,20 +130,20 @@ def simulate(
         )
         if writer is not None and not result.simulated:
             writer.abort()
-    return result
+    return result.model_copy(update={"provenance": provenance})
 
 
-def _trace_writer(trace: str | Path, platform: Platform, workload: Workload) -> McapListener:
+def _trace_writer(
+    trace: str | Path, platform: Platform, workload: Workload, provenance: Provenance
+) -> McapListener:
     from codesign.trace import McapListener
 
-    identity = {
+    names = {
         "platform": platform.name,
-        "platform_digest": platform.digest(),
+        "platform_digest": provenance.platform_digests[platform.name],
         "workload": workload.name,
-        "workload_digest": workload.digest(),
-        "codesign": __version__,
     }
-    return McapListener(trace, identity)
+    return McapListener(trace, names | provenance.stamped().constants)
 
 
 def explain(

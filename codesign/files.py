@@ -8,6 +8,7 @@ import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from datetime import UTC, datetime
 from pathlib import Path
 
 from codesign.errors import RunError
@@ -116,3 +117,15 @@ def _mode_of(target: Path) -> int:
         mask = os.umask(0)
         os.umask(mask)
         return 0o666 & ~mask
+
+
+_LAST = 253402300799
+"""The last second of the year 9999."""
+
+
+def date_of_writing() -> str:
+    """The day, UTC: of the environment variable SOURCE_DATE_EPOCH (seconds since 1970) where it has one, else today."""
+    epoch = os.environ.get("SOURCE_DATE_EPOCH", "")
+    fixed = int(epoch) if epoch.isdecimal() and len(epoch) <= 12 and int(epoch) <= _LAST else None
+    now = datetime.now(UTC) if fixed is None else datetime.fromtimestamp(fixed, UTC)
+    return now.date().isoformat()

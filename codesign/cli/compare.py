@@ -16,13 +16,14 @@ from codesign.cli.options import (
     cell_of,
     debug_step,
     memory_option,
+    need_option,
     output_options,
     settings_of,
 )
-from codesign.errors import EXIT_FAILED, CodesignError, InputError, SpecError, printable
+from codesign.errors import EXIT_FAILED, EXIT_INFEASIBLE, CodesignError, InputError, SpecError, printable
 
 if TYPE_CHECKING:
-    from codesign.inputs import Platform, Workload
+    from codesign.inputs import Constraint, Platform, Workload
     from codesign.inputs.problem import ProblemSpec
     from codesign.results.result import Result
 
@@ -58,6 +59,7 @@ DEFAULT = (
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, in every design that has it."
 )
+@need_option
 @memory_option
 @output_options(
     "Print a sentence for each design alone.", "Print all tables of each design after the comparison."
@@ -71,6 +73,7 @@ def compare(
     start: str | None,
     task: str | None,
     settings: tuple[str, ...],
+    needs: tuple[str, ...],
     memory: int | None,
     detail: str,
     as_json: bool,
@@ -79,12 +82,16 @@ def compare(
 
     All designs are asked the same: the task of --on or --task, on the map of --on, or --map with --goal and --start. By
     default the shipped designs of harmonic control, wavefront, breadth-first search and relaxation on a host are
-    compared. Where a design cannot
-    use the map, its column says why, and the others still run. The exit code is 1 where no design could run.
+    compared. Where a design cannot use the map, its column says why, and the others still run.
+
+    The exit code is 1 where no design could run. With --need it is 3 where no design meets every need.
     """
     import codesign
     from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.exploration.designs import with_constraints
     from codesign.inputs import has_axis
+    from codesign.inputs.constraint import needs_of
+    from codesign.results.result import Result
     from codesign.system import problem_from_map, problem_of
     from codesign.system.inspect import with_task
 
@@ -97,7 +104,7 @@ def compare(
     else:
         problem = problem_of(codesign.load_workload(like or "labyrinth"))
     problem = problem if task is None else with_task(problem, task)
-    values = settings_of(settings)
+    values, limits = settings_of(settings), needs_of(needs)
     loaded = []
     for design in designs or DEFAULT:
         platform_name, separator, workload_name = design.partition(":")
@@ -119,28 +126,36 @@ def compare(
             (design, _result_or_error(platform, workload, problem, values, map_file is not None, memory))
             for design, platform, workload in loaded
         ]
+    results = [
+        (design, with_constraints(result, limits) if isinstance(result, Result) else result)
+        for design, result in results
+    ]
     debug_step("simulated")
     if as_json:
         document = {design: _as_json(result) for design, result in results}
         click.echo(json.dumps(document, indent=2))
     else:
-        _print(results, detail)
+        _print(results, limits, detail)
     _report_failures([(design, result) for design, result in results if isinstance(result, CodesignError)])
     if all(isinstance(result, CodesignError) for _, result in results):
         raise click.exceptions.Exit(EXIT_FAILED)
+    if limits and not any(isinstance(result, Result) and result.feasible for _, result in results):
+        raise click.exceptions.Exit(EXIT_INFEASIBLE)
 
 
-def _print(results: list[tuple[str, Result | CodesignError]], detail: str) -> None:
+def _print(
+    results: list[tuple[str, Result | CodesignError]], needs: tuple[Constraint, ...], detail: str
+) -> None:
     """The comparison, with ``TABLES`` those of each design; with ``SENTENCE`` a sentence for each design."""
     from codesign.report import answer, comparison_table, render_text, result_tables
 
     if detail != SENTENCE:
-        click.echo(render_text(comparison_table(results)))
+        click.echo(render_text(comparison_table(results, needs)))
     for _, result in results:
         if isinstance(result, CodesignError):
             continue
         if detail != ANSWER:
-            click.echo(answer(result).sentence_text)
+            click.echo(answer(result, (), needs).sentence_text)
         if detail == TABLES:
             click.echo()
             for table in result_tables(result):
@@ -156,7 +171,7 @@ def _result_or_error(
     memory: int | None,
 ) -> Result | CodesignError:
     """The result of a design on the map, or the error that kept it from running. A mistake in --set is raised."""
-    from codesign.scenarios import simulate
+    from codesign import simulate
     from codesign.system import applicable, with_problem
     from codesign.system.inspect import at_options
 
@@ -180,4 +195,8 @@ def _report_failures(failures: Iterable[tuple[str, CodesignError]]) -> None:
 
 
 def _as_json(result: Result | CodesignError) -> Any:
-    return {"error": str(result)} if isinstance(result, CodesignError) else result.model_dump(mode="json")
+    from codesign.verdicts import run_document
+
+    if isinstance(result, CodesignError):
+        return {"error": str(result)}
+    return run_document(result).model_dump(mode="json")

@@ -12,9 +12,11 @@ import click
 from codesign.cli.options import (
     SENTENCE,
     TABLES,
+    axes_of,
     command_line,
     debug_step,
     memory_option,
+    need_option,
     output_options,
     settings_of,
 )
@@ -46,6 +48,21 @@ def _cores() -> int:
     help="Set an axis for all points.",
 )
 @click.option(
+    "--axis",
+    "axes",
+    multiple=True,
+    metavar="AXIS=VALUES",
+    help="Explore these values: a,b,c, or a range 1..8, 10MHz..100MHz:10MHz (step) or 1..1024*2 (factor).",
+)
+@click.option(
+    "--condition",
+    "conditions",
+    multiple=True,
+    metavar="AXIS=VALUES",
+    help="Run every design in these conditions; written as --axis.",
+)
+@need_option
+@click.option(
     "--workers",
     type=click.IntRange(1, 256),
     default=_cores,
@@ -63,6 +80,9 @@ def explore(
     specs: tuple[str, ...],
     store: Path | None,
     settings: tuple[str, ...],
+    axes: tuple[str, ...],
+    conditions: tuple[str, ...],
+    needs: tuple[str, ...],
     workers: int,
     memory: int | None,
     csv_file: Path | None,
@@ -74,7 +94,9 @@ def explore(
 
     Finished points are kept in one file. The command continues from that file when it runs again.
 
-    Leave PLATFORM out where the workload has an axis platform, or with --set "platform=[NAME, FILE.yaml]".
+    Leave PLATFORM out where the workload has an axis platform, or with --axis platform=NAME,FILE.yaml.
+
+    --axis and --condition replace the axis of that name in the file, or add one. --need adds a constraint.
     """
     import codesign
     from codesign import interrupts
@@ -83,7 +105,8 @@ def explore(
     from codesign.kernel_cache import is_cold
 
     debug_step("modules loaded")
-    platform, workload_spec = _explored(specs, settings_of(settings))
+    changed = axes_of(axes, "--axis"), axes_of(conditions, "--condition"), needs
+    platform, workload_spec = _explored(specs, settings_of(settings), *changed)
     one = "" if platform is None or isinstance(platform, list) else f"{platform.name}-"
     file = store or Path(f"{one}{workload_spec.name}.sqlite")
     check_outputs(
@@ -117,17 +140,28 @@ def explore(
 
 
 def _explored(
-    specs: Sequence[str], settings: dict[str, Any]
+    specs: Sequence[str],
+    settings: dict[str, Any],
+    axes: dict[str, list[Any]],
+    conditions: dict[str, list[Any]],
+    needs: Sequence[str],
 ) -> tuple[Platform | list[Platform] | None, Workload]:
     """The platform, or the platforms of an axis, or None where the workload has them; and the workload."""
     import codesign
     from codesign.inputs import held, load_platforms, pin
     from codesign.inputs.edit import PLATFORM_AXIS
+    from codesign.inputs.exploring import exploring
 
     if len(specs) > 2:
         raise InputError(
             f"{counted(len(specs), 'argument')}", "explore", "name one platform and one workload"
         )
+    for axis in settings:
+        if axis in axes or axis in conditions:
+            other = "--axis" if axis in axes else "--condition"
+            raise InputError(f"{axis} is set by --set and by {other}", other, "keep one of the two")
+    if PLATFORM_AXIS in axes and len(specs) == 2:
+        raise InputError("PLATFORM is named too", f"--axis {PLATFORM_AXIS}", "keep one of the two")
     chosen = settings.pop(PLATFORM_AXIS, None)
     names = chosen if isinstance(chosen, list) else [chosen] if chosen is not None else list(specs[:-1])
     if chosen is not None and len(specs) == 2:
@@ -136,7 +170,7 @@ def _explored(
         raise InputError(
             "names no platform", f"--set {PLATFORM_AXIS}", "write the name of one, or [NAME, ...]"
         )
-    workload = codesign.load_workload(specs[-1])
+    workload = exploring(codesign.load_workload(specs[-1]), axes, conditions, needs)
     platforms = load_platforms(names)
     if len(platforms) == 1:
         return pin(platforms[0], workload, settings, "--set ") if settings else (platforms[0], workload)
@@ -152,6 +186,7 @@ def _explored(
     metavar="AXIS=VALUE",
     help="Show one condition by itself: by its value, or by its number in the list, from 0.",
 )
+@need_option
 @click.option("--csv", "csv_file", type=_FILE, help="Write every point as CSV.")
 @click.option("--html", "page", type=_FILE, help="Write a self-contained HTML page.")
 @output_options(
@@ -161,18 +196,22 @@ def _explored(
 def report(
     store: Path,
     conditions: tuple[str, ...],
+    needs: tuple[str, ...],
     csv_file: Path | None,
     page: Path | None,
     detail: str,
     as_json: bool,
 ) -> None:
-    """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated."""
+    """Write the tables, the CSV and the HTML page of the exploration in STORE. Nothing is simulated.
+
+    --need judges the designs anew, with a further constraint.
+    """
     from codesign.cli.outputs import check_outputs
     from codesign.exploration import load_study
 
     check_outputs({"--csv": csv_file, "--html": page}, [store])
     chosen = settings_of(conditions, "--condition")
-    _deliver(load_study(store).at(chosen), csv_file, page, detail, as_json)
+    _deliver(load_study(store).needing(needs).at(chosen), csv_file, page, detail, as_json)
 
 
 def _deliver(study: Study, csv_file: Path | None, page: Path | None, detail: str, as_json: bool) -> None:

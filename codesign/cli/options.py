@@ -12,7 +12,7 @@ from typing import TypeVar
 import click
 from click.core import ParameterSource
 
-from codesign.errors import CodesignError, InputError, printable
+from codesign.errors import CodesignError, InputError, clip, printable
 
 
 class Quantity(click.ParamType[int]):
@@ -125,31 +125,51 @@ memory_option = click.option(
 )
 
 
+need_option = click.option(
+    "--need",
+    "needs",
+    multiple=True,
+    metavar="LIMIT",
+    help='Require a limit, such as "time < 100 ms" or "slices < 80 %". May be repeated.',
+)
+
+
 def settings_of(texts: Iterable[str], option: str = "--set") -> dict[str, object]:
     """The raw value of each axis that the option names.
 
     Raises:
         InputError: a text is no setting, or an axis is set twice.
     """
-    values: dict[str, object] = {}
+    from codesign.inputs import parse_value
+
+    texts_by_axis = _by_axis(texts, option)
+    return {axis: parse_value(value, f"{option} {axis}") for axis, value in texts_by_axis.items()}
+
+
+def axes_of(texts: Iterable[str], option: str) -> dict[str, list[object]]:
+    """The raw values of each axis that the option names, from lists and ranges.
+
+    Raises:
+        InputError: a text is no list of values of an axis, or an axis is set twice.
+    """
+    from codesign.inputs.axis_values import axis_values
+
+    texts_by_axis = _by_axis(texts, option)
+    return {axis: axis_values(values, f"{option} {axis}") for axis, values in texts_by_axis.items()}
+
+
+def _by_axis(texts: Iterable[str], option: str) -> dict[str, str]:
+    """The text behind each ``AXIS=``."""
+    values: dict[str, str] = {}
     for text in texts:
-        axis, value = setting(text, option)
+        axis, separator, value = text.partition("=")
+        if not separator or not axis:
+            hint = f"write AXIS=VALUE, as in {option} relax.iterations=16"
+            raise InputError(f"{clip(text)!r} is no setting", option, hint)
         if axis in values:
             raise InputError(f"{axis} is set twice", option, "keep one of the two")
         values[axis] = value
     return values
-
-
-def setting(text: str, option: str = "--set") -> tuple[str, object]:
-    """An axis and its raw value from ``AXIS=VALUE``."""
-    from codesign.inputs import parse_value
-
-    axis, separator, value = text.partition("=")
-    if not separator or not axis:
-        raise InputError(
-            f"{text!r} is no setting", option, f"write AXIS=VALUE, as in {option} relax.iterations=16"
-        )
-    return axis, parse_value(value, f"{option} {axis}")
 
 
 def command_line() -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import SENTENCE, TABLES, command_line, debug_step, output_options
+from codesign.cli.options import SENTENCE, TABLES, command_line, debug_step, output_options, settings_of
 from codesign.errors import InputError, choose_hint, printable
 
 if TYPE_CHECKING:
@@ -28,6 +28,16 @@ if TYPE_CHECKING:
 @click.option(
     "--csv", "csv_file", type=click.Path(dir_okay=False, path_type=Path), help="Write the rows as CSV."
 )
+@click.option(
+    "--set",
+    "settings",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Move a setting of the papers' runs; see --settings.",
+)
+@click.option(
+    "--settings", "listed", is_flag=True, help="List the settings that --set moves, and run nothing."
+)
 @output_options("Print the findings alone.", "Print the sources of the modelled figures too.")
 @click.option("--json", "as_json", is_flag=True, help="Print rows and findings as JSON.")
 def reproduce(
@@ -36,19 +46,24 @@ def reproduce(
     page: Path | None,
     plots: Path | None,
     csv_file: Path | None,
+    settings: tuple[str, ...],
+    listed: bool,
     detail: str,
     as_json: bool,
 ) -> None:
     """Print published and modelled figures row by row, with the error and the source of each figure.
 
     Each PLANNER selects the paper of that planner. Without one, all papers are reproduced.
+
+    With --set, head and rows say which settings are not the published ones.
     """
     from codesign import reproduce as papers
     from codesign.cli.outputs import check_folder, check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.planners.reproduction import silent
-    from codesign.report import Picture, reproduction_csv, reproduction_page, write_csv
-    from codesign.system import catalog
+    from codesign.report import Picture, render_text, reproduction_csv, reproduction_page, write_csv
+    from codesign.report.planner_tables import settings_table
+    from codesign.system import catalog, inspect
 
     check_outputs({"--html": page, "--csv": csv_file})
     check_folder("--plots", plots, {"--html": page, "--csv": csv_file})
@@ -58,11 +73,15 @@ def reproduce(
             raise InputError(
                 f"no planner named {name!r} has a paper", "PLANNER", choose_hint(name, available)
             )
+    if listed:
+        click.echo(render_text(settings_table(inspect.paper_settings(names or available))))
+        return
+    moved = inspect.settings_by_paper(tuple(names or available), settings_of(settings))
     reproductions = []
     with progress_shown(quiet=detail == SENTENCE) as show, compiling_shown(show):
         for name in names or available:
             reproductions.append(
-                available[name](quick=quick, progress=silent if detail == SENTENCE else _print_progress)
+                available[name](quick, silent if detail == SENTENCE else _print_progress, moved[name])
             )
             debug_step(f"{name} reproduced")
     written = [
@@ -101,6 +120,8 @@ def _print(reproduction: Reproduction, detail: str) -> None:
     from codesign.report import findings_table, render_text, reproduction_sources_table, reproduction_table
 
     click.echo(reproduction.paper)
+    if reproduction.settings:
+        click.echo(f"not as published: {reproduction.settings}")
     if detail != SENTENCE:
         click.echo(render_text(reproduction_table(reproduction)))
         if reproduction.note:

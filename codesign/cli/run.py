@@ -15,6 +15,7 @@ from codesign.cli.options import (
     command_line,
     debug_step,
     memory_option,
+    need_option,
     output_options,
     settings_of,
 )
@@ -38,6 +39,7 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
 )
+@need_option
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
 )
@@ -62,6 +64,7 @@ def run(
     specs: tuple[str, ...],
     point: int | None,
     settings: tuple[str, ...],
+    needs: tuple[str, ...],
     trace_file: Path | None,
     page: Path | None,
     granularity: str,
@@ -77,20 +80,22 @@ def run(
     -v adds all tables: costs, quality of the plan, resources, and the sources of the figures. For the exit code alone,
     use -q and send the output to /dev/null.
 
-    The exit code is 3 where the design does not fit. A mission that ends without its goal is a result: the exit code is
-    0, and the result says why.
+    The exit code is 3 where the design does not fit, or misses a --need. A mission that ends without its goal is a
+    result: the exit code is 0, and the result says why.
     """
     import codesign
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
+    from codesign.exploration.designs import with_constraints
+    from codesign.inputs.constraint import needs_of
     from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook
     from codesign.system import point_of
     from codesign.trace import MemoryListener
 
     debug_step("modules loaded")
-    values = settings_of(settings)
+    values, limits = settings_of(settings), needs_of(needs)
     platform, workload_spec, asked = _specs_of(specs, point)
     check_outputs(
         {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
@@ -114,11 +119,12 @@ def run(
             levers=levers,
             lever_progress=lever_progress(show),
         )
+    result = with_constraints(result, limits)
     debug_step("simulated")
     if page is not None:
         result_page(result, page, pictures=run_pictures(records.records), command=command_line())
         debug_step("page written")
-    _print(result, asked, detail, as_json)
+    _print(result, asked, limits, detail, as_json)
     _print_files(result, trace_file, page, silent=as_json or quiet)
     struck = interrupts.struck()
     if struck is not None:
@@ -165,14 +171,17 @@ def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, 
             click.echo(text)
 
 
-def _print(result: Result, asked: Sequence[Constraint], detail: str, as_json: bool) -> None:
+def _print(
+    result: Result, asked: Sequence[Constraint], needs: tuple[Constraint, ...], detail: str, as_json: bool
+) -> None:
     """The answer, and the reasons of a design that is not feasible; with ``TABLES`` all tables."""
     from codesign.report import answer, render_text, result_reasons_table, result_tables
+    from codesign.verdicts import run_document
 
     if as_json:
-        click.echo(result.model_dump_json(indent=2))
+        click.echo(run_document(result).model_dump_json(indent=2))
         return
-    lead = answer(result, asked)
+    lead = answer(result, asked, needs)
     if detail == SENTENCE:
         click.echo(lead.sentence_text)
         return

@@ -14,6 +14,7 @@ from codesign.exploration.space import Space
 from codesign.exploration.specs import Specs
 from codesign.inputs.aggregate import rule_as_written
 from codesign.inputs.exploration import Exploration
+from codesign.results.provenance import Provenance
 from codesign.units import counted
 
 MAX_STUDY_POINTS = 200_000
@@ -34,6 +35,7 @@ class StudyDefinition:
     space: Space
     section: Exploration
     specs: Specs
+    provenance: Provenance
 
 
 def platform_text(names: Collection[str]) -> str:
@@ -45,12 +47,13 @@ def platform_text(names: Collection[str]) -> str:
     return next(iter(names)) if len(names) == 1 else counted(len(names), "platform")
 
 
-def definition_text(explored: Explored, section: Exploration, specs: Specs) -> str:
+def definition_text(explored: Explored, section: Exploration, specs: Specs, provenance: Provenance) -> str:
     """The definition as JSON, with the specs for a later reader of the file."""
     # Not canonical text: the order of the axes is that of the points, and JSON keeps it only unsorted.
     definition = {
         "platforms": {name: each.model_dump(mode="json") for name, each in explored.platforms.items()},
         "workload": explored.workload.model_dump(mode="json"),
+        "provenance": provenance.model_dump(mode="json", exclude={"date"}),
         "documents": specs.text,
         "identity": dict(specs.identity),
         "contents": dict(specs.contents),
@@ -87,6 +90,7 @@ def read_definition(text: str) -> StudyDefinition:
         space=space,
         section=section,
         specs=Specs(str(definition["documents"]), identity, contents),
+        provenance=Provenance.model_validate(definition["provenance"]),
     )
 
 

@@ -15,7 +15,7 @@ from codesign.errors import InputError, clip
 from codesign.exploration.aggregation import Draws, Floats, Spread, aggregated, interval, spread
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule, Share, rule_for
-from codesign.inputs.constraint import Constraint
+from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.records import Listener
 from codesign.results.result import Reason, Result
 from codesign.scenarios import simulate
@@ -73,6 +73,12 @@ class StudyPoint:
     def reasons(self) -> tuple[Reason, ...]:
         """Why it is not feasible."""
         return self.result.reasons if self.result is not None else ()
+
+    def judged_by(self, constraints: tuple[Constraint, ...]) -> StudyPoint:
+        """The point, with a reason for each of these constraints that it does not satisfy."""
+        if self.result is None or not constraints:
+            return self
+        return replace(self, result=with_constraints(self.result, constraints))
 
     def figure(self, figure: ResultFigure) -> float | None:
         """One figure, or None where it has none."""
@@ -293,7 +299,9 @@ def _judged(design: Design, constraints: Sequence[Constraint], tolerant: bool) -
 
 def _passed(design: Design, limit: Constraint) -> list[Reason]:
     unreached = any(point.unreached for point in design.points)
-    return unsatisfied(limit, design.figure(limit.figure), feasible=True, unreached=unreached)
+    budgets = (budget_of(point.result, limit) for point in design.points if point.result is not None)
+    budget = next((each for each in budgets if each is not None), None)
+    return unsatisfied(limit, design.figure(limit.figure), budget, feasible=True, unreached=unreached)
 
 
 def _short_shares(design: Design) -> list[Reason]:
@@ -322,7 +330,9 @@ def _meets(point: StudyPoint, limit: Constraint) -> bool:
     if not point.feasible or point.unreached is not None:
         return False
     value = point.figure(limit.figure)
-    return value is not None and not unsatisfied(limit, value, feasible=True, unreached=False)
+    if value is None or point.result is None:
+        return False
+    return not unsatisfied(limit, value, budget_of(point.result, limit), feasible=True, unreached=False)
 
 
 def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Result:
@@ -336,7 +346,11 @@ def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Res
         reason
         for limit in constraints
         for reason in unsatisfied(
-            limit, figure_of(result, limit.figure), feasible=result.feasible, unreached=unreached
+            limit,
+            figure_of(result, limit.figure),
+            budget_of(result, limit),
+            feasible=result.feasible,
+            unreached=unreached,
         )
     ]
     if not reasons:
@@ -344,25 +358,39 @@ def with_constraints(result: Result, constraints: tuple[Constraint, ...]) -> Res
     return result.model_copy(update={"feasible": False, "reasons": (*result.reasons, *reasons)})
 
 
+def budget_of(result: Result, constraint: Constraint) -> int | None:
+    """How many the part has of a resource that a constraint bounds by a share; None where it bounds none so."""
+    if not constraint.of_part:
+        return None
+    return next((use.budget for use in result.resources if use.resource == constraint.figure.name), None)
+
+
 def unsatisfied(
-    constraint: Constraint, value: float | None, *, feasible: bool, unreached: bool
+    constraint: Constraint, value: float | None, budget: int | None, *, feasible: bool, unreached: bool
 ) -> list[Reason]:
-    """A reason for each bound that the value of the constrained figure does not keep."""
-    figure = constraint.figure
+    """A reason for each bound that the value of the constrained figure does not keep.
+
+    ``budget``: what the part has of a resource that is bounded by a share. A design without a part has a share of 0.
+    """
+    figure, unit = constraint.figure, constraint.figure.unit
     reasons = []
-    for limit, sign, word in ((constraint.at_least, 1, "at least"), (constraint.at_most, -1, "at most")):
-        if limit is None or (value is None and not feasible):
+    for bound, limit in constraint.bounds.items():
+        sign, name = 1 if bound in LOWER else -1, f"{figure} {bound.replace('_', ' ')}"
+        if value is None and not feasible:
             continue
+        if constraint.of_part:
+            name = f"{name} {100 * limit:.6g} %"
+        most, demand = limit, 0.0 if value is None else value
         if value is None:
-            why = "goals not reached" if unreached else "no such figure"
-            name, demand, gap = f"{figure} {word}: {why}", 0.0, abs(limit)
+            name += f": {'goals not reached' if unreached else 'no such figure'}"
         else:
-            name, demand, gap = f"{figure} {word}", value, sign * (limit - value)
-            if gap <= 0:
+            # Of a share the quotient is compared: it is exact where the limit is, which the product is not.
+            over = sign * (limit - (value / budget if budget else value))
+            if over < 0 or (over == 0 and bound not in STRICT):
                 continue
-        reasons.append(
-            Reason(kind="constraint", name=name, demand=demand, limit=limit, gap=gap, unit=figure.unit)
-        )
+            most *= budget or 1
+        gap = abs(most) if value is None else max(0.0, sign * (most - value))
+        reasons.append(Reason(kind="constraint", name=name, demand=demand, limit=most, gap=gap, unit=unit))
     return reasons
 
 

@@ -11,6 +11,7 @@ from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs.aggregate import Share, rule_as_written
 from codesign.inputs.constraint import FigureName
 from codesign.results.model import ResultModel
+from codesign.results.provenance import Provenance
 from codesign.results.result import Reason, Result
 
 if TYPE_CHECKING:
@@ -31,6 +32,9 @@ class ConstraintBounds(ResultModel):
     figure: FigureName = Field(description="the figure that is bounded")
     at_least: float | None = Field(description="its lower bound, in its unit")
     at_most: float | None = Field(description="its upper bound, in its unit")
+    above: float | None = Field(description="its lower bound, which itself is out")
+    below: float | None = Field(description="its upper bound, which itself is out")
+    of_part: bool = Field(description="whether the bounds are shares of what the part has")
 
 
 class Counts(ResultModel):
@@ -125,6 +129,9 @@ class StudyDocument(ResultModel):
     schema_version: Literal[3] = Field(default=3, description="version of this form")
     platform: str = Field(description="name of the platform")
     workload: str = Field(description="name of the workload")
+    provenance: Provenance | None = Field(
+        description="version, digests, seeds, and the date of this document"
+    )
     axes: dict[str, list[Any]] = Field(
         description="the values of each decision, in the order of the workload"
     )
@@ -153,15 +160,13 @@ def study_document(study: Study) -> StudyDocument:
     return StudyDocument(
         platform=study.platform,
         workload=study.workload,
+        provenance=None if study.provenance is None else study.provenance.stamped(),
         axes={name: list(values) for name, values in study.axes.items()},
         conditions={name: list(values) for name, values in study.conditions.items()},
         aggregate={name: rule_as_written(rule) for name, rule in study.aggregate.items()},
         units={figure: figure.unit for figure in FIGURES.values()},
         objectives=[_objective(study, figure) for figure in study.objectives],
-        constraints=[
-            ConstraintBounds(figure=limit.figure, at_least=limit.at_least, at_most=limit.at_most)
-            for limit in study.constraints
-        ],
+        constraints=[ConstraintBounds.model_validate(limit.model_dump()) for limit in study.constraints],
         counts=Counts(
             points=len(study.points),
             designs=len(study.designs),

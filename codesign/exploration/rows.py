@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import InputError
 from codesign.figures import FIGURES, ResultFigure
+from codesign.inputs.edit import PLATFORM_AXIS
 from codesign.units import PICOSECONDS_PER_SECOND, SCALES, Dimension, parse_quantity
 
 if TYPE_CHECKING:
@@ -32,9 +33,10 @@ def study_columns(study: Study) -> dict[str, list[Scalar]]:
     """The columns of a study by name, with one entry a point, in the order of the points.
 
     The columns are ``index``, the axes, the declared figures that any point has (the objectives first), ``feasible``,
-    ``on_front`` and ``state``. Over conditions, ``design`` and the conditions too. An axis of quantities, such as
-    ``100 MHz``, is a column of numbers in the base unit. Its name ends with that unit: ``fabric.clock_hz``. Lists and
-    mappings are JSON texts. A figure that a point does not have is None.
+    ``on_front`` and ``state``. Behind a figure that rests on intervals stand its least and its greatest value, in the
+    columns ``FIGURE_low`` and ``FIGURE_high``. Over conditions, ``design`` and the conditions too. An axis of
+    quantities, such as ``100 MHz``, is a column of numbers in the base unit. Its name ends with that unit:
+    ``fabric.clock_hz``. Lists and mappings are JSON texts. A figure that a point does not have is None.
     """
     count = len(study.world.each)
     front = {index for first in study.front for index in (first, *study.same.get(first, ()))}
@@ -48,9 +50,40 @@ def study_columns(study: Study) -> dict[str, list[Scalar]]:
         values_of_points = [_typed(figure, point.figure(figure)) for point in study.points]
         if any(value is not None for value in values_of_points):
             columns[figure.column] = values_of_points
+            columns |= _ends(study, figure)
     columns["feasible"] = [point.feasible for point in study.points]
     columns["on_front"] = [point.index // count in front for point in study.points]
     columns["state"] = [point.state for point in study.points]
+    return columns
+
+
+def _ends(study: Study, figure: ResultFigure) -> dict[str, list[Scalar]]:
+    """The least and the greatest value of a figure inside all intervals, of each point; empty where none has them."""
+    results = (point.result for point in study.points)
+    ends = [None if result is None else result.interval(figure) for result in results]
+    if not any(ends):
+        return {}
+    return {
+        f"{figure.column}_{name}": [None if each is None else each[place] for each in ends]
+        for place, name in enumerate(("low", "high"))
+    }
+
+
+def provenance_columns(study: Study) -> dict[str, list[Scalar]]:
+    """The columns that say where the points come from, for what is written.
+
+    They are the same for all points, but for the digest of the platform.
+    """
+    columns: dict[str, list[Scalar]] = {}
+    provenance = study.provenance
+    if provenance is None:
+        return columns
+    digests, single = provenance.platform_digests, study.platform
+    names = [str(point.axes.get(PLATFORM_AXIS, single)) for point in study.points]
+    for name, text in provenance.stamped().constants.items():
+        if name == "workload_digest":
+            columns["platform_digest"] = [digests.get(platform) for platform in names]
+        columns[name] = [text] * len(study.points)
     return columns
 
 

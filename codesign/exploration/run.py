@@ -32,6 +32,7 @@ from codesign.inputs.roles import ROLES
 from codesign.scenarios import scenario_of
 from codesign.system.memory import share_of_memory
 from codesign.system.problem_map import grid_of
+from codesign.system.provenance import provenance_of
 
 
 def explore(
@@ -85,7 +86,8 @@ def explore(
     where = str(store) if isinstance(store, str | Path) else None
     tally = Tally(space, section, where, progress, specs)
     with _open_store(store) as kept:
-        definition = definition_text(explored, section, specs)
+        provenance = provenance_of(explored.platforms.values(), explored.workload)
+        definition = definition_text(explored, section, specs, provenance)
         kept.begin(hashlib.sha256(definition.encode()).hexdigest(), definition)
         groups = _groups(tally.take_kept(kept), explored, space, workers)
         several = workers > 1 and len(groups) > 1
@@ -97,7 +99,7 @@ def explore(
                 kept.put(batch)
                 tally.take(batch)
     names = [each.name for each in explored.platforms.values()]
-    return tally.study(platform_text(names), workload.name)
+    return tally.study(platform_text(names), workload.name, provenance)
 
 
 def load_study(path: Path | str) -> Study:
@@ -116,7 +118,7 @@ def load_study(path: Path | str) -> Study:
             definition = read_definition(text)
             tally = Tally(definition.space, definition.section, str(path), specs=definition.specs)
             tally.take_kept(store, retry=False)
-            study = tally.study(definition.platform, definition.workload)
+            study = tally.study(definition.platform, definition.workload, definition.provenance)
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as wrong:
             raise StoreError(
                 "holds a study that this version cannot read", str(path), OTHER_VERSION

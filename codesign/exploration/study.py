@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from codesign.data_frames import data_frame
-from codesign.errors import InputError, choose_hint, clip, show
+from codesign.errors import Fault, InputError, SpecError, choose_hint, clip, show
 from codesign.exploration.aggregation import Floats, told_apart
 from codesign.exploration.designs import (
     Conditions,
@@ -20,7 +20,6 @@ from codesign.exploration.designs import (
     StudyPoint,
     checked_index,
     designs_of,
-    with_constraints,
 )
 from codesign.exploration.document import study_document
 from codesign.exploration.front import non_dominated
@@ -30,7 +29,9 @@ from codesign.exploration.sensitivity import axis_effects
 from codesign.exploration.specs import Specs
 from codesign.figures import ResultFigure
 from codesign.inputs.aggregate import Rule
-from codesign.inputs.constraint import Constraint
+from codesign.inputs.constraint import Constraint, needs_of
+from codesign.inputs.exploration import not_kept
+from codesign.results.provenance import Provenance
 from codesign.results.result import Reason
 from codesign.units import counted, format_count
 
@@ -70,6 +71,7 @@ class Study:
         points: ``points[i].index`` is ``i``. Conditions move fastest: design ``d`` has the points from ``d`` times the
             number of conditions on.
         aggregate: how a figure of a design is made of its values in all conditions.
+        provenance: version, digests and seeds; without a date, which only what is written has.
 
     Designs are named by their index in ``designs``. Of designs that differ only in what changes nothing for them
     (``same``), the first one alone counts.
@@ -83,6 +85,7 @@ class Study:
     points: tuple[StudyPoint, ...]
     conditions: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
     aggregate: Mapping[str, Rule] = field(default_factory=dict)
+    provenance: Provenance | None = None
     specs: Specs | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -229,15 +232,27 @@ class Study:
             axes={**self.axes, **{name: (value,) for name, value in chosen.items()}},
             conditions=left,
             aggregate=self.aggregate if left else {},
-            points=tuple(
-                replace(
-                    point,
-                    index=index,
-                    result=None if point.result is None else with_constraints(point.result, limits),
-                )
-                for index, point in enumerate(points)
-            ),
+            points=tuple(replace(point.judged_by(limits), index=index) for index, point in enumerate(points)),
         )
+
+    def needing(self, needs: Sequence[str]) -> Study:
+        """The study with further constraints as text, such as ``time < 100 ms``, which all designs are judged by.
+
+        Raises:
+            SpecError: a text that is no constraint, or one that contradicts another.
+        """
+        constraints = (*self.constraints, *needs_of(needs))
+        faults = [
+            Fault(
+                f"--need {show(needs[index - len(self.constraints)])}", 0, 0, "", refusal.what, refusal.hint
+            )
+            for index, refusal in not_kept(constraints, self.aggregate)
+        ]
+        if faults:
+            raise SpecError(faults)
+        limits = () if self.conditions else constraints[len(self.constraints) :]
+        points = tuple(point.judged_by(limits) for point in self.points)
+        return replace(self, constraints=constraints, points=points)
 
     def _listed(self, name: str, value: Any) -> Any:
         """The value of a condition that is named by itself or by its number."""

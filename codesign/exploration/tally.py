@@ -15,6 +15,7 @@ from codesign.exploration.specs import Specs
 from codesign.exploration.store import Entry, EntryState, Store
 from codesign.exploration.study import Study
 from codesign.inputs.exploration import Exploration
+from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 
 _KEYS_AT_ONCE = 500
@@ -90,7 +91,7 @@ class Tally:
         self._first_batch = self._first_batch or (time.monotonic(), self._computed)
         self._report()
 
-    def study(self, platform: str, workload: str) -> Study:
+    def study(self, platform: str, workload: str, provenance: Provenance) -> Study:
         """The outcomes so far as a study."""
         section = self.section
         return Study(
@@ -102,6 +103,7 @@ class Tally:
             tuple(self.outcomes),
             dict(section.conditions),
             dict(section.aggregate),
+            provenance,
             self.specs,
         )
 

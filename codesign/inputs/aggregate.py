@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field, ValidationError, ValidationInfo, Wi
 from pydantic_core import InitErrorDetails
 
 from codesign.errors import choose_hint, clip, show
-from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.constraint import Constraint, declared
+from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure
+from codesign.inputs.constraint import BOUNDS, Constraint, constraint_of, declared
 from codesign.models import RefusalError, SpecModel, details_of, raise_all, refusal_details
 
 DEFAULT = "default"
@@ -34,7 +34,9 @@ class Share(SpecModel):
     A condition in which the design is infeasible, or does not reach its goals, does not meet the limit.
     """
 
-    share: Constraint = Field(description="The limit: at_most, at_least, or both, in the unit of the figure.")
+    share: Constraint = Field(
+        description='The limit: as text, "< 100 ms"; or at_most, at_least, below and above, in the unit of the figure.'
+    )
     required: float | None = Field(
         default=None,
         gt=0,
@@ -62,20 +64,35 @@ def _rule(figure: ResultFigure | None, raw: Any, context: Any) -> Rule:
     if isinstance(raw, Mapping) and "quantile" in raw:
         return Quantile.model_validate(raw, context=context)
     if isinstance(raw, Mapping) and "share" in raw:
-        limit = raw["share"]
         if figure is None:
             raise RefusalError("share needs a figure", "give this rule to a figure by its name", ("share",))
-        if not isinstance(limit, Mapping):
-            raise RefusalError(f"{show(limit)} is no limit", "write {share: {at_most: LIMIT}}", ("share",))
-        if limit.get("figure", figure.name) != figure.name:
-            raise RefusalError(
-                "the limit is of another figure", f"leave figure out: it is {figure}", ("share",)
-            )
-        return Share.model_validate({**raw, "share": {**limit, "figure": figure.name}}, context=context)
-    accepted = f"{', '.join(WORDS)}, {{quantile: 0.9}}, {{share: {{at_most: LIMIT}}}}"
+        return Share.model_validate({**raw, "share": _limit(figure, raw["share"])}, context=context)
+    accepted = f'{", ".join(WORDS)}, {{quantile: 0.9}}, {{share: "< LIMIT"}}'
     near = choose_hint(raw, WORDS).partition(" accepted")[0] if isinstance(raw, str) else ""
     near = f"{near} " if near.endswith("?") else ""
     raise RefusalError(f"{show(raw)} is no rule", f"{near}accepted: {accepted}")
+
+
+def _limit(figure: ResultFigure, raw: Any) -> Constraint | dict[str, Any]:
+    """The limit of a share from its raw form: a mapping, or a text such as ``< 100 ms``.
+
+    Raises:
+        RefusalError: it is none, or of another figure.
+    """
+    limit: Constraint | dict[str, Any]
+    if isinstance(raw, str) and set(raw) & set("<>≤≥"):
+        try:
+            limit = constraint_of(raw if raw.strip(" ")[:1].isalpha() else f"{figure} {raw}")
+        except RefusalError as refusal:
+            raise RefusalError(refusal.what, refusal.hint, ("share",)) from None
+        name = limit.figure.name
+    elif isinstance(raw, Mapping):
+        limit, name = {**raw, "figure": figure.name}, raw.get("figure", figure.name)
+    else:
+        raise RefusalError(f"{show(raw)} is no limit", 'write {share: "< LIMIT"}', ("share",))
+    if name != figure.name:
+        raise RefusalError("the limit is of another figure", f"leave figure out: it is {figure}", ("share",))
+    return limit
 
 
 def _rules(value: Any, info: ValidationInfo) -> Any:
@@ -88,8 +105,8 @@ def _rules(value: Any, info: ValidationInfo) -> Any:
         try:
             figure = None if key == DEFAULT else declared(key)
         except RefusalError as refusal:
-            renamed = (refusal.hint or "").startswith("renamed")
-            hint = str(refusal.hint) if renamed else choose_hint(clip(str(key), 60), (*FIGURES, DEFAULT))
+            short = key in SHORT_NAMES
+            hint = str(refusal.hint) if short else choose_hint(clip(str(key), 60), (*FIGURES, DEFAULT))
             refusals.append(
                 refusal_details(RefusalError(f"{show(key)} is no figure", hint, of_key=True), (str(key),))
             )
@@ -118,10 +135,15 @@ _RULE_SCHEMA = {
             "type": "object",
             "properties": {
                 "share": {
-                    "type": "object",
-                    "properties": {"at_least": _LIMIT, "at_most": _LIMIT},
-                    "additionalProperties": False,
-                    "minProperties": 1,
+                    "anyOf": [
+                        {"type": "string", "description": "a limit as text, such as < 100 ms"},
+                        {
+                            "type": "object",
+                            "properties": dict.fromkeys(BOUNDS, _LIMIT),
+                            "additionalProperties": False,
+                            "minProperties": 1,
+                        },
+                    ]
                 },
                 "required": {"type": "number", "exclusiveMinimum": 0, "maximum": 1},
             },
@@ -157,5 +179,6 @@ def rule_as_written(rule: Rule) -> Any:
         return rule
     fields = rule.model_dump(mode="json", exclude_none=True)
     if isinstance(rule, Share):
-        fields["share"].pop("figure")
+        limit = rule.share
+        fields["share"] = {**limit.bounds, **({"of_part": True} if limit.of_part else {})}
     return fields

@@ -13,8 +13,8 @@ from pydantic_core import InitErrorDetails
 
 from codesign.errors import clip
 from codesign.figures import FIGURES, ResultFigure
-from codesign.inputs.aggregate import Aggregate, Share, rule_for
-from codesign.inputs.constraint import Constraint, FigureName
+from codesign.inputs.aggregate import Aggregate, Rule, Share, rule_for
+from codesign.inputs.constraint import Constraint, FigureName, WrittenConstraint, contradictions
 from codesign.models import Location, RefusalError, SpecModel, raise_all, refusal_details
 
 MAX_AXES = 16
@@ -65,15 +65,16 @@ class Exploration(SpecModel):
     aggregate: Aggregate = Field(
         default={},
         description="How a figure of a design is made of its values in all conditions, by figure and by default:"
-        " worst, best, mean, median, {quantile: 0.9} or {share: {at_most: 100 ms}}. Default: worst.",
+        ' worst, best, mean, median, {quantile: 0.9} or {share: "< 100 ms"}. Default: worst.',
     )
     objectives: Annotated[tuple[FigureName, ...], Field(min_length=1)] = Field(
         default=DEFAULT_OBJECTIVES,
         description="Figures that span the front, each in its own direction; of drives by default"
         f" {', '.join(figure.name for figure in MISSION_OBJECTIVES)}.",
     )
-    constraints: Annotated[tuple[Constraint, ...], Field(max_length=64)] = Field(
-        default=(), description="Bounds that a design has to keep."
+    constraints: Annotated[tuple[WrittenConstraint, ...], Field(max_length=64)] = Field(
+        default=(),
+        description='Bounds that a design has to keep, as text, "time < 100 ms", or as a mapping.',
     )
 
     @property
@@ -125,17 +126,11 @@ class Exploration(SpecModel):
 
     @field_validator("constraints", mode="after")
     @classmethod
-    def _no_bound_of_a_share(
-        cls, value: tuple[Constraint, ...], info: ValidationInfo
-    ) -> tuple[Constraint, ...]:
+    def _bounds_together(cls, value: tuple[Constraint, ...], info: ValidationInfo) -> tuple[Constraint, ...]:
         aggregate = info.data.get("aggregate") or {}
-        refusals = []
-        for index, limit in enumerate(value):
-            if isinstance(rule_for(aggregate, limit.figure), Share):
-                what = f"{limit.figure} is aggregated by share, which has its limit in the rule"
-                hint = "write {share: {...}, required: 0.9} in aggregate, and leave this constraint out"
-                refusals.append(refusal_details(RefusalError(what, hint), (index, "figure")))
-        raise_all("Exploration", refusals)
+        raise_all(
+            "Exploration", [refusal_details(each, (index,)) for index, each in not_kept(value, aggregate)]
+        )
         return value
 
     @field_validator("objectives", mode="after")
@@ -143,6 +138,22 @@ class Exploration(SpecModel):
     def _distinct_objectives(cls, value: tuple[ResultFigure, ...]) -> tuple[ResultFigure, ...]:
         raise_all("Exploration", _repeated([figure.name for figure in value]))
         return value
+
+
+def not_kept(
+    constraints: Sequence[Constraint], aggregate: Mapping[str, Rule]
+) -> list[tuple[int, RefusalError]]:
+    """Each constraint that no design can keep, by its position.
+
+    It bounds a figure that is aggregated by share, or contradicts one before it.
+    """
+    refusals = contradictions(constraints)
+    for index, limit in enumerate(constraints):
+        if isinstance(rule_for(aggregate, limit.figure), Share):
+            what = f"{limit.figure} is aggregated by share, which has its limit in the rule"
+            hint = "write {share: {...}, required: 0.9} in aggregate, and leave this constraint out"
+            refusals.append((index, RefusalError(what, hint)))
+    return refusals
 
 
 def overlap(axis: str, other: str) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from codesign.planners.interface import Planner
-from codesign.planners.reproduction import Progress, Reproduction, silent
+from codesign.planners.reproduction import Progress, Reproduction, Settings, silent
 from codesign.planners.styles import Architecture, TaskStyle
 
 GROUP = "codesign.planners"
@@ -46,11 +46,13 @@ def _timed(run: Callable[[], object]) -> float:
 class Reproduce(Protocol):
     """Compares the model with the paper of the planner."""
 
-    def __call__(self, quick: bool = False, progress: Progress = silent) -> Reproduction:
+    def __call__(
+        self, quick: bool = False, progress: Progress = silent, settings: Any = None
+    ) -> Reproduction:
         """Every row of the paper that the model can be compared with.
 
         ``quick``: fewer and smaller maps, seconds instead of minutes. ``progress`` is called with a line of text for
-        each part of the work.
+        each part of the work. ``settings``: of the model that the plug-in declares; by default as published.
         """
 
 
@@ -77,6 +79,7 @@ class PlugIn:
     - ``probes``: the measurements of ``hwsw calibrate host``, by the name of the kernel. Styles on a processor count
       their cost in kernels. A probe is made when it is needed.
     - ``reproduce``: the comparison with the paper for ``hwsw reproduce``; None where there is no paper.
+    - ``settings``: the model of the settings of that comparison that ``hwsw reproduce --set`` moves.
     - ``samples``: the samples of the conformance suite.
     - ``beginnings``: sets of parameters of the planning task for a first workload on any map, the best first. ``hwsw
       init`` writes the first that fits the board.
@@ -87,5 +90,6 @@ class PlugIn:
     task_styles: tuple[TaskStyle, ...] = ()
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
     reproduce: Reproduce | None = None
+    settings: type[Settings] = Settings
     samples: Samples = Samples()
     beginnings: Sequence[Mapping[str, Any]] = ({},)

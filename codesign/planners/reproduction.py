@@ -9,7 +9,10 @@ from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from typing import Any, Literal
 
+from codesign import __version__
 from codesign.figures import Status
+from codesign.files import date_of_writing
+from codesign.models import SpecModel
 
 SCHEMA_VERSION = 1
 
@@ -93,6 +96,14 @@ def row(
     return Row(table, quantity, published, modelled, error, unit, status, source, use, note)
 
 
+class Settings(SpecModel):
+    """The settings of a paper's runs that a reader may move; each room derives its own. None: as published."""
+
+    def moved(self) -> dict[str, Any]:
+        """Those that were given, by name."""
+        return {name: value for name, value in self if value is not None}
+
+
 @dataclass(frozen=True)
 class Series:
     """One curve: its name in the legend and its points."""
@@ -138,7 +149,7 @@ class Finding:
 class Reproduction:
     """A paper beside the model: rows in the order of the paper, plots, and statements that the run checks.
 
-    ``note`` names the parts that a quick run leaves out.
+    ``note`` names the parts that a quick run leaves out. ``settings`` names those that are not the published ones.
     """
 
     paper: str
@@ -146,10 +157,27 @@ class Reproduction:
     figures: tuple[Plot, ...]
     findings: tuple[Finding, ...]
     note: str = ""
+    settings: str = ""
+
+    def with_settings(self, settings: Settings) -> Reproduction:
+        """The same, where head and rows say which settings are not the published ones."""
+        moved = ", ".join(f"{name}={_setting_text(value)}" for name, value in settings.moved().items())
+        if not moved:
+            return self
+        rows = tuple(
+            replace(each, note="; ".join(filter(None, (each.note, f"not as published: {moved}"))))
+            for each in self.rows
+        )
+        return replace(self, rows=rows, settings=moved)
 
     def to_json(self) -> str:
         """Everything as one JSON object, as ``reproduction_schema`` describes it."""
-        return json.dumps({"schema_version": SCHEMA_VERSION} | asdict(self), indent=2, ensure_ascii=False)
+        head = {"schema_version": SCHEMA_VERSION, "codesign": __version__, "date": date_of_writing()}
+        return json.dumps(head | asdict(self), indent=2, ensure_ascii=False)
+
+
+def _setting_text(value: Any) -> str:
+    return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)
 
 
 def reproduction_schema() -> dict[str, Any]:
@@ -161,11 +189,19 @@ def reproduction_schema() -> dict[str, Any]:
         if described["type"] == "object":
             described |= {"additionalProperties": False, "required": list(described["properties"])}
     version = {"const": SCHEMA_VERSION, "type": "integer"}
+    head = {
+        "schema_version": version,
+        "codesign": {"type": "string", "description": "version of hwsw"},
+        "date": {
+            "type": "string",
+            "description": "the day on which it was written, UTC, or of SOURCE_DATE_EPOCH",
+        },
+    }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **schema,
-        "properties": {"schema_version": version, **schema["properties"]},
-        "required": ["schema_version", *schema["required"]],
+        "properties": head | schema["properties"],
+        "required": [*head, *schema["required"]],
     }
 
 
@@ -192,7 +228,8 @@ def joined(reproductions: Sequence[Reproduction]) -> Reproduction:
     )
     papers = "; ".join(_short(each.paper) for each in reproductions)
     notes = "; ".join(f"{_short(each.paper)}: {each.note}" for each in reproductions if each.note)
-    return Reproduction(papers, rows, figures, findings, notes)
+    moved = "; ".join(f"{_short(each.paper)}: {each.settings}" for each in reproductions if each.settings)
+    return Reproduction(papers, rows, figures, findings, notes, moved)
 
 
 def _short(paper: str) -> str:

@@ -37,10 +37,10 @@ def aim_text(study: Study, figure: ResultFigure) -> str:
 
 
 def _limit_text(limit: Constraint) -> str:
-    bounds = (("at least", limit.at_least), ("at most", limit.at_most))
-    texts = [
-        f"{word} {quantity_text(value, limit.figure.unit)}" for word, value in bounds if value is not None
-    ]
+    texts = []
+    for bound, value in limit.bounds.items():
+        text = f"{100 * value:.6g} %" if limit.of_part else quantity_text(value, limit.figure.unit)
+        texts.append(f"{bound.replace('_', ' ')} {text}")
     return f"{limit.figure.label} {' and '.join(texts)}"
 
 

@@ -6,14 +6,14 @@ it. All figures are declared ones (``FIGURES``): ``FIRST`` names them by kind of
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from codesign.exploration.designs import with_constraints
 from codesign.figures import FIGURES, label
-from codesign.inputs.constraint import Constraint
+from codesign.inputs.constraint import UPPER, Constraint, limit_text
 from codesign.planners.interface import Quality, RobotsQuality
-from codesign.report.certainty import sure_cell
+from codesign.report.certainty import need_text, sure_cell
 from codesign.report.render import printable
 from codesign.report.sentences import (
     ARRIVALS,
@@ -28,6 +28,7 @@ from codesign.report.table import Cell
 from codesign.report.wording import ABSENT, figure_cell, quantity_text, share_text
 from codesign.results.result import Reason, ResourceUse, Result
 from codesign.units import counted
+from codesign.verdicts import constraint_verdict
 
 FIRST = {
     "plan": ("plan_time_worst_s", "energy_j", "power"),
@@ -60,10 +61,23 @@ class Answer:
         return "\n".join(lines) + "\n"
 
 
-def answer(result: Result, asked: Iterable[Constraint] = ()) -> Answer:
-    """The answer of a run. ``asked``: the constraints of the workload, which the time and all figures are held to."""
+def answer(result: Result, asked: Iterable[Constraint] = (), needs: Sequence[Constraint] = ()) -> Answer:
+    """The answer of a run.
+
+    ``asked``: the constraints of the workload. ``needs``: those that the result has reasons for where it misses them.
+    The time and all figures are held to both.
+    """
     warnings = result.quality.warnings if isinstance(result.quality, Quality) else ()
-    return Answer(_sentence(result, tuple(asked)), _figures(result), (*result.notes, *warnings))
+    rows = tuple((f"need {limit_text(need)}", Cell(_need_text(result, need))) for need in needs)
+    sentence = _sentence(result, (*asked, *needs))
+    return Answer(sentence, (*_figures(result), *rows), (*result.notes, *warnings))
+
+
+def _need_text(result: Result, need: Constraint) -> str:
+    """Whether a need is met. Nothing is known of it where the design does not fit and was not run."""
+    if not result.simulated and result.figure(need.figure) is None:
+        return "not known: the design was not run"
+    return need_text(constraint_verdict(result, need))
 
 
 def _kind(result: Result) -> str:
@@ -111,7 +125,7 @@ def _part_text(share: float) -> str:
 
 def _sentence(result: Result, asked: tuple[Constraint, ...]) -> str:
     head = f"{result.workload} on {result.platform} ({result.planner}, {result.style} on {result.component})"
-    if not result.feasible:
+    if any(reason.kind != "constraint" for reason in result.reasons):
         return f"{head} is not feasible: {_why_not(result.reasons)}."
     parts = {"mission": _mission_parts, "fleet": _fleet_parts, "plan": _plan_parts}[_kind(result)](
         result, asked
@@ -130,9 +144,10 @@ def _shortcomings(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
     if result.mission is None and arrivals is not None and not all_arrive(arrivals[1]):
         what, _, _ = arrivals[0].partition(" ")
         wrong.append(f"only {arrived_cell(arrivals[1]).text} {what} arrive")
-    broken = with_constraints(result, asked).reasons[len(result.reasons) :]
+    # What the result already has as a reason is asked for once.
+    broken = dict.fromkeys(with_constraints(result, asked).reasons)
     missed = "; ".join(_against(reason) for reason in broken)
-    return [*wrong, f"misses what the workload asks for ({missed})"] if broken else wrong
+    return [*wrong, f"misses what is asked for ({missed})"] if broken else wrong
 
 
 def _plan_parts(result: Result, asked: tuple[Constraint, ...]) -> list[str]:
@@ -178,8 +193,18 @@ def _time_text(result: Result, name: str, asked: tuple[Constraint, ...]) -> str:
 
 
 def _limit_text(name: str, asked: tuple[Constraint, ...]) -> str:
-    limits = [each.at_most for each in asked if each.figure.name == name and each.at_most is not None]
-    return f" where at most {quantity_text(min(limits), FIGURES[name].unit)} is asked for" if limits else ""
+    limits = [
+        (limit, bound == "at_most")
+        for each in asked
+        if each.figure.name == name
+        for bound, limit in each.bounds.items()
+        if bound in UPPER
+    ]
+    if not limits:
+        return ""
+    limit, reached = min(limits)
+    words = "at most" if reached else "less than"
+    return f" where {words} {quantity_text(limit, FIGURES[name].unit)} is asked for"
 
 
 def _why_not(reasons: tuple[Reason, ...]) -> str:

@@ -45,6 +45,18 @@ def verdict_text(verdict: Verdict) -> str:
     return texts[verdict.state]
 
 
+def need_text(verdict: Verdict) -> str:
+    """Whether a need is met, and how sure that is: ``met (proved)``, ``met, flips at …``."""
+    if verdict.holds is None:
+        return f"missed: {verdict.reason}"
+    fate, decides = "met" if verdict.holds else "missed", verdict.decides
+    if verdict.state in {"proved", "refuted"}:
+        return f"{fate} ({'proved' if verdict.holds else 'at every value'})"
+    if verdict.state == "depends" and decides is not None:
+        return f"{fate}, {_deciding_text(verdict, decides)}"
+    return f"{fate} ({verdict_text(verdict)})"
+
+
 def _deciding_text(verdict: Verdict, decides: Decider) -> str:
     """What a verdict depends on."""
     stands = figure_text(decides.figure)

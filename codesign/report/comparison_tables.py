@@ -8,20 +8,24 @@ from textwrap import wrap
 
 from codesign.errors import CodesignError, SpecError
 from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.constraint import Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
 from codesign.planners.interface import Quality
-from codesign.report.certainty import sure_cell, winner_text
+from codesign.report.certainty import need_text, sure_cell, winner_text
 from codesign.report.result_tables import SHORTEST
 from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes
 from codesign.report.table import Cell, Column, Table, left, word
 from codesign.report.wording import ABSENT, quantity_text, yes_cell
 from codesign.results.result import Result
+from codesign.verdicts import constraint_verdict
 
 _WIDTH_OF_REASON = 28
 
 
-def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> Table:
-    """Named results side by side, or why a design has none.
+def comparison_table(
+    designs: Sequence[tuple[str, Result | CodesignError]], needs: Sequence[Constraint] = ()
+) -> Table:
+    """Named results side by side, or why a design has none; and which of the needs each meets.
 
     Figures are given also as multiples of those of the first design with a plan.
     """
@@ -32,7 +36,10 @@ def comparison_table(designs: Sequence[tuple[str, Result | CodesignError]]) -> T
         *((word(name), *cells) for name, cells in _arrivals_rows(results)),
     ]
     if not all(result and result.feasible for result in results):
-        rows += _why_not_rows([_why_not(result) for _, result in designs])
+        rows += _wrapped_rows("why infeasible", [_why_not(result) for _, result in designs])
+    for need in needs:
+        texts = (need_text(constraint_verdict(result, need)) if result else ABSENT for result in results)
+        rows += _wrapped_rows(f"need {limit_text(need)}", list(texts))
     rows.append((word("part"), *(word((result and result.part) or ABSENT) for result in results)))
     asked = asked_notes(results)
     notes = [] if base is None else [f"in brackets: as a multiple of {designs[base][0]}"]
@@ -98,11 +105,11 @@ def _why_not(result: Result | CodesignError) -> str:
     return f"{label(reason.name)}: {demand} against {limit}"
 
 
-def _why_not_rows(reasons: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
-    """The reasons in as many rows as they take: columns of figures are not wrapped, and these should stay narrow."""
-    lines = [wrap(reason, _WIDTH_OF_REASON, break_long_words=False) for reason in reasons]
+def _wrapped_rows(name: str, texts: Sequence[str]) -> Iterable[tuple[Cell, ...]]:
+    """Texts in as many rows as they take: columns of figures are not wrapped, and these should stay narrow."""
+    lines = [wrap(text, _WIDTH_OF_REASON, break_long_words=False) for text in texts]
     for number, row in enumerate(zip_longest(*lines, fillvalue="")):
-        yield word("" if number else "why infeasible"), *map(word, row)
+        yield word("" if number else name), *map(word, row)
 
 
 def _against(base: int | None, figure: ResultFigure, results: Sequence[Result | None]) -> tuple[Cell, ...]:

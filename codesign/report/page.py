@@ -37,6 +37,7 @@ from codesign.report.table import Table
 from codesign.report.timelines import account_picture
 from codesign.report.winners_table import winners_table
 from codesign.report.wording import ABSENT, ENDED, PACE
+from codesign.results.provenance import Provenance
 from codesign.results.result import Result
 
 if TYPE_CHECKING:
@@ -75,6 +76,7 @@ def study_html(study: Study, *, pictures: Sequence[Picture] = (), command: str |
     feasible = bool(study.feasible)
     return _rendered(
         "study.html.j2",
+        study.provenance,
         effects=effects_table(study.sensitivity(), study.objectives),
         title=f"{study.workload} on {study.platform}",
         counts=study_counts(study),
@@ -144,6 +146,7 @@ def result_html(result: Result, *, pictures: Sequence[Picture] = (), command: st
     account = None if mission is None else account_picture(mission.account)
     return _rendered(
         "result.html.j2",
+        result.provenance,
         title=f"{result.workload} on {result.platform}",
         headline=headline(result),
         ended=next((run.ended for run in (mission, fleet) if run is not None), ""),
@@ -174,10 +177,16 @@ def reproduction_html(
     """The page of ``reproduction_page`` as text."""
     return _rendered(
         "reproduction.html.j2",
+        None,
         title="Published against modelled",
         rows=reproduction_table(reproduction),
         findings=findings_table(reproduction) if reproduction.findings else None,
-        note=reproduction.note,
+        note="; ".join(
+            filter(
+                None,
+                (reproduction.settings and f"not as published: {reproduction.settings}", reproduction.note),
+            )
+        ),
         sources=reproduction_sources_table(reproduction),
         pictures=pictures,
         command=command or "hwsw reproduce harmonic --html report.html",
@@ -203,7 +212,7 @@ def _is_narrow(table: Table) -> bool:
     return sum(max(len(column.name), width) for column, width in columns) <= _NARROW_LETTERS
 
 
-def _rendered(template: str, **values: Any) -> str:
+def _rendered(template: str, provenance: Provenance | None, **values: Any) -> str:
     import jinja2
 
     environment = jinja2.Environment(
@@ -215,7 +224,19 @@ def _rendered(template: str, **values: Any) -> str:
         lstrip_blocks=True,
     )
     environment.globals.update(style=_text("style.css"), data_address=_data_address, absent=ABSENT)
-    return environment.get_template(template).render(**values)
+    return environment.get_template(template).render(footer=footer_text(provenance), **values)
+
+
+def footer_text(provenance: Provenance | None) -> str:
+    """What made a page, in a line; of a page without specs, version and date."""
+    stamped = (provenance or Provenance()).stamped()
+    names = {"codesign": "hwsw", "workload_digest": "workload", "map_digest": "map"}
+    platforms = [f"platform {name} {digest[:12]}" for name, digest in stamped.platform_digests.items()]
+    parts = [
+        f"{names.get(key, key)} {text[:12] if key.endswith('digest') else text}"
+        for key, text in stamped.constants.items()
+    ]
+    return "; ".join((parts[0], *platforms, *parts[1:]))
 
 
 def _visible(value: Any) -> Any:

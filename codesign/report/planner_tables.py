@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from codesign.report.table import Table, left, words
 from codesign.system import PlannerFacts
+from codesign.system.inspect import Parameter
+
+
+def settings_table(settings: Sequence[Parameter]) -> Table:
+    """The settings of the papers' runs that ``hwsw reproduce --set`` moves."""
+    rows = tuple(words(each.task, each.name, each.accepted, each.meaning) for each in settings)
+    return Table("Settings of the papers' runs", left("planner", "setting", "accepted", "meaning"), rows)
 
 
 def planner_tables(facts: PlannerFacts) -> tuple[Table, ...]:

@@ -8,6 +8,7 @@ from dataclasses import astuple, fields
 from codesign.planners.reproduction import Reproduction, Row
 from codesign.report.table import Cell, Table, left, right, word, words
 from codesign.report.wording import ABSENT, quantity_cell, yes_cell
+from codesign.results.provenance import Provenance
 
 
 def reproduction_table(reproduction: Reproduction) -> Table:
@@ -40,9 +41,13 @@ def reproduction_table(reproduction: Reproduction) -> Table:
 
 
 def reproduction_csv(reproductions: Sequence[Reproduction]) -> Table:
-    """The rows of all papers as raw values: ``paper``, then the fields of ``Row``; the unit is a column of its own."""
-    rows = ((each.paper, *astuple(row)) for each in reproductions for row in each.rows)
-    names = ("paper", *(field.name for field in fields(Row)))
+    """The rows of all papers as raw values: ``paper``, then the fields of ``Row``; the unit is a column of its own.
+
+    The last columns are the version and the date.
+    """
+    made = Provenance().stamped().constants
+    rows = ((each.paper, *astuple(row), *made.values()) for each in reproductions for row in each.rows)
+    names = ("paper", *(field.name for field in fields(Row)), *made)
     return Table(
         "Published against modelled",
         left(*names),

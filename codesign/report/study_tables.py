@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from codesign.exploration.rows import study_columns
+from codesign.exploration.rows import Scalar, provenance_columns, study_columns
 from codesign.figures import ResultFigure, label
 from codesign.report.aggregated import (
     aggregated_cell,
@@ -122,15 +122,17 @@ def study_table(study: Study) -> Table:
 
 
 def study_csv(study: Study) -> Table:
-    """All points as raw values: ``study_columns``, and in words why a point is not on the front."""
+    """All points as raw values: ``study_columns``, in words why a point is not on the front, and the provenance."""
     columns = study_columns(study)
-    reasons = []
+    reasons: list[Scalar] = []
     for design in study.designs:
         why = why_out(study, design)
         reasons += [why_not(point) or why for point in design.points]
-    rows = zip(*columns.values(), reasons, strict=True)
-    cells = tuple(tuple(Cell(str(value), value) for value in row) for row in rows)
-    return Table("All points", left(*columns, "why_not"), cells)
+    columns |= {"why_not": reasons} | provenance_columns(study)
+    cells = tuple(
+        tuple(Cell(str(value), value) for value in row) for row in zip(*columns.values(), strict=True)
+    )
+    return Table("All points", left(*columns), cells)
 
 
 def write_study_csv(study: Study, path: Path) -> None:

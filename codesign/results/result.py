@@ -19,6 +19,7 @@ from codesign.planners.interface import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel
+from codesign.results.provenance import Provenance
 from codesign.results.task import TaskFigures
 from codesign.results.terms import Terms
 
@@ -226,23 +227,32 @@ class Result(ResultModel):
         description="what the time and the energy of a plan are made of, and the figures they rest on",
     )
     details: dict[str, float | str] = Field(default={}, description="figures that only this planner has")
+    provenance: Provenance | None = Field(
+        default=None,
+        description="version, digests, seeds; None of a point of an exploration, where the study has it",
+    )
 
     def __repr__(self) -> str:
         fate = "feasible" if self.feasible else "; ".join(map(str, self.reasons)) or "infeasible"
         return f"Result({self.platform} × {self.workload}: {self.planner} {self.style}, {clip(fate, 200)})"
 
     def frame(self) -> DataFrame:
-        """The declared figures that this result has, a row each: figure, value, unit, description.
+        """The declared figures that this result has, a row each: figure, value, low, high, unit, description.
+
+        ``low`` and ``high`` are the least and the greatest value inside all intervals (``interval``).
 
         Raises:
             InputError: pandas is not installed.
         """
         values = {figure: self.figure(figure) for figure in FIGURES.values()}
         held = [figure for figure, value in values.items() if value is not None]
+        ends = [self.interval(figure) or (None, None) for figure in held]
         return data_frame(
             {
                 "figure": [figure.name for figure in held],
                 "value": [values[figure] for figure in held],
+                "low": [low for low, _ in ends],
+                "high": [high for _, high in ends],
                 "unit": [figure.unit for figure in held],
                 "description": [figure.description for figure in held],
             }

@@ -20,6 +20,7 @@ from codesign.inputs.files import Source
 from codesign.models import TaskParameters
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
+from codesign.planners.reproduction import Settings
 from codesign.planners.styles import Architecture, TaskStyle
 
 _log = logging.getLogger(__name__)
@@ -70,6 +71,14 @@ def papers() -> dict[str, Reproduce]:
     """What holds the model against a paper, by planner."""
     papers = {each.planner.name: each.reproduce for each in plug_ins() if each.planner is not None}
     return {name: reproduce for name, reproduce in papers.items() if reproduce is not None}
+
+
+def paper_settings(name: str) -> type[Settings]:
+    """The model of the settings of a paper's runs, by its planner."""
+    return next(
+        (each.settings for each in plug_ins() if each.planner is not None and each.planner.name == name),
+        Settings,
+    )
 
 
 def broken() -> tuple[BrokenPlugIn, ...]:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from codesign import inputs as spec
-from codesign.errors import Fault, InputError, SpecError, choose_hint
+from codesign.errors import Fault, InputError, SpecError, choose_hint, clip
 from codesign.figures import label
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
 from codesign.inputs.components import FpgaComponent
-from codesign.inputs.document import Document
+from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.faults import validate
 from codesign.inputs.files import is_path
 from codesign.inputs.host_file import HOSTS
@@ -22,8 +24,9 @@ from codesign.inputs.value_types import default_text, type_text
 from codesign.inputs.yaml_tree import read_document
 from codesign.models import Task
 from codesign.part import Part
-from codesign.results.result import Result
+from codesign.planners.reproduction import Settings
 from codesign.system import catalog
+from codesign.verdicts import RunDocument
 
 
 def point_of(
@@ -46,7 +49,7 @@ def schema_of(kind: str) -> dict[str, Any]:
     if kind == "result":
         return {
             "$schema": "https://json-schema.org/draft/2020-12/schema",
-            **Result.model_json_schema(mode="serialization"),
+            **RunDocument.model_json_schema(mode="serialization"),
         }
     if kind not in ("platform", "workload", "part", "host"):
         raise InputError(
@@ -122,17 +125,7 @@ def planner_facts(name: str) -> PlannerFacts:
         InputError: no such planner is installed, or it cannot be loaded.
     """
     planner = catalog.planner(name)
-    parameters = tuple(
-        Parameter(
-            task,
-            key,
-            _plain(type_text(info.annotation, tuple(info.metadata))),
-            _plain(default_text(info)),
-            _plain(info.description or ""),
-        )
-        for task, model in planner.tasks.items()
-        for key, info in model.model_fields.items()
-    )
+    parameters = tuple(each for task, model in planner.tasks.items() for each in _parameters(task, model))
     styles = {
         style: f"on {each.component_type}: {each.description}"
         for style, each in catalog.styles_of(name).items()
@@ -143,6 +136,52 @@ def planner_facts(name: str) -> PlannerFacts:
         if planner_name == name
     }
     return PlannerFacts(name, planner.description, parameters, styles, planner.policies)
+
+
+def paper_settings(names: Iterable[str]) -> tuple[Parameter, ...]:
+    """The settings of the papers of these planners, which ``hwsw reproduce --set`` moves."""
+    return tuple(each for name in names for each in _parameters(name, catalog.paper_settings(name)))
+
+
+def settings_by_paper(names: Sequence[str], values: Mapping[str, Any]) -> dict[str, Settings]:
+    """The settings of each paper, by its planner: a value is of every paper that has a setting of that name.
+
+    Raises:
+        SpecError: a value that is not accepted, or a name that no paper has.
+    """
+    models = {name: catalog.paper_settings(name) for name in names}
+    accepted = sorted({key for model in models.values() for key in model.model_fields})
+    faults = [
+        Fault(
+            f"--set {clip(key)}", 0, 0, "", "there is no such setting", choose_hint(clip(key, 60), accepted)
+        )
+        for key in values
+        if key not in accepted
+    ]
+    settings: dict[str, Settings] = {}
+    for name, model in models.items():
+        raw: dict[KeyPath, Any] = {
+            (key,): value for key, value in values.items() if key in model.model_fields
+        }
+        document = put(Document("", Path(), {}), raw, lambda path: Origin((f"--set {path[0]}",)))
+        try:
+            settings[name] = validate(model, document)
+        except SpecError as wrong:
+            faults += wrong.faults
+    if faults:
+        raise SpecError(dict.fromkeys(faults))
+    return settings
+
+
+def _parameters(group: str, model: type[BaseModel]) -> Iterator[Parameter]:
+    for key, info in model.model_fields.items():
+        yield Parameter(
+            group,
+            key,
+            _plain(type_text(info.annotation, tuple(info.metadata))),
+            _plain(default_text(info)),
+            _plain(info.description or ""),
+        )
 
 
 def _plain(text: str) -> str:

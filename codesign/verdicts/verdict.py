@@ -8,6 +8,7 @@ from typing import Literal
 from pydantic import Field
 
 from codesign.figures import FIGURES, Figure, ResultFigure
+from codesign.inputs.constraint import LOWER, STRICT, Constraint
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.results.terms import Monomial, priced
@@ -71,29 +72,79 @@ class Verdict(ResultModel):
 
 
 def need_verdict(
-    result: Result, figure: ResultFigure | str, limit: float, *, at_least: bool = False
+    result: Result,
+    figure: ResultFigure | str,
+    limit: float,
+    *,
+    at_least: bool = False,
+    strict: bool = False,
 ) -> Verdict:
-    """Whether a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it."""
+    """Whether a figure of a result is at most ``limit`` (in its unit), or ``at_least`` it.
+
+    ``strict``: a value that is equal to the limit does not do.
+    """
     declared = FIGURES[str(figure)]
     value = result.figure(declared)
     reason = _unassessed(result, declared)
     if value is None:
         return Verdict(state="not assessed", figure=declared.name, reason=f"there is no {declared.label}")
     margin = value - limit if at_least else limit - value
+    holds = margin > 0 or (margin == 0 and not strict)
     if reason:
-        return Verdict(
-            state="not assessed", figure=declared.name, holds=margin >= 0, margin=margin, reason=reason
-        )
+        return Verdict(state="not assessed", figure=declared.name, holds=holds, margin=margin, reason=reason)
     if not priced(declared):
-        state: State = "proved" if margin >= 0 else "refuted"
-        return Verdict(
-            state=state, figure=declared.name, holds=margin >= 0, margin=margin, least=margin, most=margin
+        state: State = "proved" if holds else "refuted"
+        verdict = Verdict(
+            state=state, figure=declared.name, holds=holds, margin=margin, least=margin, most=margin
         )
+        return _with_demand(verdict, result, declared, limit, at_least=at_least)
     inputs = Inputs()
     figures = inputs.sums(result, declared.name)
     bound = ((Monomial(limit, {}),),)
     ours, theirs = (bound, figures) if at_least else (figures, bound)
-    return _judged(declared, Margin(ours, theirs, inputs.by_id), inputs)
+    return _judged(declared, Margin(ours, theirs, inputs.by_id), inputs).model_copy(update={"holds": holds})
+
+
+def constraint_verdict(result: Result, constraint: Constraint) -> Verdict:
+    """Whether a result keeps a constraint; of two bounds, about the one that is harder to keep.
+
+    A design without a part has a share of 0 of what a part has.
+    """
+    figure = constraint.figure
+    budgets = {use.resource: use.budget for use in result.resources}
+    if figure.is_resource and result.part is None and not result.reasons:
+        keeps = all(bound not in LOWER or limit == 0 for bound, limit in constraint.bounds.items())
+        return Verdict(state="proved" if keeps else "refuted", figure=figure.name, holds=keeps)
+    scale = budgets.get(figure.name, 1) if constraint.of_part else 1
+    verdicts = [
+        need_verdict(result, figure, limit * scale, at_least=bound in LOWER, strict=bound in STRICT)
+        for bound, limit in constraint.bounds.items()
+    ]
+    order: tuple[State, ...] = ("refuted", "not assessed", "depends", "proved")
+    return min(verdicts, key=lambda verdict: (verdict.holds is not False, order.index(verdict.state)))
+
+
+def _with_demand(
+    verdict: Verdict, result: Result, figure: ResultFigure, limit: float, *, at_least: bool
+) -> Verdict:
+    """The verdict about a resource over the interval of its demand; of another figure, as it is."""
+    items = [item for use in result.resources if use.resource == figure.name for item in use.items]
+    least, most = (sum(item.figure.interval[end] for item in items) for end in (0, 1))
+    if not figure.is_resource or least == most:
+        return verdict
+    low, high = (least - limit, most - limit) if at_least else (limit - most, limit - least)
+    verdict = verdict.model_copy(update={"least": low, "most": high})
+    if (low >= 0) == (high >= 0):
+        return verdict
+    item = max(items, key=lambda item: item.figure.interval[1] - item.figure.interval[0])
+    margin = verdict.margin or 0.0
+    decider = Decider(
+        name=item.name,
+        platform="",
+        figure=item.figure,
+        flips_at=item.figure.value + (-margin if at_least else margin),
+    )
+    return verdict.model_copy(update={"state": "depends", "decides": decider})
 
 
 def winner_verdict(results: Sequence[Result], figure: ResultFigure | str) -> Verdict:

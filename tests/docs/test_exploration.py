@@ -5,9 +5,12 @@ from __future__ import annotations
 import doctest
 import importlib
 import re
+import shlex
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from click.testing import Result
 from places import ROOT
 
 from codesign.figures import FIGURES
@@ -77,3 +80,16 @@ def test_platforms_of_the_page(tmp_path: Path) -> None:
     assert (len(study.points), study.failed) == (32, ())
     rows = [f"| {reason.kind} | {reason.name} | {reason.points} |" for reason in study.reasons]
     assert re.findall(r"^\| mapping \| .*\|$", page, re.M) == rows
+
+
+def test_the_needs_of_the_page_are_met_and_missed_as_it_says(hwsw: Callable[..., Result]) -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    command, *lines = next(
+        block
+        for block in re.findall(r"^```text\n\$ hwsw run (.*?)^```", page, re.M | re.S)
+        if "--need" in block
+    ).splitlines()
+    done = hwsw("run", *shlex.split(command))
+    assert done.exit_code == 3
+    assert len(lines) == 5
+    assert set(lines) - {"..."} <= set(done.stdout.splitlines())

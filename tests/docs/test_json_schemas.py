@@ -48,7 +48,8 @@ def test_a_study_is_what_its_schema_says(hwsw: Run, specs: Specs) -> None:
     study = told(hwsw("explore", *specs, "--json", "--workers", 1).stdout)
     assert {point["feasible"] for point in study["points"]} == {True, False}
     assert study["units"] == {figure.name: figure.unit for figure in FIGURES.values()}
-    assert study["constraints"][1] == {"figure": "first_plan_s", "at_least": None, "at_most": 5}
+    none = {"at_least": None, "above": None, "below": None, "of_part": False}
+    assert study["constraints"][1] == {"figure": "first_plan_s", **none, "at_most": 5}
     check(study, schema)
     (failed, missing) = ({**study["points"][0], "feasible": False, "result": None} for _ in range(2))
     failed |= {"state": "failed", "failure": "out of memory"}

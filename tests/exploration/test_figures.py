@@ -18,7 +18,7 @@ import codesign
 from codesign.errors import SpecError
 from codesign.exploration import Study, StudyPoint
 from codesign.exploration.document import study_schema
-from codesign.figures import FIGURES, RENAMED, ResultFigure, label
+from codesign.figures import FIGURES, SHORT_NAMES, ResultFigure, label
 from codesign.inputs import load_workload
 from codesign.inputs.schema import json_schema
 from codesign.report import render_csv
@@ -156,8 +156,8 @@ def test_every_figure_has_a_value_in_some_result() -> None:
 
 
 def test_the_earlier_names_are_no_figures() -> None:
-    assert not set(RENAMED) & set(FIGURES)
-    assert set(RENAMED.values()) <= set(FIGURES)
+    assert not set(SHORT_NAMES) & set(FIGURES)
+    assert set(SHORT_NAMES.values()) <= set(FIGURES)
 
 
 def test_the_shipped_workloads_name_declared_figures() -> None:

@@ -149,7 +149,8 @@ def test_json_has_every_point_with_all_figures() -> None:
         "front": 1,
     }
     assert text["objectives"][2] == {"figure": "share_reaching_goal", "unit": "1", "direction": "maximise"}
-    assert text["constraints"][1] == {"figure": "first_plan_s", "at_least": None, "at_most": 2.0}
+    none = {"at_least": None, "above": None, "below": None, "of_part": False}
+    assert text["constraints"][1] == {"figure": "first_plan_s", **none, "at_most": 2.0}
     assert set(text["units"]) == set(text["points"][0]["figures"])
     assert (text["units"]["first_plan_s"], text["units"]["slices"]) == ("s", "1")
     first, second, third = text["points"]

@@ -51,7 +51,7 @@ RULE = "  aggregate:\n    "
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (f"{RULE}energy: mean\n", ("'energy' is no figure", "renamed: write energy_j")),
+        (f"{RULE}energy: mean\n", ("'energy' is no figure", "write energy_j: energy is its short name")),
         (f"{RULE}slice: mean\n", ("'slice' is no figure", "did you mean slices?")),
         (f"{RULE}defaul: mean\n", ("'defaul' is no figure", "did you mean default?")),
         (f"{RULE}slices: meen\n", ("'meen' is no rule", "did you mean mean? accepted: worst, best, mean, median")),
@@ -60,7 +60,10 @@ RULE = "  aggregate:\n    "
         (f"{RULE}slices: {{quantile: 0.5, of: 3}}\n", ("unknown key", "accepted: quantile")),
         (f"{RULE}first_plan_s: {{share: {{at_most: 100}}}}\n", ("100 has no unit", "write a number and a unit")),
         (f"{RULE}first_plan_s: {{share: {{}}}}\n", ("bounds nothing", "give at_least, at_most, or both")),
-        (f"{RULE}first_plan_s: {{share: 100 ms}}\n", ("'100 ms' is no limit", "{share: {at_most: LIMIT}}")),
+        (f"{RULE}first_plan_s: {{share: 100 ms}}\n", ("'100 ms' is no limit", 'write {share: "< LIMIT"}')),
+        (f"{RULE}first_plan_s: {{share: < 100}}\n", ("'100' has no unit", "write a number and a unit")),
+        (f"{RULE}first_plan_s: {{share: energy < 1 J}}\n", ("another figure", "it is first_plan_s")),
+        (f"{RULE}slices: {{share: < 0.8}}\n", ("a count is a whole number", "write 80 % for a share of the part's")),
         (f"{RULE}default: {{share: {{at_most: 1}}}}\n", ("share needs a figure", "to a figure by its name")),
         (f"{RULE}first_plan_s: {{share: {{figure: slices, at_most: 1 s}}}}\n", ("another figure", "leave figure out")),
         (f"{RULE}slices: {{share: {{at_most: 9}}, required: 2}}\n", ("required", "must be at most 1")),

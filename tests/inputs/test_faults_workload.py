@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from spec_texts import WORKLOAD, faults
 
-from codesign.figures import RENAMED
+from codesign.figures import SHORT_NAMES
 
 
 @pytest.fixture(autouse=True)
@@ -197,12 +197,13 @@ def test_workload_mistakes(change: tuple[str, str], expected: str) -> None:
         ),
         (
             "objectives: [time, slices]",
-            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n  hint: renamed: write plan_time_worst_s",
+            "w.yaml:18:16: explore.objectives[0]: 'time' is not accepted\n"
+            "  hint: write plan_time_worst_s: time is its short name in limits as text",
         ),
         (
             "constraints: [{figure: mission_clearance, at_least: 20 cm}]",
             "w.yaml:18:26: explore.constraints[0].figure: 'mission_clearance' is not accepted\n"
-            "  hint: renamed: write clearance_least_m",
+            "  hint: write clearance_least_m: mission_clearance is its short name in limits as text",
         ),
         (
             "constraints: [{figure: slices, at_most: many}]",
@@ -222,9 +223,11 @@ def test_explore_mistakes(explore: str, expected: str) -> None:
     assert faults(f"{WORKLOAD}  {explore}\n").startswith(expected)
 
 
-@pytest.mark.parametrize(("earlier", "name"), RENAMED.items())
-def test_an_earlier_name_of_a_figure_has_the_new_one_as_its_remedy(earlier: str, name: str) -> None:
-    refusal = f"{earlier!r} is not accepted\n  hint: renamed: write {name}"
+@pytest.mark.parametrize(("earlier", "name"), SHORT_NAMES.items())
+def test_a_short_name_of_a_figure_has_its_name_as_the_remedy(earlier: str, name: str) -> None:
+    refusal = (
+        f"{earlier!r} is not accepted\n  hint: write {name}: {earlier} is its short name in limits as text"
+    )
     for explore, key in (
         (f"objectives: [slices, {earlier}]", "objectives[1]"),
         (f"constraints: [{{figure: {earlier}, at_most: 5}}]", "constraints[0].figure"),

@@ -66,8 +66,7 @@ def test_the_time_stands_against_what_is_asked() -> None:
     tight = [Constraint(figure="plan_time_worst_s", at_most=0.001), Constraint(figure="power", at_most=1.0)]
     sentence = answer(all_arriving(), tight).sentence
     assert (
-        "fits, but misses what the workload asks for (worst plan time at most: 3.21 ms against 1 ms; power"
-        in sentence
+        "fits, but misses what is asked for (worst plan time at most: 3.21 ms against 1 ms; power" in sentence
     )
     assert "is feasible" not in sentence
 

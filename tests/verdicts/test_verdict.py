@@ -10,11 +10,12 @@ import pytest
 from shipped_plans import Design, design, on_host, result_of, with_values, written
 
 import codesign
-from codesign.figures import FIGURES
+from codesign.figures import FIGURES, Figure, Status
+from codesign.inputs.constraint import constraint_of
 from codesign.results.result import Result
 from codesign.results.terms import is_edges
 from codesign.scenarios import simulate
-from codesign.verdicts import Verdict, need_verdict, sensitivity, winner_verdict
+from codesign.verdicts import Verdict, constraint_verdict, need_verdict, sensitivity, winner_verdict
 from codesign.verdicts.sums import Inputs, Margin
 
 SEARCHES: tuple[Design, ...] = (
@@ -239,3 +240,36 @@ def test_waits_for_edges_are_bounded_but_decide_nothing() -> None:
     for limit in np.linspace(*interval, 30):
         decides = need_verdict(result, "first_plan_s", float(limit)).decides
         assert decides is None or decides.name not in edges
+
+
+def test_a_constraint_is_held_against_the_intervals() -> None:
+    result, software = result_of(FPGA), result_of(ARM)
+    interval = result.interval(FIGURES["first_plan_s"])
+    assert interval is not None
+
+    def state(of: Result, text: str) -> tuple[str, bool | None]:
+        verdict = constraint_verdict(of, constraint_of(text))
+        return verdict.state, verdict.holds
+
+    assert state(result, f"first_plan < {interval[1] * 1.001e9:.3f} ns") == ("proved", True)
+    assert state(result, f"first_plan < {interval[0] * 0.999e9:.3f} ns") == ("refuted", False)
+    assert state(software, "slices < 1 %") == ("proved", True)
+    assert state(software, "slices >= 1 %") == ("refuted", False)
+    slices = next(use for use in result.resources if use.resource == "slices")
+    assert state(result, f"slices <= {slices.demand}")[1] is True
+    assert state(result, f"slices < {slices.demand}")[1] is False
+    assert state(result, f"slices < {100 * slices.demand / slices.budget + 1:.0f} %")[1] is True
+
+
+def test_a_demand_with_an_interval_decides_what_it_is_held_against() -> None:
+    result = result_of(FPGA)
+    (use, *others) = result.resources
+    figure = Figure(use.demand, "1", Status.ASSUMED, "a law", use.demand - 10, use.demand + 10)
+    item = use.items[0].model_copy(update={"figure": figure})
+    wide = result.model_copy(update={"resources": (use.model_copy(update={"items": (item,)}), *others)})
+    assert need_verdict(wide, use.resource, use.demand + 11).state == "proved"
+    assert need_verdict(wide, use.resource, use.demand - 11).state == "refuted"
+    verdict = need_verdict(wide, use.resource, use.demand + 5)
+    assert (verdict.state, verdict.holds, verdict.least, verdict.most) == ("depends", True, -5, 15)
+    assert verdict.decides is not None
+    assert (verdict.decides.name, verdict.decides.flips_at) == (item.name, use.demand + 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from codesign.planners.harmonic.paper.reproduce import harmonic
+from codesign.planners.harmonic.paper.settings import HarmonicSettings
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
@@ -14,6 +15,7 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=harmonic,
+    settings=HarmonicSettings,
     samples=Samples(
         parameters=(
             {"block": (12, 16), "iterations": 6, "schedule": (7, 15, 23)},

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from codesign.planners.plug_in import PlugIn, Samples
+from codesign.planners.relaxation.paper.settings import RelaxationSettings
 from codesign.planners.relaxation.plan.planner import PLANNER
 from codesign.planners.relaxation.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.relaxation.styles.probes import PROBES
 from codesign.planners.reproduction import Progress, Reproduction
 
 
-def _reproduce(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def _reproduce(
+    quick: bool = False, progress: Progress | None = None, settings: RelaxationSettings | None = None
+) -> Reproduction:
     from codesign.planners.relaxation.paper.reproduce import relaxation
 
-    return relaxation(quick, progress)
+    return relaxation(quick, progress, settings)
 
 
 PLUG_IN = PlugIn(
@@ -21,6 +24,7 @@ PLUG_IN = PlugIn(
     task_styles=TASK_STYLES,
     probes=PROBES,
     reproduce=_reproduce,
+    settings=RelaxationSettings,
     samples=Samples(
         parameters=(
             {"method": "sor", "omega": 1.8, "tolerance": 1e-9},

@@ -103,9 +103,9 @@ def candidates(fills: Sequence[str]) -> Iterator[Candidate]:
             )
 
 
-def fit(quick: bool = False, progress: Progress = silent) -> Fit:
+def fit(quick: bool = False, progress: Progress = silent, maps: int | None = None) -> Fit:
     """The candidate with the least mean relative error on the rows of ``FIT_SIDES``."""
-    count = QUICK_MAPS if quick else MAPS
+    count = maps or (QUICK_MAPS if quick else MAPS)
     rows = [run for run in published.HARDWARE if run.side in FIT_SIDES]
     scored: list[tuple[float, Candidate]] = []
     fill = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.paper.fit import Fit, fit, java_cell_seconds, least_popped
+from codesign.planners.breadth_first.paper.settings import BreadthFirstSettings
 from codesign.planners.breadth_first.paper.tables import (
     CLOCKS,
     all_rows,
@@ -16,14 +17,18 @@ from codesign.planners.reproduction import Finding, Plot, Progress, Reproduction
 QUICK = "A quick run: fewer maps and families than in the full one, whose choice may differ."
 
 
-def breadth_first(quick: bool = False, progress: Progress = silent) -> Reproduction:
+def breadth_first(
+    quick: bool = False, progress: Progress = silent, settings: BreadthFirstSettings | None = None
+) -> Reproduction:
     """Every row of the paper that the model can be compared with, a plot and findings.
 
     Args:
         quick: fewer maps and families: seconds instead of half a minute.
         progress: called with a line for each part of the work.
+        settings: of the runs; by default as published.
     """
-    chosen = fit(quick, progress)
+    settings = settings or BreadthFirstSettings()
+    chosen = fit(quick, progress, settings.maps)
     rows = all_rows(chosen)
     return Reproduction(
         paper="Vacariu, Roman, Timar, Stanciu, Banabic, Cret 2008, Mobile robot path-planning in software and hardware",
@@ -31,7 +36,7 @@ def breadth_first(quick: bool = False, progress: Progress = silent) -> Reproduct
         figures=(times_plot(chosen),),
         findings=(*_fit_findings(chosen, rows), *_clash_findings(chosen, rows)),
         note=QUICK if quick else "",
-    )
+    ).with_settings(settings)
 
 
 def times_plot(chosen: Fit) -> Plot:

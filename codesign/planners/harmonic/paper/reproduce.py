@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from codesign.planners.harmonic.paper.settings import HarmonicSettings
 from codesign.planners.reproduction import Progress, Reproduction, silent
 
 QUICK = "A quick run: fewer and smaller maps than those of the full one, whose figures may differ."
 
 
-def harmonic(quick: bool = False, progress: Progress = silent) -> Reproduction:
+def harmonic(
+    quick: bool = False, progress: Progress = silent, settings: HarmonicSettings | None = None
+) -> Reproduction:
     """Every row of the paper that the model can be compared with, with plots and findings.
 
     Args:
         quick: fewer and smaller maps: seconds instead of a minute or two.
         progress: called with a line for each part of the work.
+        settings: of the runs; by default as published.
     """
+    settings = settings or HarmonicSettings()
     from codesign.planners.harmonic.paper.figures import (
         BLOCKS_A_SIDE,
         CONSECUTIVE,
@@ -29,10 +34,10 @@ def harmonic(quick: bool = False, progress: Progress = silent) -> Reproduction:
     from codesign.planners.harmonic.paper.tables import table_rows
     from codesign.planners.harmonic.paper.theory import count_maps, theory_findings, theory_rows
 
-    speed = measurements(quick, progress)
+    speed = measurements(quick, progress, settings.maze_seeds)
     laws = (*table_rows(), *speed_rows(speed))
     estimates = count_maps(quick, progress)
-    seeds = LABYRINTH_SEEDS[:1] if quick else LABYRINTH_SEEDS
+    seeds = settings.labyrinth_seeds or (LABYRINTH_SEEDS[:1] if quick else LABYRINTH_SEEDS)
     sides = (1, 2, 4) if quick else BLOCKS_A_SIDE
     figures = (
         figure_3((1, 2, 4) if quick else (1, 2, 3, 4, 6, 8), progress),
@@ -52,4 +57,4 @@ def harmonic(quick: bool = False, progress: Progress = silent) -> Reproduction:
             *figure_findings(*figures),
         ),
         note=QUICK if quick else "",
-    )
+    ).with_settings(settings)

@@ -11,7 +11,7 @@ and the range.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from statistics import fmean
@@ -69,12 +69,14 @@ def circuit_seconds(result: HarmonicPlan) -> float:
     return (result.total_cycles + waits) / published.ESTIMATED_CLOCK
 
 
-def measurements(quick: bool, progress: Progress) -> tuple[Measurement, ...]:
-    """The measurements of all mazes; ``quick``: of one maze."""
+def measurements(
+    quick: bool, progress: Progress, seeds: Sequence[int] | None = None
+) -> tuple[Measurement, ...]:
+    """The measurements of all mazes; ``quick``: of one maze. ``seeds``: others than the published ones."""
     runs: list[Measurement] = []
     for corridor in CORRIDORS[2:3] if quick else CORRIDORS:
         progress(f"speed-up of section 5.4: mazes with corridors of {corridor} cells")
-        for seed in SEEDS[:1] if quick else SEEDS:
+        for seed in seeds or (SEEDS[:1] if quick else SEEDS):
             for loops in LOOPS[:1] if quick else LOOPS:
                 grid = maps.maze(ROWS, COLUMNS, corridor=corridor, wall=2, seed=seed, loops=loops)
                 for goal in ((0, 0),) if quick else ((0, 0), (ROWS // 2, COLUMNS // 2)):

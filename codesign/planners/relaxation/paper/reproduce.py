@@ -17,6 +17,7 @@ from codesign.planners.relaxation.paper.runs import (
     seconds,
     tabulated,
 )
+from codesign.planners.relaxation.paper.settings import RelaxationSettings
 from codesign.planners.relaxation.plan import Boundary, Method
 from codesign.planners.relaxation.styles.costs import FITTED
 from codesign.planners.reproduction import Plot, Progress, Reproduction, Row, Series, Use, row
@@ -27,15 +28,19 @@ COST_LAW = "iterations × cells × 16.8 ns, and 2.60 times that for AM and MAM"
 QUICK = "A quick run: a few of the rows with few iterations; the findings are of these alone."
 
 
-def relaxation(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def relaxation(
+    quick: bool = False, progress: Progress | None = None, settings: RelaxationSettings | None = None
+) -> Reproduction:
     """Tables I to III against the planner on an own floor plan and the cost law of the host styles.
 
     Args:
         quick: rows of few iterations only: seconds instead of a minute or two.
         progress: gets a line on each step of the computation.
+        settings: of the runs; by default as published.
     """
+    settings = settings or RelaxationSettings()
     runs = tabulated(quick)
-    outcomes = run_all((*map(key_of, runs), *beyond(quick)), progress)
+    outcomes = run_all((*map(key_of, runs), *beyond(quick, settings.sor_omegas)), progress)
     rows = (
         *_table_rows(runs, outcomes),
         *_reduction_rows(outcomes),
@@ -49,7 +54,7 @@ def relaxation(quick: bool = False, progress: Progress | None = None) -> Reprodu
         figures=(_omega_plot(runs, outcomes), _r_plot(runs, outcomes)),
         findings=findings(rows, outcomes, progress),
         note=QUICK if quick else "",
-    )
+    ).with_settings(settings)
 
 
 def _name(run: published.Run) -> str:

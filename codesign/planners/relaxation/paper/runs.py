@@ -61,12 +61,13 @@ def tabulated(quick: bool) -> tuple[published.Run, ...]:
     return (published.GS, *published.AM, *published.MAM_COARSE, *published.MAM_FINE)
 
 
-def beyond(quick: bool) -> tuple[Key, ...]:
+def beyond(quick: bool, sor_omegas: tuple[float, ...] | None = None) -> tuple[Key, ...]:
     """Runs that the paper leaves out: plain SOR, red-black, half sweeps, a direct solver, and walls set high."""
     step = 2 if quick else 1
+    omegas = sor_omegas or SOR_OMEGAS[::step]
     return (
-        *(Key(Method.SOR, omega) for omega in SOR_OMEGAS[::step]),
-        *(Key(Method.RED_BLACK, omega) for omega in SOR_OMEGAS[::step]),
+        *(Key(Method.SOR, omega) for omega in omegas),
+        *(Key(Method.RED_BLACK, omega) for omega in omegas),
         *(Key(Method.HALF_SWEEP_AM, omega) for omega in HALF_OMEGAS[1::step]),
         Key(Method.DIRECT),
         *(

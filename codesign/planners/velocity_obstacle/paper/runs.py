@@ -80,13 +80,13 @@ def single_runs(progress: Progress | None) -> dict[int, Run]:
     return runs
 
 
-def tallies(quick: bool, progress: Progress | None) -> dict[str, Tally]:
+def tallies(quick: bool, progress: Progress | None, seeds: int | None = None) -> dict[str, Tally]:
     """Runs over seeds and arrangements for each rule, with 2, 4 and 8 robots."""
     tally_of_rule = {}
     for name, parameters in RULES.items():
         if progress is not None:
             progress(f"collisions: {name}")
-        tally_of_rule[name] = _tally(parameters, 3 if quick else 20)
+        tally_of_rule[name] = _tally(parameters, seeds or (3 if quick else 20))
     return tally_of_rule
 
 

@@ -20,6 +20,7 @@ from codesign.planners.wavefront.paper.maps import (
     unit_seconds,
 )
 from codesign.planners.wavefront.paper.rows import paper_rows
+from codesign.planners.wavefront.paper.settings import WavefrontSettings
 from codesign.planners.wavefront.plan.wave import MAX_OCTILE_RATIO, longest_distance, register_bits
 from codesign.planners.wavefront.styles import timing
 
@@ -28,15 +29,19 @@ QUICK_SAMPLES = 2
 BINS = 100
 
 
-def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduction:
+def wavefront(
+    quick: bool = False, progress: Progress | None = None, settings: WavefrontSettings | None = None
+) -> Reproduction:
     """Every figure of the paper that the model can be held against, with plots and findings.
 
     Args:
         quick: fewer maps, without one circuit: a second instead of half a minute.
         progress: gets a line on each step of the computation.
+        settings: of the runs; by default as published.
     """
+    settings = settings or WavefrontSettings()
     samples = []
-    for name in list(SAMPLES)[: QUICK_SAMPLES if quick else None]:
+    for name in settings.maps or list(SAMPLES)[: QUICK_SAMPLES if quick else None]:
         _report(progress, f"potentials on {name} cells")
         samples.append(make_sample(name))
     chosen = tuple(samples)
@@ -52,7 +57,7 @@ def wavefront(quick: bool = False, progress: Progress | None = None) -> Reproduc
         figures=(front_plot(chosen), direction_plot()),
         findings=findings(chosen, safe, adder),
         note=QUICK if quick else "",
-    )
+    ).with_settings(settings)
 
 
 def front_plot(samples: tuple[Sample, ...]) -> Plot:

@@ -1,0 +1,34 @@
+"""The provenance of what is simulated or explored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from codesign.inputs import Platform, Workload
+from codesign.inputs.document import dotted, leaves
+from codesign.inputs.edit import PROBLEM, moves
+from codesign.results.provenance import Provenance
+from codesign.system.problem_map import grid_of
+
+
+def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenance:
+    """The digests of the specs and of the map, and the seeds of the workload.
+
+    Raises:
+        MapError: the map cannot be read or made.
+    """
+    axes = workload.explore.every_axis if workload.explore else {}
+    grid = None if any(moves(axis, PROBLEM) for axis in axes) else grid_of(workload)
+    return Provenance(
+        platform_digests={platform.name: platform.digest() for platform in platforms},
+        workload_digest=workload.digest(),
+        map_digest=None if grid is None else grid.digest,
+        seeds=dict(_seeds(workload.model_dump(mode="json", exclude={"explore", "variants"}))),
+    )
+
+
+def _seeds(tree: dict[str, Any]) -> Iterator[tuple[str, int]]:
+    for path, value in leaves(tree):
+        if str(path[-1] if path else "").endswith("seed") and isinstance(value, int):
+            yield dotted(path), value

@@ -1,0 +1,114 @@
+"""--need on run, compare, explore and report; --axis and --condition on explore."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+
+Run = Callable[..., Result]
+Specs = tuple[Path, Path]
+
+
+def test_a_run_that_meets_its_needs_says_how_sure_that_is(hwsw: Run, specs: Specs) -> None:
+    done = hwsw("run", *specs, "--need", "time < 10 s", "--need", "slices < 99 %")
+    assert done.exit_code == 0, done.output
+    assert "is feasible: worst plan time " in done.stdout
+    assert " where less than 10 s is asked for; " in done.stdout
+    assert "need plan_time_worst_s < 10 s   met (proved)" in done.stdout
+    assert "need slices < 99 %              met" in done.stdout
+
+
+def test_a_need_that_is_missed_is_a_reason_and_an_exit_code(hwsw: Run, specs: Specs) -> None:
+    done = hwsw("run", *specs, "--need", "time < 1 us", "--need", "power <= 100 W")
+    assert done.exit_code == 3
+    assert "fits, but misses what is asked for (worst plan time below: " in done.stdout.splitlines()[0]
+    assert "need plan_time_worst_s < 1 us   missed (at every value)" in done.stdout
+    assert "need power <= 100 W             met (proved)" in done.stdout
+    assert "Why it is not feasible" in done.stdout
+    as_json = hwsw("run", *specs, "--need", "time < 1 us", "--json")
+    assert as_json.exit_code == 3
+    document = json.loads(as_json.stdout)
+    assert [reason["kind"] for reason in document["reasons"]] == ["constraint"]
+    assert document["task"] is not None
+    assert document["feasible"] is False
+
+
+def test_a_need_that_an_assumed_figure_decides_names_where_it_flips(hwsw: Run) -> None:
+    # The search on the arm rests on an assumed cost of 88 ns a cell, 44 to 176.
+    run = ("run", "zynq", "breadth-first", "--set", "search.component=arm", "--set", "search.style=software")
+    seconds = json.loads(hwsw(*run, "--json").stdout)["task"]["plan_time_worst_s"]
+    done = hwsw(*run, "--need", f"time < {seconds * 1.2e6:.3f} us")
+    assert done.exit_code == 0, done.output
+    assert "met, flips at arm." in done.stdout
+    done = hwsw(*run, "--need", f"time < {seconds * 0.8e6:.3f} us")
+    assert done.exit_code == 3
+    assert "missed, flips at arm." in done.stdout
+
+
+def test_compare_says_which_design_meets_a_need(hwsw: Run) -> None:
+    designs = ("virtex2pro:breadth-first", "pc-3400mhz:floor-plan")
+    done = hwsw("compare", *designs, "--need", "slices < 1 %", "--need", "time < 100 s")
+    assert done.exit_code == 0, done.output
+    (row,) = (line for line in done.stdout.splitlines() if line.startswith("need slices < 1 %"))
+    assert "missed (at every value)" in row
+    assert "met (proved)" in row
+    none = hwsw("compare", *designs, "--need", "time < 1 ps")
+    assert none.exit_code == 3
+
+
+@pytest.mark.parametrize("command", ["run", "compare", "explore"])
+def test_needs_are_checked_before_any_work(hwsw: Run, specs: Specs, command: str) -> None:
+    names = (f"{specs[0]}:{specs[1]}",) if command == "compare" else specs
+    needs = ("--need", "slices < 0.8", "--need", "tme < 1 s")
+    done = hwsw(command, *names, *needs)
+    assert done.exit_code == 2
+    assert "--need 'slices < 0.8': '0.8': a count is a whole number\n  hint: write 80 %" in done.stderr
+    assert "--need 'tme < 1 s': 'tme' is no figure\n  hint: did you mean time?" in done.stderr
+
+
+def test_explore_takes_axes_conditions_and_needs(hwsw: Run, specs: Specs, tmp_path: Path) -> None:
+    done = hwsw(
+        "explore", *specs, "--axis", "relax.iterations=2..6*3", "--axis", "fpga.clock=50MHz..100MHz:50MHz",
+        "--condition", "workload.problem.map.seed=1..2", "--need", "slices < 99 %", "--workers", "1",
+        "--store", tmp_path / "s.sqlite", "--json",
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    study = json.loads(done.stdout)
+    assert study["axes"]["relax.iterations"] == [2, 6]
+    assert study["axes"]["fpga.clock"] == ["50 MHz", "100 MHz"]
+    assert study["conditions"] == {"workload.problem.map.seed": [1, 2]}
+    assert study["constraints"][-1]["below"] == 0.99
+    report = hwsw("report", tmp_path / "s.sqlite", "--need", "slices < 1 %", "--json")
+    assert report.exit_code == 0, report.output
+    judged = json.loads(report.stdout)
+    assert judged["counts"]["feasible"] == 0 < study["counts"]["feasible"]
+    clash = hwsw("report", tmp_path / "s.sqlite", "--need", "slices > 99 %")
+    assert clash.exit_code == 2
+    assert "--need 'slices > 99 %': nothing is within this and slices < 99 %" in clash.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--axis", "relax.iterations=2,two"), "--axis relax.iterations[1]: 'two' is not a whole number"),
+        (("--axis", "relax.iterations=2,2"), "--axis relax.iterations[1]: 2 is listed twice"),
+        (("--axis", "relax.iteration=2"), "--axis relax.iteration: unknown key\n  hint: did you mean iterations?"),
+        (("--axis", "fpga.clock=10..20"), "--axis fpga.clock[0]: 10 has no unit"),
+        (("--axis", "nothing"), "--axis: 'nothing' is no setting"),
+        (("--axis", "relax.iterations=2", "--axis", "relax.iterations=3"), "relax.iterations is set twice"),
+        (("--axis", "relax.iterations=2", "--set", "relax.iterations=3"), "set by --set and by --axis"),
+        (("--axis", "platform=zynq"), "--axis platform: PLATFORM is named too"),
+        (("--condition", "platform=zynq"), "--condition platform: a platform is a decision"),
+        (("--axis", "relax.iterations=2", "--condition", "relax.iterations=2"), "sets the same thing as axis"),
+    ],
+)  # fmt: skip
+def test_mistakes_in_axes_are_reported_as_in_a_file(
+    hwsw: Run, specs: Specs, options: tuple[str, ...], told: str
+) -> None:
+    done = hwsw("explore", *specs, *options)
+    assert done.exit_code == 2, done.output
+    assert told in done.stderr
