@@ -40,7 +40,7 @@ def map_(
     as_json: bool,
     **steps: str | int | None,
 ) -> None:
-    """Show the map in FILE, in any format, or a shipped map by its name, as a workload with these steps would plan on it.
+    """Show the map in FILE, or a shipped map by its name, as a workload with these steps would plan on it.
 
     Rows are counted from 0 at the top, columns from 0 at the left. Metres are those of map_server: x to the right, y
     up. Cropping keeps both.

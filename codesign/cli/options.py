@@ -45,9 +45,7 @@ class Quantity(click.ParamType[int]):
 class MapFile(click.Path):
     """A map: a file, or the name of a shipped one, such as ``house``."""
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, context: click.Context | None
-    ) -> Any:
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
         """The path of the file."""
         from codesign.inputs.files import find_map, shipped_maps
 

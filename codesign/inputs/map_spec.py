@@ -242,7 +242,7 @@ def beside(info: ValidationInfo, written: str, at: Location, kinds: str) -> Path
     return path
 
 
-_RELATIVE = "a path is relative to its workload file, or on the command line to the current folder"
+_RELATIVE = "the path is relative to the file that names it"
 
 
 def _near(path: Path, written: str) -> str:

@@ -1,7 +1,7 @@
 """The map ``house`` that ships: drawn, in the form in which a map saver writes a scan.
 
-The map is a square of 384 × 384 cells of 5 cm. The robot has seen one floor of it, inside 102 × 109 cells: rooms with walls of one cell,
-and cupboards that are seen from the outside. Everything else is unknown.
+The map is a square of 384 × 384 cells of 5 cm. The robot has seen one floor of it, inside 102 × 109 cells: rooms with
+walls of one cell, and cupboards that are seen from the outside. Everything else is unknown.
 
 ``python tests/support/house_map.py`` writes both files into ``workloads/maps``.
 """
@@ -40,7 +40,9 @@ FOLDER = Path(__file__).resolve().parents[2] / "workloads" / "maps"
 
 def pixels() -> NDArray[np.uint8]:
     """The greys of the image, uint8, SIDE × SIDE."""
-    rooms = maps.generate("rooms", rows=ROWS, columns=COLUMNS, room=ROOM, door=DOOR, seed=SEED, extra_doors=0.5)
+    rooms = maps.generate(
+        "rooms", rows=ROWS, columns=COLUMNS, room=ROOM, door=DOOR, seed=SEED, extra_doors=0.5
+    )
     floor = np.where(rooms.free, FREE, OCCUPIED).astype(np.uint8)
     stream = np.random.PCG64(SEED)
     for _ in range(CUPBOARDS):
