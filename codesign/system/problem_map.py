@@ -158,7 +158,7 @@ class Places:
             outside = outside_map(cell, self._grid.shape)
         elif self._grid.frame is None:
             what = f"{place} is in metres, and the map does not say how large a cell is"
-            hint = "give the map its resolution (--resolution in a command), such as 5 cm, or write row and column"
+            hint = "give the map its resolution, as resolution: 5 cm or --resolution 5cm, or write row and column"
             self.faults.append(fault(self._workload, path, what, hint))
             return None
         else:
