@@ -187,7 +187,13 @@ SCALES: Mapping[Dimension, Scale] = MappingProxyType(
         ),
         Dimension.MONEY: _scale("USD", {"USD": 1}, "1e9", "249 USD"),
         # Of plans that are asked for, not of a clock.
-        Dimension.RATE: _scale("Hz", {"mHz": _MILLI, "Hz": 1, "kHz": _KILO}, "1e6", "10 Hz", zero=False),
+        Dimension.RATE: _scale(
+            "Hz",
+            {"mHz": _MILLI, "Hz": 1, "kHz": _KILO, "MHz": _MEGA, "GHz": _GIGA},
+            "1e6",
+            "10 Hz",
+            zero=False,
+        ),
     }
 )
 """The scale of every dimension of specs."""

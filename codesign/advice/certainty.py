@@ -9,7 +9,7 @@ from codesign.advice.needs import Needs
 from codesign.advice.trials import ENERGY, WORST_TIME
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
-from codesign.units import format_power, format_time
+from codesign.units import format_frequency, format_power, format_time
 from codesign.verdicts import Fit, Verdict, fit_verdict, need_verdict
 
 
@@ -78,4 +78,10 @@ def _power_text(power: tuple[float, float] | None, needs: Needs) -> str:
 
 
 def _fit_text(fit: Fit) -> str:
-    return "" if fit.fits == "yes" else f"whether it fits depends on {fit.decides}"
+    if fit.fits == "yes":
+        return ""
+    if fit.decides == "clock" and fit.demand is not None and fit.limit is not None:
+        low, high = (format_frequency(hertz) for hertz in fit.limit)
+        clock = format_frequency(fit.demand[0])
+        return f"whether it runs at {clock} is not sure, as the limit of its clock is {low} to {high}"
+    return f"whether it fits depends on {fit.decides}"

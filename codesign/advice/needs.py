@@ -22,7 +22,15 @@ from codesign.system.inspect import at_options
 from codesign.system.problem_map import load_grid
 from codesign.units import Dimension, parse_quantity
 
-_OPTIONS = {"map": "MAP", "goals": "--goal", "starts": "--start", "task": "--task", "change": "--change"}
+_OPTIONS = {
+    "map": "MAP",
+    "map.inflate": "--clearance",
+    "map.resolution": "--resolution",
+    "goals": "--goal",
+    "starts": "--start",
+    "task": "--task",
+    "change": "--change",
+}
 """The option that gives each key of the problem."""
 
 

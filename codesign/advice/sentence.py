@@ -143,7 +143,7 @@ _NEEDS = {
     "power": "the power",
     "price": "the price",
     "arrive": "that all starts arrive",
-    "fit": "the size of the part",
+    "fit": "the size of the part or the memory",
     "refused": "what the platform lacks or the budget left out",
 }
 

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from codesign.cli.options import MapFile
 from codesign.errors import EXIT_INFEASIBLE, printable
 
 
 @click.command(short_help="Which board suffices for a map, at a rate?")
-@click.argument("map_file", metavar="MAP", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+@click.argument("map_file", metavar="MAP", type=MapFile(exists=True, dir_okay=False, path_type=Path))
 @click.option(
     "--goal", "goals", multiple=True, required=True, metavar="PLACE", help="A goal, such as 12.5,3.0."
 )
@@ -68,6 +69,8 @@ def advise(
     as_json: bool,
 ) -> None:
     """Answer which board suffices to plan on MAP at a rate, whether a cheaper one does, and why the next one does not.
+
+    MAP is a file, or a shipped map such as house.
 
     Every planner, style and placement is searched on every board. A PLACE is ROW,COLUMN in whole numbers, or X,Y in
     metres of the map's frame, as 12.5,3.0 or 12m,3m. The exit code is 3 where no board suffices.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from codesign.cli.options import cell_of
+from codesign.cli.options import MapFile, cell_of
 from codesign.errors import InputError, printable
 
 
@@ -73,8 +73,8 @@ def show(name: str, path_only: bool) -> None:
 @click.option(
     "--map",
     "map_file",
-    type=click.Path(exists=True, dir_okay=False, path_type=Path),
-    help="Plan on this map.",
+    type=MapFile(exists=True, dir_okay=False, path_type=Path),
+    help="Plan on this map: a file, or the name of a shipped one.",
 )
 @click.option("--goal", metavar="ROW,COLUMN", help="The goal on the map.")
 def init(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from codesign.cli.options import MapFile
 from codesign.errors import InputError, MapError, printable
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("map", short_help="Show a map: its size, free cells, components, and what cropping saves.")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=MapFile(path_type=Path))
 @click.option(
     "--unknown", metavar="blocked|free", help="What a cell counts as that the map says nothing about."
 )
@@ -39,7 +40,7 @@ def map_(
     as_json: bool,
     **steps: str | int | None,
 ) -> None:
-    """Show the map in FILE, in any format, as a workload with these steps would plan on it.
+    """Show the map in FILE, or a shipped map by its name, as a workload with these steps would plan on it.
 
     Rows are counted from 0 at the top, columns from 0 at the left. Metres are those of map_server: x to the right, y
     up. Cropping keeps both.

@@ -7,7 +7,7 @@ import shlex
 import sys
 import time
 from collections.abc import Callable, Iterable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import click
 from click.core import ParameterSource
@@ -40,6 +40,20 @@ class Quantity(click.ParamType[int]):
         if number < self._least:
             raise InputError(f"{value!r} is too small", option, "leave the option out for its default")
         return number
+
+
+class MapFile(click.Path):
+    """A map: a file, or the name of a shipped one, such as ``house``."""
+
+    def convert(self, value: Any, param: click.Parameter | None, context: click.Context | None) -> Any:
+        """The path of the file."""
+        from codesign.inputs.files import find_map, shipped_maps
+
+        path = find_map(str(value))
+        if self.exists and not path.exists():
+            hint = f"name a file, or a shipped map: {', '.join(sorted(shipped_maps()))}"
+            raise InputError(f"{value} does not exist", param.human_readable_name if param else None, hint)
+        return super().convert(path, param, context)
 
 
 class Stopwatch:

@@ -102,6 +102,11 @@ class ProcessorComponent(SpecModel):
     cores: Cores = Field(
         default=1, description="How many tasks it runs at once. On each core, control runs before planning."
     )
+    memory: DataFigure | None = Field(
+        default=None,
+        description="RAM for the arrays of a plan. A design that needs more is infeasible. Without it, no map is too"
+        " large. A host may bring it.",
+    )
     power: ProcessorPower = Field(description="Power, busy and idle. A host brings it.")
 
     @model_validator(mode="before")
@@ -119,7 +124,7 @@ class ProcessorComponent(SpecModel):
         except InputError as error:
             raise RefusalError(error.what, error.hint, ("host",)) from None
         own = value.get("costs", {})
-        filled = {key: getattr(host, key) for key in ("clock", "cores", "power")} | value
+        filled = {key: getattr(host, key) for key in ("clock", "cores", "memory", "power")} | value
         return filled | {"costs": {**costs, **own} if isinstance(own, dict) else own}
 
 

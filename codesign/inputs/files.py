@@ -141,7 +141,28 @@ def shipped_files() -> list[ShippedFile]:
         "map": (workloads / "maps").iterdir(),
     }
     files = [ShippedFile(kind, path.stem, path) for kind, paths in kinds.items() for path in sorted(paths)]
-    return files + [ShippedFile("map", each.path.name, each.path) for each in files if each.kind == "map"]
+    # An image is named after its description where it has one.
+    described = {each.path.with_suffix("") for each in files if each.path.suffix == ".yaml"}
+    named = [
+        each for each in files if each.path.suffix == ".yaml" or each.path.with_suffix("") not in described
+    ]
+    return named + [ShippedFile("map", each.path.name, each.path) for each in files if each.kind == "map"]
+
+
+def find_map(name: str) -> Path:
+    """The map that a user means: a file, or else a shipped map of that name, with or without its suffix.
+
+    A name that is neither is a path that does not exist.
+    """
+    path = Path(name)
+    if path.exists():
+        return path
+    return shipped_maps().get(name, path)
+
+
+def shipped_maps() -> dict[str, Path]:
+    """The path of every shipped map, under its name and its file name."""
+    return {each.name: each.path for each in shipped_files() if each.kind == "map"}
 
 
 def find_shipped(name: str) -> Path:

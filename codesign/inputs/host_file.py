@@ -11,7 +11,7 @@ from pydantic import Field
 from codesign.errors import InputError
 from codesign.figures import Figure, weakest
 from codesign.inputs.base import Spec
-from codesign.inputs.fields import FactorFigure, FrequencyFigure, Name, PowerFigure, TimeFigure
+from codesign.inputs.fields import DataFigure, FactorFigure, FrequencyFigure, Name, PowerFigure, TimeFigure
 from codesign.inputs.library import Library
 from codesign.models import SpecModel
 
@@ -47,6 +47,10 @@ class HostFile(Spec):
     costs_of: CostsOf | None = Field(
         default=None,
         description="Another host. Its costs, times a factor, are those of every kernel that costs leaves out.",
+    )
+    memory: DataFigure | None = Field(
+        default=None,
+        description="RAM for the arrays of a plan. Without it, no map is too large for the host.",
     )
     power: ProcessorPower = Field(description="Power, busy and idle.")
 

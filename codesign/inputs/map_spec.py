@@ -242,7 +242,7 @@ def beside(info: ValidationInfo, written: str, at: Location, kinds: str) -> Path
     return path
 
 
-_RELATIVE = "the path is relative to this workload file"
+_RELATIVE = "the path is relative to the file that names it"
 
 
 def _near(path: Path, written: str) -> str:

@@ -6,6 +6,7 @@ part.
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from collections.abc import Callable, Generator
 from dataclasses import replace
@@ -13,16 +14,46 @@ from typing import Any
 
 import numpy as np
 
+from codesign.figures import Figure, Status
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Step, TaskStyle
+from codesign.planners.styles import Architecture, Demand, Lever, Line, Step, TaskStyle
 from codesign.records import TaskRecord
 
 
 class HostStyle(Architecture):
-    """A planner in software. A subclass defines ``work``, in units of ``kernel``."""
+    """A planner in software. A subclass defines ``work``, in units of ``kernel``, and ``bytes_a_cell``."""
 
     style: str = "software"
     component_type = "processor"
+
+    def bytes_a_cell(self, _job: Job[Any, Any], /) -> Figure | None:
+        """Bytes that a compiled program holds for each cell of the map; None: not known, so none is held to a limit.
+
+        That is not what this simulation takes (``Planner.memory``).
+        """
+        return None
+
+    def demand(self, job: Job[Any, Any]) -> Demand:
+        """No resource of a part; the arrays of the program, where the platform declares the memory of the processor."""
+        figure = self.bytes_a_cell(job)
+        if figure is None or job.memory is None:
+            return Demand(items=())
+        side = math.isqrt(int(job.memory / figure.value))
+        arrays = Line.bound(
+            name="memory of the processor",
+            demand=job.problem.free.size * figure.value,
+            limit=job.memory,
+            unit="bytes",
+            status=figure.status,
+            source=f"{figure.value:g} bytes a cell: {figure.source}",
+            levers=(Lever("problem.map", f"at most about {side} × {side} cells; crop or downsample it"),),
+        )
+        return Demand(items=(), bounds=(arrays,))
+
+
+def assumed_bytes(value: float, source: str, low: float, high: float) -> Figure:
+    """Bytes a cell that nobody measured: ``low`` of a packed layout, ``high`` of a generous one."""
+    return Figure(value, "B", Status.ASSUMED, source, low, high)
 
 
 class HostTask(TaskStyle):

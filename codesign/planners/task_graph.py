@@ -7,7 +7,7 @@ between turns.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from codesign.errors import InputError
@@ -42,7 +42,7 @@ class TaskGraph:
             for task in (flow.sender, flow.receiver):
                 if task not in self.tasks:
                     raise InputError(f"{flow.name!r} flows from or to {task!r}, which is no task", "tasks")
-        cycle = self._cycle()
+        cycle = _cycle(self.tasks, self._edges)
         if cycle:
             raise InputError(
                 f"tasks wait for each other in a circle: {' -> '.join((*cycle, cycle[0]))}",
@@ -61,22 +61,43 @@ class TaskGraph:
             graph.add_edge(flow.sender, flow.receiver, name=flow.name, bits=flow.bits)
         return graph
 
-    @cached_property
+    @property
     def order(self) -> tuple[str, ...]:
         """The tasks in order: each after the tasks that it waits for, otherwise as listed."""
-        import networkx
+        return _order(self.tasks, self._edges)
 
-        place = {task: index for index, task in enumerate(self.tasks)}
-        return tuple(networkx.lexicographical_topological_sort(self.networkx, key=place.__getitem__))
+    @property
+    def _edges(self) -> tuple[tuple[str, str], ...]:
+        return tuple((flow.sender, flow.receiver) for flow in self.flows)
 
     def between(self, sender: str, receiver: str) -> tuple[Flow, ...]:
         """The flows from one task directly to another."""
         return tuple(flow for flow in self.flows if (flow.sender, flow.receiver) == (sender, receiver))
 
-    def _cycle(self) -> list[str]:
-        import networkx
 
-        try:
-            return [edge[0] for edge in networkx.find_cycle(self.networkx)]
-        except networkx.NetworkXNoCycle:
-            return []
+# Every machine has a graph, and there are few shapes.
+@lru_cache(maxsize=256)
+def _cycle(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    import networkx
+
+    try:
+        return tuple(edge[0] for edge in networkx.find_cycle(_graph(tasks, edges)))
+    except networkx.NetworkXNoCycle:
+        return ()
+
+
+@lru_cache(maxsize=256)
+def _order(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> tuple[str, ...]:
+    import networkx
+
+    place = {task: index for index, task in enumerate(tasks)}
+    return tuple(networkx.lexicographical_topological_sort(_graph(tasks, edges), key=place.__getitem__))
+
+
+def _graph(tasks: tuple[str, ...], edges: tuple[tuple[str, str], ...]) -> networkx.MultiDiGraph[str]:
+    import networkx
+
+    graph: networkx.MultiDiGraph[str] = networkx.MultiDiGraph()
+    graph.add_nodes_from(tasks)
+    graph.add_edges_from(edges)
+    return graph

@@ -153,7 +153,8 @@ def front_table(study: Study) -> Table:
     designs = _Designs(study, study.objectives, spread=True)
     ranked = _ranked(study, *study.objectives[:1])
     rows = [designs.cells(study.designs[index]) for index in ranked]
-    asked = asked_notes(point.result for point in study.points)
+    # Conditions are other questions on purpose, and the figures are over all of them.
+    asked = () if study.conditions else asked_notes(point.result for point in study.points)
     columns, notes = designs.columns, [*asked, summary(study)]
     if any(index in study.same for index in study.front):
         columns = (*columns, *left("the same with"))

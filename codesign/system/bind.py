@@ -40,6 +40,7 @@ class System(Draft):
 
     - ``planner``: it computes the plan, without a clock. ``component``: the name of the component that it runs on
       (``Machine.planning_component``). ``part``: its chip, or None on a processor. ``clock``: in Hz.
+      ``memory``: bytes of RAM of a processor, or None.
     - ``placement``: the component of each task.
     - ``external``: the memory beside the FPGA that holds what does not fit in block RAM; None where none is asked for.
     - ``parameters``: those of each mapped task, as the style runs with them.
@@ -48,6 +49,7 @@ class System(Draft):
 
     component: str
     part: Part | None
+    memory: int | None
     clock: int
     placement: Placement
     external: ExternalMemoryLaw | None
@@ -61,6 +63,7 @@ class System(Draft):
             self.problem,
             self.planning,
             part=self.part,
+            memory=self.memory,
             inside=self.placement.inside,
             mapped=frozenset(self.parameters),
             external=self.external,
@@ -111,6 +114,7 @@ def bind_to(
         **vars(draft),
         component=task.component,
         part=component.chip if isinstance(component, FpgaComponent) else None,
+        memory=_ram(component),
         clock=int(component.clock.value),
         placement=placement,
         external=external_of(draft),
@@ -121,6 +125,13 @@ def bind_to(
             *draft.architecture.notes(Job(draft.problem, declared)),
         ),
     )
+
+
+def _ram(component: FpgaComponent | ProcessorComponent) -> int | None:
+    """Bytes of RAM that a processor declares."""
+    if isinstance(component, FpgaComponent) or component.memory is None:
+        return None
+    return int(component.memory.value) // 8
 
 
 def plannable(

@@ -295,12 +295,12 @@ _OPTIONS = {"map": "--map", "goals": "--goal", "starts": "--start"}
 def at_options(wrong: SpecError, options: Mapping[str, str] = _OPTIONS) -> SpecError:
     """The same faults, those of the map, its goal and its start at the options that gave them.
 
-    ``options``: by the key of the problem.
+    ``options``: by the key of the problem, whole or its first part.
     """
     return SpecError(_at_option(fault, options) for fault in wrong.faults)
 
 
 def _at_option(fault: Fault, options: Mapping[str, str]) -> Fault:
-    first = fault.key.removeprefix("problem.").partition(".")[0].partition("[")[0]
-    option = options.get(first)
+    key = fault.key.removeprefix("problem.")
+    option = options.get(key, options.get(key.partition(".")[0].partition("[")[0]))
     return fault if option is None else Fault(option, 0, 0, "", fault.what, fault.hint)

@@ -158,7 +158,7 @@ class Places:
             outside = outside_map(cell, self._grid.shape)
         elif self._grid.frame is None:
             what = f"{place} is in metres, and the map does not say how large a cell is"
-            hint = "add resolution: METRES to the map, such as 0.05 m, or write [row, column]"
+            hint = "give the map its resolution, as resolution: 5 cm or --resolution 5cm, or write row and column"
             self.faults.append(fault(self._workload, path, what, hint))
             return None
         else:

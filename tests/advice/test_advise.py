@@ -199,6 +199,7 @@ def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: 
     [
         (("--rate", "0 Hz"), "--rate: '0 Hz' is zero"),
         (("--rate", "1e9 Hz"), "--rate: '1e9 Hz' is too large"),
+        (("--rate", "1 GHz"), "--rate: '1 GHz' is too large"),
         (("--rate", "10"), "--rate: '10' has no unit"),
         (("--power", "5"), "--power: '5' has no unit"),
         (("--price", "200 EUR"), "--price: '200 EUR' has no unit of price"),
@@ -208,7 +209,10 @@ def test_an_answer_is_what_its_schema_says(hwsw: Run, corridor: Path, tmp_path: 
             ("--goal", "1.5,0.5"),
             "--goal: {x: 1.5 m, y: 0.5 m} is in metres, and the map does not say how large",
         ),
-        (("--clearance", "0.1 m"), "MAP: a radius of 0.1 m on a map that does not say how large a cell is"),
+        (
+            ("--clearance", "0.1 m"),
+            "--clearance: a radius of 0.1 m on a map that does not say how large a cell is",
+        ),
         (("--resolution", "5"), "--resolution: '5' has no unit"),
         (("--goal", "0,5"), "obstacle"),
         (("--goal", "7,7"), "outside of the map"),

@@ -78,7 +78,7 @@ def test_platforms_of_the_page(tmp_path: Path) -> None:
         (tmp_path / name).write_text(f"{'.' * 28}\n" * 20, encoding="utf-8")
     study = codesign.explore(None, codesign.load_workload(tmp_path / "boards.yaml"))
     assert (len(study.points), study.failed) == (32, ())
-    rows = [f"| {reason.kind} | {reason.name} | {reason.points} |" for reason in study.reasons]
+    rows = [f"| {reason.kind} | {reason.name} | {reason.designs} |" for reason in study.reasons]
     assert re.findall(r"^\| mapping \| .*\|$", page, re.M) == rows
 
 

@@ -139,6 +139,7 @@ def test_the_page_holds_from_an_empty_folder(
     hwsw: Callable[..., Result], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
     reader = Reader(tmp_path, hwsw)
     for block in BLOCKS:
         reader.follow(block)
@@ -147,7 +148,12 @@ def test_the_page_holds_from_an_empty_folder(
 
 def test_the_page_has_what_it_promises() -> None:
     commands = [line.split()[1] for block in BLOCKS if block.language == "sh" for line in block.lines]
+    # The question of a board comes first, and its verdict is run.
     assert commands == [
+        "map",
+        "advise",
+        "advise",
+        "run",
         "init",
         "check",
         "check",

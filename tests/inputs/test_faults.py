@@ -199,7 +199,7 @@ def test_map_files_are_looked_for_beside_the_workload(
         load("maps/ofice.yaml")
     assert str(caught.value) == (
         f"{tmp_path}/w.yaml:5:15: problem.map.file: maps/ofice.yaml does not exist\n"
-        "  hint: did you mean maps/office.yaml? the path is relative to this workload file"
+        "  hint: did you mean maps/office.yaml? the path is relative to the file that names it"
     )
     with pytest.raises(SpecError, match="maps is not a file"):
         load("maps")

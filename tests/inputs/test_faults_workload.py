@@ -45,7 +45,7 @@ def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (
             ("{generate: rooms, rows: 40, columns: 60, room: [8, 8]}", "{file: }"),
             "w.yaml:5:14: problem.map.file: names no file\n"
-            "  hint: write the path of a map; the path is relative to this workload file",
+            "  hint: write the path of a map; the path is relative to the file that names it",
         ),
         (
             ("{generate: rooms, rows: 40, columns: 60, room: [8, 8]}", "{file: 3}"),

@@ -135,7 +135,7 @@ def test_metres_need_a_resolution(folder: Path) -> None:
     (fault,) = faults(folder, problem)
     assert fault == (
         "problem.goals[0]: {x: 5.2 m, y: 1.1 m} is in metres, and the map does not say how large a cell is;"
-        " add resolution: METRES to the map, such as 0.05 m, or write [row, column]"
+        " give the map its resolution, as resolution: 5 cm or --resolution 5cm, or write row and column"
     )
     problem["map"] = {"file": "floor.map", "resolution": "1 m"}
     assert bound(folder, problem).goals == ((4, 5),)

@@ -21,13 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.figures import Status
+from codesign.figures import Figure, Status
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
-from codesign.planners.host import HostStyle, side_step
+from codesign.planners.host import HostStyle, assumed_bytes, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Demand, Designs, Lever, Line, Step
@@ -46,6 +46,10 @@ JAVA_BYTES_A_CELL_LOW = JAVA_HEAP / SMALLEST_CELLS_REFUSED
 JAVA_BYTES_A_CELL_HIGH = JAVA_HEAP / LARGEST_CELLS_RUN
 JAVA_BYTES_A_CELL = math.sqrt(JAVA_BYTES_A_CELL_LOW * JAVA_BYTES_A_CELL_HIGH)
 """About 3,355: between the bounds from 200 × 200 and from 100 × 100 cells."""
+
+BYTES = assumed_bytes(
+    6, "map and direction in a byte each, and a queue of 32-bit cells for all of them", 1, 8
+)
 
 
 def heap_bound(cells: int) -> Line:
@@ -93,8 +97,14 @@ class Software(HostStyle):
         return (({},),)
 
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
-        """No resource of a part; of the Java program, its heap."""
-        return Demand(items=(), bounds=(heap_bound(job.problem.free.size),) if self._java else ())
+        """No resource of a part; the arrays, or the heap of the Java program."""
+        if self._java:
+            return Demand(items=(), bounds=(heap_bound(job.problem.free.size),))
+        return super().demand(job)
+
+    def bytes_a_cell(self, _job: Job[Problem, SearchParameters]) -> Figure:
+        """A byte of the map, a byte of the direction, and four of the queue."""
+        return BYTES
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phase ``bf``: a unit of ``kernel`` for each popped cell; its cost includes the path.

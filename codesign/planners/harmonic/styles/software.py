@@ -16,12 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.figures import Figure
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
 from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
-from codesign.planners.host import HostStyle
+from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Step
@@ -57,6 +58,13 @@ class Software(HostStyle):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """The whole map as one block, at rising precisions. At one unit an update, they end at those of a word."""
         return host_designs(LAST[-1] if self._limbs else WORD)
+
+    def bytes_a_cell(self, job: Job[Problem, RelaxParameters]) -> Figure:
+        """The map in a byte, and a value of the last precision in 64-bit limbs."""
+        last = job.parameters.precisions[-1]
+        limbs = 8 * limbs_needed(last)
+        source = f"the map in a byte, and a value of {last} bits in {limbs} bytes, updated in place"
+        return assumed_bytes(limbs + 1, source, low=(last + 2) / 8, high=2 * limbs + 1)
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
         """A block that is larger than the map."""

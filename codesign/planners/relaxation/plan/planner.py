@@ -120,10 +120,7 @@ class Relaxation(Planner):
     def memory(self, job: Job[Problem, RelaxParameters]) -> int:
         """Measured: 43 bytes a cell by sweeps; the factors of the direct solver, 0.8 KB a cell of 2^18, and growing."""
         cells = job.problem.free.size
-        factors = (
-            FACTOR_BYTES * (cells / 2**18) ** FACTOR_GROWTH if job.parameters.method is Method.DIRECT else 0.0
-        )
-        return round(cells * (43 + factors))
+        return round(cells * (43 + factor_bytes(job)))
 
     def memory_levers(self, job: Job[Problem, RelaxParameters]) -> list[str]:
         """Sweeps instead of factors."""
@@ -182,6 +179,13 @@ class Relaxation(Planner):
         if len(descent.cells) == 1 and not descent.arrived:
             return np.array([start], np.float64), False
         return from_position(start, descent.cells, problem.free), descent.arrived
+
+
+def factor_bytes(job: Job[Problem, RelaxParameters]) -> float:
+    """Bytes a cell of the factors of the direct solution; 0 for sweeps."""
+    if job.parameters.method is not Method.DIRECT:
+        return 0.0
+    return float(FACTOR_BYTES * (job.problem.free.size / 2**18) ** FACTOR_GROWTH)
 
 
 def search_of(problem: Problem, plan: Plan) -> Search:

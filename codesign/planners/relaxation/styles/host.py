@@ -19,12 +19,13 @@ from typing import Any
 
 import numpy as np
 
-from codesign.planners.host import HostStyle, side_step
+from codesign.figures import Figure
+from codesign.planners.host import HostStyle, assumed_bytes, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.relaxation.plan import Method, Solution
 from codesign.planners.relaxation.plan.parameters import RelaxParameters
-from codesign.planners.relaxation.plan.planner import PLANNER, Plan, search_of
+from codesign.planners.relaxation.plan.planner import PLANNER, Plan, factor_bytes, search_of
 from codesign.planners.relaxation.styles.costs import (
     BARRIER_UNITS,
     CHECK_KERNEL,
@@ -68,6 +69,14 @@ class Host(HostStyle):
             {"method": str(method), "omega": 1.9} for method in (Method.RED_BLACK, Method.SOR)
         )
         return (({},), ({"method": str(Method.DIRECT)},), *((design,) for design in strong))
+
+    def bytes_a_cell(self, job: Job[Problem, RelaxParameters]) -> Figure:
+        """The map in a byte and the potential in a double; the direct solution takes its factors besides."""
+        factors = factor_bytes(job)
+        source = "the map in a byte, and a potential in a double" + (
+            f"; {factors:.0f} bytes of factors, as the solver here takes" if factors else ""
+        )
+        return assumed_bytes(9 + factors, source, low=8 + factors / 2, high=17 + 2 * factors)
 
     def iteration(self, method: Method, cells: int) -> dict[str, int]:
         """Units of one iteration over a map of ``cells`` cells, by phase; none for the direct solution."""

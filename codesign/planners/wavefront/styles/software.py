@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
-from codesign.planners.host import HostStyle, one_step, side_step
+from codesign.figures import Figure
+from codesign.planners.host import HostStyle, assumed_bytes, one_step, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Step
-from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.styles.designs import DESIGNS
 from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, TRACK, planned, tracked_steps
@@ -31,6 +32,11 @@ TRACK_CELLS = 1
 SEED_CELLS = 14
 """Units of ``MAP_KERNEL`` of each obstacle, a source of the wave of safe paths. Fitted: docs/laws.md."""
 
+BYTES = assumed_bytes(
+    9, "the map in a byte, a 32-bit potential, and sets of 32-bit cells for all of them", 4, 16
+)
+SAFE_BYTES = assumed_bytes(13, f"{BYTES.source}; a 32-bit potential of the obstacles", 6, 20)
+
 
 class Software(HostStyle):
     """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed.
@@ -45,6 +51,10 @@ class Software(HostStyle):
     def designs(self, _job: Job[Problem, Any]) -> Designs:
         """For the starts and for the whole map."""
         return DESIGNS
+
+    def bytes_a_cell(self, job: Job[Problem, PropagateParameters]) -> Figure:
+        """The map, the potential and the sets; safe paths take a second potential."""
+        return SAFE_BYTES if job.parameters.paths is Paths.SAFE else BYTES
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``propagate_obstacles`` (safe paths), ``propagate`` and ``track``; cycles are units of ``kernel``.

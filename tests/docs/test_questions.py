@@ -1,0 +1,69 @@
+"""docs/questions.md: every question is asked, and answered with the sentence and the command of the page."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from click.testing import Result
+from places import ROOT
+
+from codesign.errors import EXIT_INFEASIBLE
+
+Run = Callable[..., Result]
+
+PAGE = (ROOT / "docs" / "questions.md").read_text(encoding="utf-8")
+QUESTIONS: list[tuple[str, str]] = re.findall(
+    r"^```console\n\$ hwsw (.*?)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL
+)
+(GENERATOR,) = re.findall(r"^```python\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(autouse=True)
+def places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A cache of its own, and a folder with the map of the page."""
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.chdir(tmp_path)
+    exec(GENERATOR, {})
+
+
+def check(hwsw: Run, command: str, shown: str) -> None:
+    result = hwsw(*shlex.split(command))
+    verdict, *rest = shown.splitlines()
+    assert result.stdout.splitlines()[0] == verdict
+    assert result.exit_code == (0 if rest else EXIT_INFEASIBLE), result.output
+    if rest:
+        assert rest == ["...", result.stdout.splitlines()[-1]]
+
+
+@pytest.mark.slow
+def test_the_questions_have_the_answers_of_the_page(hwsw: Run) -> None:
+    """One cache: only the first question on a map is costly."""
+    assert len(QUESTIONS) >= 5
+    for command, shown in QUESTIONS:
+        check(hwsw, command, shown)
+
+
+def test_the_first_question_among_three_boards(hwsw: Run) -> None:
+    """The winner of the page is the winner among some of its boards, with the same sentence."""
+    command, shown = QUESTIONS[0]
+    check(hwsw, f"{command} --boards teensy-4-1,raspberry-pi-4,pynq-z2", shown)
+
+
+def test_the_memory_of_a_microcontroller_excludes_it(hwsw: Run) -> None:
+    command, shown = QUESTIONS[1]
+    result = hwsw(*shlex.split(command), "--boards", "teensy-4-1")
+    assert result.exit_code == EXIT_INFEASIBLE
+    assert re.findall(r"memory of the processor: [^;]*bytes", shown) == re.findall(
+        r"memory of the processor: .*? against .*?bytes", result.stdout.splitlines()[0]
+    )
+
+
+def test_every_answer_says_why_not_a_cheaper_one() -> None:
+    sections = PAGE.split("\n## ")[1:]
+    assert len(sections) == len(QUESTIONS)
+    assert all("**Why not" in section for section in sections)
