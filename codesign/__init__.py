@@ -107,14 +107,19 @@ def simulate(
     from contextlib import ExitStack
 
     from codesign import scenarios
+    from codesign.errors import MapError
     from codesign.system.provenance import provenance_of
 
     platform, workload = _platform(platform), _workload(workload)
-    provenance = provenance_of((platform,), workload)
+    try:
+        provenance = provenance_of((platform,), workload)
+    except MapError:
+        # The simulation reports it, at its place in the workload.
+        provenance = None
     with ExitStack() as stack:
         writer = (
             None
-            if trace is None
+            if trace is None or provenance is None
             else stack.enter_context(_trace_writer(trace, platform, workload, provenance))
         )
         result = scenarios.simulate(

@@ -80,7 +80,7 @@ class ProcessorComponent(SpecModel):
     """A processor that runs named kernels.
 
     A host file may hold its clock, costs, cores and power; keys that are given here take the place of those of the
-    host, and costs kernel by kernel.
+    host, costs kernel by kernel, power busy and idle by itself.
     """
 
     model_config = ConfigDict(json_schema_extra=_without_host)
@@ -123,9 +123,11 @@ class ProcessorComponent(SpecModel):
             raise
         except InputError as error:
             raise RefusalError(error.what, error.hint, ("host",)) from None
-        own = value.get("costs", {})
-        filled = {key: getattr(host, key) for key in ("clock", "cores", "memory", "power")} | value
-        return filled | {"costs": {**costs, **own} if isinstance(own, dict) else own}
+        filled = {"clock": host.clock, "cores": host.cores, "memory": host.memory} | value
+        for key, of_host in (("costs", costs), ("power", dict(host.power))):
+            own = value.get(key, {})
+            filled[key] = {**of_host, **own} if isinstance(own, dict) else own
+        return filled
 
 
 class BusyPower(SpecModel):

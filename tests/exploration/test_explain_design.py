@@ -117,7 +117,8 @@ def test_points_are_run_again_from_the_study_and_from_its_file(stored: tuple[Stu
     for source in (study, load_study(file)):
         for index in (0, 6, 11):
             assert source.points[index].run() == study.points[index].result
-    assert codesign.simulate(*load_study(file).points[0].specs()) == study.points[0].result
+    again = codesign.simulate(*load_study(file).points[0].specs())
+    assert again.model_copy(update={"provenance": None}) == study.points[0].result
 
 
 def test_the_parts_of_time_and_energy_add_up(stored: tuple[Study, Path]) -> None:

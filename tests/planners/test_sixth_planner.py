@@ -31,7 +31,7 @@ def _probe() -> Probe:
     return Probe(1000, lambda: sum(range(1000)))
 
 
-def _reproduce(quick: bool = False, progress: object = None) -> Reproduction:
+def _reproduce(quick: bool = False, progress: object = None, settings: object = None) -> Reproduction:
     """One row of a paper that nobody wrote."""
     found = row("Table 1", "steps", 3, 3, status=Status.MEASURED, source="counted")
     return Reproduction("Nobody 2026, Floods", (found,), (), ())

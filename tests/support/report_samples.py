@@ -311,6 +311,7 @@ class SampleReproduction:
     )
     findings: tuple[Finding, ...] = (Finding("Tables 1 to 3 are met exactly.", {"rows": "12"}),)
     note: str = ""
+    settings: str = ""
 
 
 SECOND = 10**12

@@ -51,7 +51,7 @@ BESIDE = (
 def reproduction() -> Reproduction:
     patch = pytest.MonkeyPatch()
     patch.setattr(saudi2016, "tabulated", lambda quick: FEW)
-    patch.setattr(saudi2016, "beyond", lambda quick: BESIDE)
+    patch.setattr(saudi2016, "beyond", lambda quick, omegas: BESIDE)
     patch.setattr(saudi2016_findings, "MOST_FOLLOWED", 250)
     try:
         return saudi2016.relaxation()

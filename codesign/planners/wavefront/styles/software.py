@@ -38,6 +38,11 @@ BYTES = assumed_bytes(
 SAFE_BYTES = assumed_bytes(13, f"{BYTES.source}; a 32-bit potential of the obstacles", 6, 20)
 
 
+def preparation(job: Job[Problem, PropagateParameters]) -> Step:
+    """The cells of the map, prepared for the tracking of paths."""
+    return side_step(one_step(TRACK, TRACK_CELLS * job.problem.free.size), MAP_KERNEL)
+
+
 class Software(HostStyle):
     """Every node that the wave reaches costs one unit, and so does every step of the path. The latter is assumed.
 
@@ -72,6 +77,6 @@ class Software(HostStyle):
         yield side_step(one_step(PROPAGATE, free.size), MAP_KERNEL)
         yield side_step(one_step(PROPAGATE, plan.largest_potential + 1), TIME_KERNEL)
         if job.does(TRACK):
-            yield side_step(one_step(TRACK, TRACK_CELLS * free.size), MAP_KERNEL)
+            yield preparation(job)
             yield one_step(TRACK, tracked_steps(job, plan))
         return plan

@@ -20,6 +20,7 @@ from codesign.planners.styles import Demand, Line, Step, TaskStyle
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER, value_bits
 from codesign.planners.wavefront.styles import timing
+from codesign.planners.wavefront.styles.software import preparation
 from codesign.planners.wavefront.styles.steps import TRACK, tracked_steps
 
 Path = tuple[NDArray[np.float64], bool]
@@ -92,7 +93,10 @@ def _steps(job: Job[Problem, PropagateParameters]) -> int:
 
 
 class HostTracking(HostTask):
-    """A unit for each step of the path, as in style ``software``: the step reads eight neighbours. Assumed."""
+    """A unit for each step of the path, as in style ``software``: the step reads eight neighbours. Assumed.
+
+    Once a plan, the cells of the map are prepared too.
+    """
 
     planner = "wavefront"
     task = TRACK
@@ -102,6 +106,16 @@ class HostTracking(HostTask):
     def outcome(self, job: Job[Problem, PropagateParameters]) -> tuple[int, Path]:
         """The path from the position; a local course costs its first steps only."""
         return _steps(job), PLANNER.path_from(job.problem, job.plan, job.position)
+
+    def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
+        """The cells of the map, then the steps of the path."""
+        yield preparation(job)
+        path: Path = yield from super().steps(job)
+        return path
+
+    def again(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
+        """The steps of the path: the cells are prepared already."""
+        return super().steps(job)
 
 
 TASK_STYLES = (Tracker(), HostTracking())
