@@ -8,6 +8,7 @@ from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
 from codesign.planners.clock_law import on_family
+from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
 from codesign.planners.host import HostStyle, HostTask, one_step
 from codesign.planners.interface import (
@@ -19,21 +20,17 @@ from codesign.planners.interface import (
     Planner,
     Policy,
     Problem,
-    Quality,
-    RobotsQuality,
 )
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
 from codesign.planners.plug_in import GROUP, PlugIn, Probe, Reproduce, Samples
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding, Plot, Reproduction, Row, Series, row
 from codesign.planners.styles import (
     Architecture,
-    Demand,
     Designs,
     Exchange,
     FleetUpdates,
-    Lever,
-    Line,
     Memory,
     MemoryStep,
     Step,

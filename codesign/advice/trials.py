@@ -19,7 +19,7 @@ from codesign.figures import FIGURES, label
 from codesign.inputs import Platform, Workload, design_point
 from codesign.inputs.components import FpgaComponent
 from codesign.memo import Memo
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.results.model import ResultModel
 from codesign.results.result import Result
 from codesign.scenarios import simulate

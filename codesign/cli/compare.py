@@ -88,7 +88,7 @@ def compare(
     """
     import codesign
     from codesign.cli.progress import compiling_shown, progress_shown
-    from codesign.exploration.designs import with_constraints
+    from codesign.exploration.constraints import with_constraints
     from codesign.inputs import has_axis
     from codesign.inputs.constraint import needs_of
     from codesign.results.result import Result

@@ -87,7 +87,7 @@ def run(
     from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
-    from codesign.exploration.designs import with_constraints
+    from codesign.exploration.constraints import with_constraints
     from codesign.inputs.constraint import needs_of
     from codesign.report import result_page, run_pictures
     from codesign.scenarios import outlook

@@ -8,14 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, InputError
 from codesign.explanation import Explanation, Moved, Sure, WhyOut, why_energy, why_time
-from codesign.exploration.designs import (
-    Design,
-    Out,
-    StudyPoint,
-    checked_index,
-    figure_of,
-    with_constraints,
-)
+from codesign.exploration.constraints import figure_of, with_constraints
+from codesign.exploration.designs import Design, Out, StudyPoint, checked_index
 from codesign.exploration.moves import Bench, gains_of, levers_for, ranked, steps_of
 from codesign.figures import ResultFigure, label
 from codesign.inputs import Platform, Workload

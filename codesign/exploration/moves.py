@@ -10,14 +10,14 @@ from typing import Any, Literal, get_args, get_origin
 
 from codesign.errors import CodesignError
 from codesign.explanation import Moved
-from codesign.exploration.designs import figure_of
+from codesign.exploration.constraints import figure_of
 from codesign.figures import FIGURES, ResultFigure, label
 from codesign.inputs import Platform, Workload, design_point, list_parts, load_part
 from codesign.inputs.components import FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
+from codesign.planners.demand import Lever
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Lever
 from codesign.results.result import Reason, Result
 from codesign.scenarios import bind, simulate
 from codesign.scenarios.drive.levers import drive_levers

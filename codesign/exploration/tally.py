@@ -7,8 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from codesign.errors import StoreError
+from codesign.exploration.constraints import with_constraints
 from codesign.exploration.definition import OTHER_VERSION, read_json
-from codesign.exploration.designs import StudyPoint, with_constraints
+from codesign.exploration.designs import StudyPoint
 from codesign.exploration.shared import Shared
 from codesign.exploration.space import DesignPoint, Space
 from codesign.exploration.specs import Specs

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from codesign.figures import Figure, Status
+from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Lever, Line, Step, TaskStyle
+from codesign.planners.styles import Architecture, Step, TaskStyle
 from codesign.records import TaskRecord
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from codesign.exploration.designs import with_constraints
+from codesign.exploration.constraints import with_constraints
 from codesign.figures import FIGURES, label
 from codesign.inputs.constraint import UPPER, Constraint, limit_text
-from codesign.planners.interface import Quality, RobotsQuality
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.report.certainty import need_text, sure_cell
 from codesign.report.render import printable
 from codesign.report.sentences import (

@@ -10,7 +10,7 @@ from codesign.errors import CodesignError, SpecError
 from codesign.figures import FIGURES, ResultFigure, label
 from codesign.inputs.constraint import Constraint, limit_text
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.report.certainty import need_text, sure_cell, winner_text
 from codesign.report.result_tables import SHORTEST
 from codesign.report.sentences import arrivals_of, arrived_cell, asked_notes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from codesign.figures import FIGURES, Figure, label
-from codesign.planners.interface import RobotsQuality
+from codesign.planners.quality import RobotsQuality
 from codesign.report.certainty import certainty_table, sure_cell
 from codesign.report.fields import records_table, rows_of, shares_table
 from codesign.report.scenario_tables import end_rows, energy_table, fleet_tables, mission_tables

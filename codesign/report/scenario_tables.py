@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from codesign.planners.interface import RobotsQuality
+from codesign.planners.quality import RobotsQuality
 from codesign.report.fields import Shown, records_table, row_of, rows_of, shares_table, shown_fields
 from codesign.report.sentences import bottleneck_text, pace_text
 from codesign.report.table import Cell, Column, Table, left, pairs, right, word, words

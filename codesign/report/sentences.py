@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from codesign.inputs.exploration import DEFAULT_OBJECTIVES
-from codesign.planners.interface import Quality, RobotsQuality
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.report.fields import row_of
 from codesign.report.table import Cell
 from codesign.report.wording import figure_cell, quantity_text, share_text

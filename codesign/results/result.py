@@ -15,7 +15,7 @@ from pydantic import Field, field_validator
 from codesign.data_frames import data_frame
 from codesign.errors import clip
 from codesign.figures import FIGURES, Figure, ResultFigure, described, label
-from codesign.planners.interface import Quality, RobotsQuality
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.results.fleet import FleetFigures
 from codesign.results.mission import LinkUse, Mission
 from codesign.results.model import ResultModel

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from codesign.errors import InputError, choose_hint
 from codesign.inputs import Platform, Workload
 from codesign.memo import Memo
-from codesign.planners.styles import lever_texts
+from codesign.planners.demand import lever_texts
 from codesign.records import Listener, SummaryRecord
 from codesign.results.result import Result
 from codesign.scenarios.drive.scenario import DriveScenario

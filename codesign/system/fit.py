@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from codesign.figures import RESOURCES, Figure
 from codesign.part import Part
-from codesign.planners.styles import Demand, Lever, lever_texts
+from codesign.planners.demand import Demand, Lever, lever_texts
 from codesign.results.result import Clock, Reason, ResourceItem, ResourceUse
 from codesign.units import format_frequency
 

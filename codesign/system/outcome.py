@@ -10,9 +10,9 @@ from codesign.figures import Figure
 from codesign.inputs.components import DisplayComponent, FpgaComponent, ProcessorComponent
 from codesign.memo import Memo
 from codesign.models import TaskParameters
-from codesign.planners.interface import Quality
+from codesign.planners.demand import lever_texts
 from codesign.planners.job import Job
-from codesign.planners.styles import lever_texts
+from codesign.planners.quality import Quality
 from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System

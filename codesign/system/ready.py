@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from codesign.errors import CodesignError, SpecError
 from codesign.inputs import fault
-from codesign.planners.styles import lever_texts
+from codesign.planners.demand import lever_texts
 from codesign.records import Listener
 from codesign.system.assemble import refused
 from codesign.system.bind import System

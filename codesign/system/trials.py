@@ -13,9 +13,11 @@ from codesign.figures import label
 from codesign.inputs.problem import ProblemSpec
 from codesign.memo import Memo
 from codesign.models import TaskParameters
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.demand import Lever
+from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Lever, Step
+from codesign.planners.quality import Quality
+from codesign.planners.styles import Step
 from codesign.results.result import Reason
 from codesign.system.bind import System
 from codesign.system.build import planner_code, planner_steps

@@ -12,10 +12,11 @@ import numpy as np
 
 from codesign.inputs import load_part
 from codesign.part import Part
+from codesign.planners.demand import Demand
 from codesign.planners.interface import COMMAND, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.plug_in import PlugIn
-from codesign.planners.styles import Architecture, Demand, Step, TaskStyle
+from codesign.planners.styles import Architecture, Step, TaskStyle
 
 PART = "XC2VP30-6"
 """The shipped part for demands, clock limits and power."""

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.testing.case import Case, Rule, on_maps, require, rule
 
 

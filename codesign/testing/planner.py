@@ -6,7 +6,8 @@ import pickle
 from dataclasses import replace
 
 from codesign.errors import InputError
-from codesign.planners.interface import COMMAND, LOAD, POSE, Quality, RobotsQuality
+from codesign.planners.interface import COMMAND, LOAD, POSE
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.system.place import sound_flows
 from codesign.testing.case import Case, Rule, names, require, rule
 

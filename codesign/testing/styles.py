@@ -10,9 +10,10 @@ import numpy as np
 from codesign.errors import InputError
 from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
+from codesign.planners.demand import Demand
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import LOWER_BOUND
-from codesign.planners.styles import Architecture, Demand, TaskStyle
+from codesign.planners.styles import Architecture, TaskStyle
 from codesign.testing.case import Case, Rule, Run, drained, names, of, on_maps, require, rule
 
 CLOCK = 50_000_000

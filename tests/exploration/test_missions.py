@@ -10,7 +10,8 @@ import click.testing
 import pytest
 from explore_fakes import mission, result
 
-from codesign.exploration.designs import StudyPoint, figure_of, with_constraints
+from codesign.exploration.constraints import figure_of, with_constraints
+from codesign.exploration.designs import StudyPoint
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, ResultFigure
 from codesign.inputs import Constraint, Exploration

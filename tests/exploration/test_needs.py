@@ -8,7 +8,8 @@ import pytest
 from explore_fakes import result
 
 from codesign.errors import SpecError
-from codesign.exploration.designs import StudyPoint, with_constraints
+from codesign.exploration.constraints import with_constraints
+from codesign.exploration.designs import StudyPoint
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs.aggregate import Share

@@ -5,7 +5,8 @@ import json
 import pytest
 from explore_fakes import result
 
-from codesign.exploration.designs import StudyPoint, with_constraints
+from codesign.exploration.constraints import with_constraints
+from codesign.exploration.designs import StudyPoint
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES
 from codesign.inputs import Constraint

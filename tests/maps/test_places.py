@@ -14,7 +14,8 @@ from click.testing import Result
 
 import codesign
 from codesign.errors import SpecError
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Problem
+from codesign.planners.quality import Quality
 from codesign.records import FieldRecord, MapRecord, TrajectoryRecord
 from codesign.scenarios import bind
 from codesign.trace import McapListener, MemoryListener, open_trace

@@ -7,7 +7,7 @@ from report_samples import LINKS, a_fleet_result, a_mission, a_mission_result, a
 
 from codesign.figures import FIGURES
 from codesign.inputs.constraint import Constraint
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.report import answer, study_sentence, study_tables
 from codesign.report.answer import FIRST
 from codesign.report.sentences import plan_pace_text

@@ -8,7 +8,7 @@ from report_samples import QUALITY, SampleReproduction, a_result, a_study, a_tas
 from codesign.errors import CodesignError, Fault, SpecError
 from codesign.exploration.designs import StudyPoint
 from codesign.figures import FIGURES, Figure, Status
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.report import (
     best_table,
     comparison_table,

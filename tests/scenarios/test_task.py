@@ -11,7 +11,8 @@ import pytest
 import codesign
 from codesign.errors import SpecError
 from codesign.models import Task
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Problem
+from codesign.planners.quality import Quality
 from codesign.records import TrajectoryRecord
 from codesign.results.result import Result
 from codesign.results.task import TaskFigures

@@ -12,7 +12,7 @@ from codesign.errors import InputError
 from codesign.exploration.space import DesignPoint
 from codesign.figures import FIGURES
 from codesign.inputs import Exploration, Workload
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.results.mission import Mission, MissionEnergy
 from codesign.results.result import Reason, ResourceUse, Result, Times
 

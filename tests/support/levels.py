@@ -21,7 +21,7 @@ LEVELS: list[list[str]] = [
     ["maps", "trace"],
     ["inputs"],
     ["planners.task_graph", "planners.external_memory"],
-    ["planners.job"],
+    ["planners.job", "planners.quality", "planners.demand"],
     ["planners.clock_law", "planners.interface", "planners.reproduction"],
     ["planners.paths", "planners.styles"],
     ["planners.host", "planners.plug_in"],

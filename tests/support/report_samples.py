@@ -10,7 +10,7 @@ from codesign.exploration.designs import StudyPoint
 from codesign.exploration.study import Study
 from codesign.figures import FIGURES, Figure, Status
 from codesign.inputs.constraint import Constraint
-from codesign.planners.interface import Quality, RobotsQuality
+from codesign.planners.quality import Quality, RobotsQuality
 from codesign.planners.reproduction import Finding
 from codesign.results.fleet import FleetFigures, Frames, Spread
 from codesign.results.mission import (

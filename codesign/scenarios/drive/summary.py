@@ -12,7 +12,7 @@ from codesign import maps
 from codesign.inputs.components import RobotComponent
 from codesign.inputs.scenario import ReplanPolicy
 from codesign.memo import Memo
-from codesign.planners.interface import Quality
+from codesign.planners.quality import Quality
 from codesign.results.ledger import SPENT, Ledger, Spent
 from codesign.results.mission import (
     CONTACT_POINTS,

@@ -31,9 +31,9 @@ from codesign.planners.breadth_first.styles.software import (
     wall_cells,
 )
 from codesign.planners.breadth_first.styles.steps import pushes_of_each_pop
+from codesign.planners.demand import Demand, Line
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Line
 
 MACHINE = StateMachine()
 BY_STYLE = {style.style: style for style in ARCHITECTURES}

@@ -16,9 +16,10 @@ from codesign.errors import InputError
 from codesign.inputs import load_platform
 from codesign.inputs.part_file import load_part
 from codesign.memo import Memo
+from codesign.planners.demand import Demand
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Step
+from codesign.planners.styles import Architecture, Step
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan import longest_distance, reference, register_bits
 from codesign.planners.wavefront.plan.parameters import PropagateParameters

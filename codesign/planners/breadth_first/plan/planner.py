@@ -23,9 +23,10 @@ from codesign.planners.breadth_first.plan.search import (
     search_everywhere,
     search_nearest,
 )
-from codesign.planners.interface import LoadParameters, Planner, Problem, Quality
+from codesign.planners.interface import LoadParameters, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position, judge_arrival, judge_paths
+from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
 
 NO_START = "no start is given"

@@ -13,9 +13,9 @@ from codesign.part import Part
 from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters, VgaController
 from codesign.planners.breadth_first.styles import timing
+from codesign.planners.demand import Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
-from codesign.planners.styles import Lever, Line
 
 CELL_BITS = 2
 DIRECTION_BITS = 2

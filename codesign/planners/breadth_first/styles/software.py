@@ -27,10 +27,11 @@ from codesign.planners.breadth_first.plan.parameters import SearchParameters
 from codesign.planners.breadth_first.plan.planner import searched
 from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
 from codesign.planners.breadth_first.styles.steps import INIT, SEARCH, step, steps
+from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.host import HostStyle, assumed_bytes, side_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Designs, Lever, Line, Step
+from codesign.planners.styles import Designs, Step
 
 MAP_KERNEL = "breadth_first_map_cell"
 """The unit of the preparation: one cell of the map, with its ring, its direction, and its copy in the plan."""

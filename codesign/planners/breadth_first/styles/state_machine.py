@@ -34,10 +34,11 @@ from codesign.planners.breadth_first.styles.steps import (
     steps,
 )
 from codesign.planners.clock_law import on_family
+from codesign.planners.demand import Demand
 from codesign.planners.external_memory import Traffic
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Designs, Memory, Step
+from codesign.planners.styles import Architecture, Designs, Memory, Step
 
 SLICES_A_BLOCK_RAM = 16
 """Slices that count for a block RAM in the dynamic power; 4 to 64 bound it. Assumed: the figure of the part for a slice

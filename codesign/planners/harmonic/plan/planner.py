@@ -23,9 +23,10 @@ from codesign.planners.harmonic.plan.parameters import (
     Termination,
 )
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
-from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of
+from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
 
 if TYPE_CHECKING:

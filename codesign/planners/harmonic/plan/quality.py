@@ -6,8 +6,9 @@ from codesign.errors import InputError
 from codesign.planners.harmonic.plan.decision import Rule
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.trajectory import DEFAULT_STEP, Ascent
-from codesign.planners.interface import Problem, Quality
+from codesign.planners.interface import Problem
 from codesign.planners.paths import judge_arrival, judge_paths
+from codesign.planners.quality import Quality
 
 _CONSECUTIVE_ITERATIONS = 64
 

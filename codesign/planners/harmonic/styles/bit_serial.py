@@ -7,6 +7,7 @@ from typing import Any
 
 from codesign.figures import Figure
 from codesign.part import Part
+from codesign.planners.demand import Demand
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
@@ -16,7 +17,7 @@ from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_n
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Designs, Memory, Step, slice_power
+from codesign.planners.styles import Architecture, Designs, Memory, Step, slice_power
 
 
 class BitSerial(Architecture):

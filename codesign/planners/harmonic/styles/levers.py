@@ -6,6 +6,7 @@ from typing import Any
 
 from codesign.figures import Status, label
 from codesign.part import Part
+from codesign.planners.demand import Lever, Line, short_resources
 from codesign.planners.harmonic.styles.resources import (
     RAM_WIDTH,
     decision_slices,
@@ -14,7 +15,6 @@ from codesign.planners.harmonic.styles.resources import (
     totals,
     words,
 )
-from codesign.planners.styles import Lever, Line, short_resources
 
 Shape = tuple[int, int]
 Precisions = tuple[int, ...]

@@ -15,9 +15,9 @@ import math
 
 from codesign.figures import Status
 from codesign.part import Part
+from codesign.planners.demand import Line, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
-from codesign.planners.styles import Line, sum_by_resource
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4

@@ -18,6 +18,7 @@ from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
 from codesign.planners.clock_law import on_family
+from codesign.planners.demand import Demand, Line
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
@@ -27,7 +28,7 @@ from codesign.planners.harmonic.styles import resources, timing
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Demand, Line, Step, TaskStyle, slice_power
+from codesign.planners.styles import Step, TaskStyle, slice_power
 
 Path = tuple[NDArray[np.float64], bool]
 

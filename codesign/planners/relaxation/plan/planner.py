@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import by_sides, cell_of, from_position
+from codesign.planners.quality import Quality
 from codesign.planners.relaxation.plan.parameters import (
     DEFAULT_METHOD,
     Method,

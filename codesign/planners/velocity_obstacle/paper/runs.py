@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from codesign.figures import Status
-from codesign.planners.interface import RobotsQuality
+from codesign.planners.quality import RobotsQuality
 from codesign.planners.reproduction import Finding, Plot, Progress, Row, Series, Use, row
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.paper.agreement import Verdict, compare

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.models import TaskParameters
-from codesign.planners.interface import Planner, RobotsQuality
+from codesign.planners.interface import Planner
 from codesign.planners.job import Job
+from codesign.planners.quality import RobotsQuality
 from codesign.planners.task_graph import Flow
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Lever, Line, short_resources, sum_by_resource
+from codesign.planners.demand import Lever, Line, short_resources, sum_by_resource
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles import resources

@@ -33,7 +33,7 @@ import math
 
 from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.styles import Line
+from codesign.planners.demand import Line
 from codesign.planners.velocity_obstacle import published
 from codesign.planners.velocity_obstacle.plan.parameters import (
     AvoidParameters,

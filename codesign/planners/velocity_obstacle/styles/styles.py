@@ -10,9 +10,10 @@ import numpy as np
 
 from codesign.figures import Figure
 from codesign.part import Part
+from codesign.planners.demand import Demand
 from codesign.planners.host import task_record
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Memory, Step
+from codesign.planners.styles import Architecture, Memory, Step
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from codesign.errors import MapError
 from codesign.models import Task, TaskParameters
-from codesign.planners.interface import Cell, LoadParameters, Planner, Problem, Quality
+from codesign.planners.interface import Cell, LoadParameters, Planner, Problem
 from codesign.planners.job import Job
 from codesign.planners.paths import cell_of, from_position
+from codesign.planners.quality import Quality
 from codesign.planners.task_graph import Flow
 from codesign.planners.wavefront.plan.parameters import (
     MAX_TILES,

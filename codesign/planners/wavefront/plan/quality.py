@@ -7,8 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign.planners.interface import Cell, Problem, Quality
+from codesign.planners.interface import Cell, Problem
 from codesign.planners.paths import judge_arrival, judge_paths
+from codesign.planners.quality import Quality
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.tracking import Tracker
 from codesign.planners.wavefront.plan.wave import run_wave

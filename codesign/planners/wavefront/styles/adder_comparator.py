@@ -12,10 +12,11 @@ from dataclasses import replace
 
 from codesign.figures import Figure
 from codesign.memo import Memo
+from codesign.planners.demand import Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Line, Step
+from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map

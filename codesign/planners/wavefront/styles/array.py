@@ -10,10 +10,11 @@ from typing import Any
 from codesign.figures import Figure, Status
 from codesign.memo import Memo
 from codesign.part import Part
+from codesign.planners.demand import Demand, Line
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Architecture, Demand, Designs, Line, Step, slice_power
+from codesign.planners.styles import Architecture, Designs, Step, slice_power
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits

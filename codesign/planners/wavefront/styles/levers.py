@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from codesign.figures import Status, label
 from codesign.part import Part
-from codesign.planners.styles import Lever, Line, short_resources
+from codesign.planners.demand import Lever, Line, short_resources
 
 Shape = tuple[int, int]
 ItemsOf = Callable[[Shape], tuple[Line, ...]]

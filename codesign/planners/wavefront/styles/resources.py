@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from codesign.figures import Status
 from codesign.part import Part
-from codesign.planners.styles import Line
+from codesign.planners.demand import Line
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.grid import tile_count
 from codesign.planners.wavefront.published import PAPER, RTL

@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from codesign.memo import Memo
+from codesign.planners.demand import Line, short_resources
 from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
-from codesign.planners.styles import Designs, Line, Memory, Step, beyond_map, short_resources
+from codesign.planners.styles import Designs, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
 from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters
 from codesign.planners.wavefront.plan.plan import (

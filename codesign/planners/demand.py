@@ -1,0 +1,105 @@
+"""The demand of a design: lines with their laws, bounds, and the levers that would close a gap."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from codesign.figures import Figure, Status
+from codesign.part import Part
+
+
+@dataclass(frozen=True)
+class Lever:
+    """A change that would close a gap: the parameter to move, and to which value (or in which direction).
+
+    ``changes``: raw parameters of the planning task by which the change is tried, where it changes the plan.
+    ``axes``: raw values by axis that make the change, where it leaves the plan as it is and has one value.
+    """
+
+    parameter: str
+    advice: str
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    axes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """The change in words."""
+        return f"{self.parameter}: {self.advice}"
+
+
+def lever_texts(levers: Iterable[Lever]) -> tuple[str, ...]:
+    """Levers in words."""
+    return tuple(lever.text for lever in levers)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a demand: a piece of the design, its demand, and the law of that demand.
+
+    - ``resource``: the kind of resource; "" for a bound. A bound, such as word depth, is no resource of the part but
+      just as hard.
+    - ``limit``: the largest feasible value of a bound, in the unit of ``figure``. The part limits resources.
+    - ``levers``: the changes that would mend a broken bound.
+    """
+
+    name: str
+    resource: str
+    figure: Figure
+    limit: float | None = None
+    levers: tuple[Lever, ...] = ()
+
+    @classmethod
+    def item(cls, name: str, resource: str, amount: int, status: Status, source: str) -> Line:
+        """A demand for ``amount`` units of a resource."""
+        return cls(name, resource, Figure(amount, "1", status, source))
+
+    @classmethod
+    def bound(
+        cls,
+        name: str,
+        demand: float,
+        limit: float,
+        unit: str,
+        status: Status,
+        source: str,
+        levers: tuple[Lever, ...] = (),
+    ) -> Line:
+        """A bound: ``demand`` against ``limit``, both in ``unit``."""
+        return cls(name, "", Figure(demand, unit, status, source), limit, levers)
+
+    @property
+    def amount(self) -> int:
+        """The number of units of the resource."""
+        return int(self.figure.value)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """The demand of a design: lines of resources, lines of other bounds, and levers for each resource that is short."""
+
+    items: tuple[Line, ...]
+    bounds: tuple[Line, ...] = ()
+    levers: dict[str, tuple[Lever, ...]] = field(default_factory=dict)
+
+    def total(self, resource: str) -> int:
+        """The sum over the items of one resource."""
+        return sum_by_resource(self.items).get(resource, 0)
+
+
+def sum_by_resource(items: Iterable[Line]) -> dict[str, int]:
+    """The demand of ``items`` by resource."""
+    sums: dict[str, int] = {}
+    for item in items:
+        sums[item.resource] = sums.get(item.resource, 0) + item.amount
+    return sums
+
+
+def short_resources(items: Iterable[Line], part: Part) -> dict[str, int]:
+    """The demand for each resource of ``part`` that ``items`` exceed."""
+    return {
+        kind: need
+        for kind, need in sum_by_resource(items).items()
+        if kind in part.resources and need > part.resources[kind].value
+    }
