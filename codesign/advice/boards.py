@@ -27,13 +27,27 @@ class Board:
     @property
     def price_usd(self) -> float | None:
         """Its price, with that of the computer beside it; None where the platforms do not declare both."""
+        prices = self._prices
+        return None if prices is None else sum(float(price.value) for price in prices)
+
+    @property
+    def price_interval_usd(self) -> tuple[float, float] | None:
+        """The least and the greatest price inside the intervals of the figures; None where it is not known."""
+        prices = self._prices
+        if prices is None:
+            return None
+        return sum(price.interval[0] for price in prices), sum(price.interval[1] for price in prices)
+
+    @property
+    def _prices(self) -> list[Figure] | None:
+        """Its own price, and that of the computer beside it."""
         board = self.platform.board
         if board is None or board.price is None:
             return None
         if board.beside is None:
-            return float(board.price.value)
-        beside = Board(board.beside, load_platform(board.beside)).price_usd
-        return None if beside is None else float(board.price.value) + beside
+            return [board.price]
+        beside = Board(board.beside, load_platform(board.beside))._prices
+        return None if beside is None else [board.price, *beside]
 
     @property
     def idle_w(self) -> float:

@@ -33,7 +33,7 @@ def certainty_of(result: Result, board: Board, needs: Needs) -> Certainty:
     time, energy = result.interval(WORST_TIME), result.interval(ENERGY)
     power = None if energy is None or time is None else _mean_power(energy, time, board, needs)
     rate, fit = need_verdict(result, WORST_TIME, needs.period_s), fit_verdict(result)
-    texts = [_rate_text(rate), _power_text(power, needs), _fit_text(fit)]
+    texts = [_rate_text(rate), _power_text(power, needs), _price_text(board, needs), _fit_text(fit)]
     open_texts = [text for text in texts if text]
     return Certainty(
         time_low_s=None if time is None else time[0],
@@ -75,6 +75,13 @@ def _power_text(power: tuple[float, float] | None, needs: Needs) -> str:
         return ""
     low, high = (format_power(float(f"{watts:.3g}")) for watts in power)
     return f"its mean power may be {low} to {high}"
+
+
+def _price_text(board: Board, needs: Needs) -> str:
+    price = board.price_interval_usd
+    if needs.price_usd is None or price is None or price[1] <= needs.price_usd:
+        return ""
+    return f"its price may be {price[0]:,.4g} USD to {price[1]:,.4g} USD"
 
 
 def _fit_text(fit: Fit) -> str:

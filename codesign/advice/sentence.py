@@ -43,11 +43,13 @@ def verdict(
 
 
 def _surely_fast(boards: Sequence[BoardAdvice], needs: Needs) -> str:
-    """The first board that suffices and is fast enough at every value inside the intervals."""
+    """The first board that suffices with a design that fits and is fast enough at every value inside the intervals."""
     for board in boards:
         for design in (board.design, board.fastest):
-            high = None if design is None else design.trial.time_high_s
-            if board.suffices and design is not None and high is not None and high <= needs.period_s:
+            if not board.suffices or design is None or not design.trial.surely_fits:
+                continue
+            high = design.trial.time_high_s
+            if high is not None and high <= needs.period_s:
                 return f"; {board.board} ({cost_text(board)}) is at every value, with {design_text(design)}"
     return "; no board is at every value inside the intervals"
 

@@ -25,6 +25,7 @@ from codesign.results.result import Result
 from codesign.scenarios import simulate
 from codesign.system import catalog
 from codesign.system.build import planner_code
+from codesign.verdicts import fit_verdict
 
 WORST_TIME = FIGURES["plan_time_worst_s"]
 """The time that a rate is held against."""
@@ -85,6 +86,9 @@ class Trial(ResultModel):
     time_s: float | None = Field(default=None, description="time of a plan, the worst over the starts, s")
     time_high_s: float | None = Field(
         default=None, description="the same, the greatest value inside the intervals of all figures, s"
+    )
+    surely_fits: bool = Field(
+        default=False, description="whether it fits, its clock too, at every value inside the intervals"
     )
     mean_time_s: float | None = Field(default=None, description="the same, mean, s")
     energy_j: float | None = Field(default=None, description="energy of a plan, J")
@@ -207,6 +211,7 @@ def trial_of(result: Result) -> Trial:
     return Trial(
         time_s=result.figure(WORST_TIME),
         time_high_s=None if interval is None else interval[1],
+        surely_fits=fit_verdict(result).fits == "yes",
         mean_time_s=result.figure(MEAN_TIME),
         energy_j=result.figure(ENERGY),
         starts=starts,

@@ -15,6 +15,7 @@ from codesign.report.wording import (
     share_text,
     yes_cell,
 )
+from codesign.units import counted
 
 _KEYS = {"component", "style"}
 
@@ -30,7 +31,8 @@ def advice_table(advice: Advice) -> Table:
         *left("design", "parameters", "binds, or fails by", "fastest"),
     )
     notes = [
-        f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free; {advice.starts} starts."
+        f"A map of {advice.rows} × {advice.columns} cells, {advice.free_cells:,} free;"
+        f" {counted(advice.starts, 'start')}."
         " Rate: one over the time of a plan, the worst over the starts. Margin: rate over the rate that is asked for.",
         "Power: mean power of the board at the rate that is asked for, idle between plans.",
         *(f"Not searched, as the budget was spent: {what}." for what in advice.not_searched),

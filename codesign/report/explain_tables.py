@@ -7,6 +7,7 @@ from typing import Any
 
 from codesign.explanation import AxisEffect, Explanation, Moved, Why
 from codesign.figures import FIGURES, ResultFigure, label
+from codesign.inputs.constraint import BOUNDS
 from codesign.report.axes import short_names
 from codesign.report.certainty import figure_text, verdict_text
 from codesign.report.render import printable
@@ -64,8 +65,10 @@ def _best_text(explanation: Explanation) -> str:
 
 
 def _out_text(explanation: Explanation) -> str:
-    texts = [_against(each.reason) for each in explanation.out[:_IN_SENTENCE]]
-    more = len(explanation.out) - len(texts)
+    # The same reason in several conditions is said once.
+    every = list(dict.fromkeys(_against(each.reason) for each in explanation.out))
+    texts = every[:_IN_SENTENCE]
+    more = len(every) - len(texts)
     text = " and ".join(texts) + (f" and {counted(more, 'more reason')}" if more else "")
     mends = [lever for each in explanation.out for lever in each.levers if lever.feasible]
     if mends:
@@ -78,6 +81,9 @@ def _against(reason: Reason) -> str:
     if reason.kind == "mapping":
         return reason.name
     demand, limit = (quantity_text(value, reason.unit) for value in (reason.demand, reason.limit))
+    for bound in (f" {name.replace('_', ' ')}" for name in BOUNDS):
+        if reason.kind == "constraint" and reason.name.endswith(bound):
+            return f"{label(reason.name.removesuffix(bound))} {demand}, not{bound} {limit}"
     return f"{label(reason.name)} {demand} against {limit}"
 
 

@@ -23,7 +23,10 @@ class Provenance(ResultModel):
         default=None,
         description="SHA-256 of the cells of the map; null without one, or where an axis moves it",
     )
-    seeds: dict[str, int] = Field(default={}, description="each seed of the workload by the path of its key")
+    seeds: dict[str, int] = Field(
+        default={},
+        description="each seed of the workload by the path of its key, but those that an axis moves",
+    )
     date: str | None = Field(
         default=None,
         description="the day on which it was written, UTC, or that of SOURCE_DATE_EPOCH; else null",

@@ -236,6 +236,8 @@ class Result(ResultModel):
         fate = "feasible" if self.feasible else "; ".join(map(str, self.reasons)) or "infeasible"
         return f"Result({self.platform} × {self.workload}: {self.planner} {self.style}, {clip(fate, 200)})"
 
+    __str__ = __repr__
+
     def frame(self) -> DataFrame:
         """The declared figures that this result has, a row each: figure, value, low, high, unit, description.
 

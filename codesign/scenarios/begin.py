@@ -75,7 +75,7 @@ def beginning(
         hint = "choose another --board or --planner, or a smaller map"
         raise InputError(f"{planner_name} does not fit {board} with this map: {why}", "--board", hint)
     if map_file is not None:
-        problem["map"] = {"file": os.path.relpath(map_file, folder)}
+        map_value["file"] = os.path.relpath(map_file, folder)
     texts = {
         PLATFORM_FILE: renamed("platforms", board, Path(PLATFORM_FILE).stem),
         WORKLOAD_FILE: _workload_text(planner, problem, mapping),
@@ -88,9 +88,9 @@ def beginning(
 
 
 def _map_of(file: Path | None) -> tuple[OccupancyGrid, dict[str, Any]]:
-    """A map, and how a workload in any folder names it."""
+    """A map, and how a workload in any folder names it. A file is cropped to its free cells."""
     if file is not None:
-        return maps.read_map(file), {"file": str(file.resolve())}
+        return maps.read_map(file), {"file": str(file.resolve()), "crop": str(maps.Crop.FREE)}
     labyrinth = catalog.load_workload("labyrinth")
     grid = grid_of(labyrinth)
     assert grid is not None, "its problem is a map"

@@ -13,7 +13,7 @@ from codesign.system.problem_map import grid_of
 
 
 def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenance:
-    """The digests of the specs and of the map, and the seeds of the workload.
+    """The digests of the specs and of the map, and the seeds of the workload that no axis moves.
 
     Raises:
         MapError: the map cannot be read or made.
@@ -24,7 +24,11 @@ def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenan
         platform_digests={platform.name: platform.digest() for platform in platforms},
         workload_digest=workload.digest(),
         map_digest=None if grid is None else grid.digest,
-        seeds=dict(_seeds(workload.model_dump(mode="json", exclude={"explore", "variants"}))),
+        seeds={
+            path: seed
+            for path, seed in _seeds(workload.model_dump(mode="json", exclude={"explore", "variants"}))
+            if not any(moves(f"workload.{path}", axis) for axis in axes)
+        },
     )
 
 

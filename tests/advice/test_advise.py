@@ -126,6 +126,18 @@ def test_a_verdict_that_an_interval_decides_names_the_figure_and_its_value(
     )
 
 
+def test_a_design_whose_clock_is_not_sure_is_no_sure_board(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    fabric = tmp_path / "fabric.yaml"
+    fabric.write_text(FABRIC, encoding="utf-8")
+    close = board(tmp_path, "close", 80, busy=0.2, idle=0.1)
+    _, answer = asked(hwsw, corridor, [close, fabric], "100 Hz")
+    assert answer["recommended"] == "close"
+    trial = by_name(answer)["fabric"]["fastest"]["trial"]
+    assert trial["time_high_s"] < 0.01
+    assert not trial["surely_fits"]
+    assert "; no board is at every value inside the intervals; " in answer["verdict"]
+
+
 def test_the_printed_command_reproduces_the_figure(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
     fabric = tmp_path / "fabric.yaml"
     fabric.write_text(FABRIC, encoding="utf-8")
@@ -266,6 +278,18 @@ def test_the_cheapest_board_is_named_and_why_not_the_next_cheaper_one(
     assert "it costs 90 USD, 40 USD more than 50 USD" in answer["verdict"]
     (short,) = by_name(answer)["free"]["shortfalls"]
     assert (short["need"], short["demand"], short["limit"]) == ("price", None, 50)
+
+
+def test_a_price_that_may_be_above_the_limit_is_not_proved(hwsw: Run, corridor: Path, tmp_path: Path) -> None:
+    path = board(tmp_path, "fair", 10)
+    price = "{value: 40 USD, low: 30 USD, high: 55 USD, status: assumed, source: a test}"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(f"{text}board: {{product: a product, price: {price}}}\n", encoding="utf-8")
+    _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "50 USD")
+    assert "its price may be 30 USD to 55 USD" in answer["verdict"]
+    assert "proved" not in answer["verdict"]
+    _, answer = asked(hwsw, corridor, [path], "100 Hz", "--price", "55 USD")
+    assert "proved at every value" in answer["verdict"]
 
 
 def test_the_price_of_the_computer_beside_a_board_is_added(tmp_path: Path) -> None:

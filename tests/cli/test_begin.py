@@ -88,6 +88,7 @@ def test_init_writes_a_board_and_a_planner_that_run(
     assert result["feasible"] is True
     assert result["planner"] == planner
     assert result["quality"]["starts"] == 16
+    assert '"crop": "free"' in (tmp_path / "mine" / "my-workload.yaml").read_text(encoding="utf-8")
     assert (tmp_path / "mine" / "my-platform.yaml").read_text(encoding="utf-8").count(
         "name: my-platform\n"
     ) == 1

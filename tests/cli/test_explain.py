@@ -18,6 +18,25 @@ Specs = tuple[Path, Path]
 STORE = "small-board-two-rooms.sqlite"
 
 
+CONDITIONS = """\
+kind: workload
+name: small
+planner: breadth_first
+problem:
+  map: {generate: random, rows: 9, columns: 9, density: 0.1, seed: 2}
+  goals: [[0, 0]]
+  starts: {count: 2, seed: 1}
+mapping: {search: {component: host, style: software}}
+variants:
+  software: {}
+  wave: {planner: wavefront, mapping: {propagate: {component: fabric, style: tiled, tile: [8, 8]}}}
+explore:
+  axes: {workload.variant: [software, wave], platform: [pc-3400mhz, zynq]}
+  conditions: {workload.problem.starts.seed: [1, 2, 3]}
+  constraints: [time < 1 ps]
+"""
+
+
 @pytest.fixture
 def store(hwsw: Run, specs: Specs) -> str:
     """A file of twelve points, four of them out."""
@@ -55,6 +74,20 @@ def test_a_design_that_is_out_names_the_lever_that_mends_it(hwsw: Run, store: st
     assert "makes it feasible." in done.stdout.splitlines()[0]
     assert "\nWhy it is out\n" in done.stdout
     assert "\nEach lever by itself\n" in done.stdout
+
+
+def test_a_missed_constraint_and_a_reason_in_several_conditions_are_said_once(
+    hwsw: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "conditions.yaml").write_text(CONDITIONS, encoding="utf-8")
+    done = hwsw("explore", "conditions.yaml", "--store", "c.sqlite", "--workers", "1", "-q")
+    assert done.exit_code in (0, 3), done.output
+    missed = hwsw("explain", "c.sqlite", 0, "-q").stdout
+    assert " is out: worst plan time " in missed
+    assert ", not below 1 ps and" not in missed
+    assert ", not below 1 ps" in missed
+    refused = hwsw("explain", "c.sqlite", 2, "-q").stdout
+    assert refused.count("has no fabric") == 1, refused
 
 
 def test_the_json_is_what_its_schema_says(hwsw: Run, store: str, specs: Specs) -> None:

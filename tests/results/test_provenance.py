@@ -50,6 +50,27 @@ def test_a_result_says_what_it_was_made_of() -> None:
     assert result == codesign.simulate(platform, workload)
 
 
+def test_a_study_does_not_name_a_seed_that_an_axis_moves() -> None:
+    workload = {
+        "kind": "workload", "name": "small", "planner": "breadth_first",
+        "problem": {
+            "map": {"generate": "random", "rows": 9, "columns": 9, "density": 0.1, "seed": 2},
+            "goals": [[0, 0]], "starts": {"count": 2, "seed": 1},
+        },
+        "mapping": {"search": {"component": "host", "style": "software"}},
+        "explore": {"axes": {"platform": ["pc-3400mhz"]}, "conditions": {"workload.problem.map.seed": [2, 3]}},
+    }  # fmt: skip
+    study = codesign.explore(None, workload, workers=1)
+    assert study.provenance is not None
+    assert study.provenance.seeds == {"problem.starts.seed": 1}
+
+
+def test_text_of_a_result_is_short() -> None:
+    result = codesign.simulate("zynq", "wavefront-tiles")
+    assert str(result) == repr(result)
+    assert len(str(result)) < 200
+
+
 def test_json_has_date_intervals_and_fit(hwsw: Run) -> None:
     document = json.loads(hwsw("run", "zynq", "wavefront-tiles", "--json").stdout)
     assert document["provenance"]["date"] == DAY
