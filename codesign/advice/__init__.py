@@ -75,7 +75,14 @@ def advise(
         command = command_of(candidate, write_design(candidate, question, folder, portable=write is not None))
         next_certainty = _of_next(laboratory, best, cheaper_than(winner, advice))
     return Advice(
-        verdict=verdict(advice, needs, met_alone(boards, findings, needs), certainty, next_certainty),
+        verdict=verdict(
+            advice,
+            needs,
+            met_alone(boards, findings, needs),
+            certainty,
+            next_certainty,
+            complete=not findings.left,
+        ),
         certainty=certainty,
         next_certainty=next_certainty,
         needs=needs,

@@ -64,7 +64,7 @@ def _rate_text(rate: Verdict) -> str:
     name = f"{rate.decides.platform}'s {rate.decides.name}" if rate.decides.platform else rate.decides.name
     flips = rate.decides.flips_at
     if flips is None:
-        return f"whether it is fast enough depends on {name}: {rate.reason}"
+        return f"whether it is fast enough is not sure: {rate.reason}; {name} moves it most"
     unit = rate.decides.figure.unit
     value = format_time(round(flips * 1e12)) if unit == "s" else f"{flips:.4g} {unit}"
     return f"whether it is fast enough depends on {name}, and changes at {value}"

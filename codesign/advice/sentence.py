@@ -27,11 +27,19 @@ def verdict(
     alone: Mapping[str, tuple[str, ...]],
     certainty: Certainty | None,
     next_certainty: Certainty | None,
+    *,
+    complete: bool = True,
 ) -> str:
-    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are those of ``Advice``."""
+    """The answer. ``boards``: best first. ``alone``: see ``met_alone``. The certainties are those of ``Advice``.
+
+    ``complete``: whether every design was searched. If not, "no board suffices" would say more than is known.
+    """
     best = boards[0]
     if certainty is None or best.design is None:
-        return _nothing(boards, needs, alone)
+        nothing = _nothing(boards, needs, alone)
+        if complete:
+            return nothing
+        return f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
     text = (
