@@ -39,7 +39,9 @@ def verdict(
         nothing = _nothing(boards, needs, alone)
         if complete:
             return nothing
-        return f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
+        return (
+            f"No answer yet, as the budget was spent: of what was searched, {nothing[0].lower()}{nothing[1:]}"
+        )
     time = best.design.trial.time_s
     assert time is not None, "a design that suffices was run"
     text = (
