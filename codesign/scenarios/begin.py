@@ -8,7 +8,6 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -137,14 +136,12 @@ def _first_that_fits(
     fault = "no component runs any of its styles"
     misses: list[tuple[float, str, Reason]] = []
     for mapping in _mappings(platform, planner):
-        with TemporaryDirectory() as folder:
-            file = Path(folder) / WORKLOAD_FILE
-            file.write_text(_workload_text(planner, problem, mapping), encoding="utf-8")
-            try:
-                reasons = fit_system(bind(platform, catalog.load_workload(file), grid=grid)).reasons
-            except CodesignError as refused:
-                fault = refused.faults[0].what if isinstance(refused, SpecError) else refused.what
-                continue
+        try:
+            workload = catalog.load_workload(_workload_text(planner, problem, mapping))
+            reasons = fit_system(bind(platform, workload, grid=grid)).reasons
+        except CodesignError as refused:
+            fault = refused.faults[0].what if isinstance(refused, SpecError) else refused.what
+            continue
         design = f"{mapping['style']} on {mapping['component']}"
         if not reasons:
             return mapping, _closest([miss for miss in misses if miss[1] != design])
