@@ -86,33 +86,17 @@ def compare(
 
     The exit code is 1 where no design could run. With --need it is 3 where no design meets every need.
     """
-    import codesign
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
     from codesign.inputs import has_axis
     from codesign.inputs.constraint import needs_of
     from codesign.results.result import Result
-    from codesign.system import problem_from_map, problem_of
     from codesign.system.inspect import with_task
 
-    if map_file is not None:
-        if goal is None or start is None:
-            raise InputError(
-                "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
-            )
-        problem = problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
-    else:
-        problem = problem_of(codesign.load_workload(like or "labyrinth"))
+    problem = _problem(like, map_file, goal, start)
     problem = problem if task is None else with_task(problem, task)
     values, limits = settings_of(settings), needs_of(needs)
-    loaded = []
-    for design in designs or DEFAULT:
-        platform_name, separator, workload_name = design.partition(":")
-        if not separator:
-            raise InputError(
-                f"{design!r} is no design", "DESIGNS", "write PLATFORM:WORKLOAD, as in virtex4-pci:labyrinth"
-            )
-        loaded.append((design, codesign.load_platform(platform_name), codesign.load_workload(workload_name)))
+    loaded = [(design, *_specs_of(design)) for design in designs or DEFAULT]
     for axis in values:
         if not any(has_axis(platform, workload, axis) for _, platform, workload in loaded):
             raise InputError(
@@ -141,6 +125,31 @@ def compare(
         raise click.exceptions.Exit(EXIT_FAILED)
     if limits and not any(isinstance(result, Result) and result.feasible for _, result in results):
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
+
+
+def _problem(like: str | None, map_file: Path | None, goal: str | None, start: str | None) -> ProblemSpec:
+    """The problem that all designs are given: of a workload, or of a map with its goal and start."""
+    import codesign
+    from codesign.system import problem_from_map, problem_of
+
+    if map_file is None:
+        return problem_of(codesign.load_workload(like or "labyrinth"))
+    if goal is None or start is None:
+        raise InputError(
+            "a map needs a goal and a start", "--map", "add --goal ROW,COLUMN --start ROW,COLUMN"
+        )
+    return problem_from_map(map_file, cell_of("--goal", goal), cell_of("--start", start))
+
+
+def _specs_of(design: str) -> tuple[Platform, Workload]:
+    """Platform and workload of ``PLATFORM:WORKLOAD``."""
+    import codesign
+
+    platform, separator, workload = design.partition(":")
+    if not separator:
+        hint = "write PLATFORM:WORKLOAD, as in virtex4-pci:labyrinth"
+        raise InputError(f"{design!r} is no design", "DESIGNS", hint)
+    return codesign.load_platform(platform), codesign.load_workload(workload)
 
 
 def _print(

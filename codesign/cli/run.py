@@ -84,7 +84,6 @@ def run(
     result: the exit code is 0, and the result says why.
     """
     import codesign
-    from codesign import interrupts
     from codesign.cli.outputs import check_outputs
     from codesign.cli.progress import compiling_shown, progress_shown
     from codesign.exploration.constraints import with_constraints
@@ -126,6 +125,13 @@ def run(
         debug_step("page written")
     _print(result, asked, limits, detail, as_json)
     _print_files(result, trace_file, page, silent=as_json or quiet)
+    _end(result)
+
+
+def _end(result: Result) -> None:
+    """Leave with the exit code of an interrupt, or of a design that is not feasible."""
+    from codesign import interrupts
+
     struck = interrupts.struck()
     if struck is not None:
         interrupts.keep("the mission is complete, but not all of its levers were run")
