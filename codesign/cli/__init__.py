@@ -28,6 +28,7 @@ from codesign.errors import (
     InputError,
     RunError,
 )
+from codesign.files import remove_passing
 
 COMMANDS = {
     "run": (
@@ -158,11 +159,14 @@ _REPORT = "hwsw --debug COMMAND ... prints the traceback; please report it with 
 
 
 def _leave_at_once(code: int) -> NoReturn:
-    """End the process with this code.
+    """End the process with this code, and remove its temporary files.
+
+    A signal may strike after such a file is made, and before the block begins that would remove it.
 
     Raises:
         SystemExit: no thread has to be joined.
     """
+    remove_passing()
     if all(thread.daemon or thread is threading.main_thread() for thread in threading.enumerate()):
         raise SystemExit(code) from None
     for stream in (sys.stdout, sys.stderr):

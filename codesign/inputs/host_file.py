@@ -93,23 +93,9 @@ HOSTS = Library("host", HostFile)
 """Host files."""
 
 
-def load_host(name: str, folders: Sequence[Path] = ()) -> HostFile:
-    """The host of that name; ``folders`` are searched before the shipped hosts.
-
-    Raises:
-        InputError: no such host; with the nearest one and the list. SpecError: a faulty host file.
-    """
-    return HOSTS.find(name, folders)
-
-
 def host_state(name: str, folders: Sequence[Path] = ()) -> tuple[object, ...]:
     """When the files behind a host were changed; () where there is no such host, or its file is faulty."""
     try:
         return HOSTS.find(name, folders).state(folders)
     except InputError:
         return ()
-
-
-def list_hosts(folders: Sequence[Path] = ()) -> list[str]:
-    """Names of all hosts, sorted."""
-    return sorted(HOSTS.names(folders))
