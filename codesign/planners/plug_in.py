@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
 from codesign.planners.reproduction import Progress, Reproduction, Settings, silent
 from codesign.planners.styles import Architecture, TaskStyle
@@ -76,6 +77,7 @@ class PlugIn:
     - ``planner``: the planner, or None where ``styles`` and ``task_styles`` belong to a planner of another package.
     - ``styles``: architecture styles of the planning task.
     - ``task_styles``: styles of tasks that are placed by themselves.
+    - ``circuits``: the Verilog of styles on an FPGA, for ``hwsw rtl``, ``verify`` and ``synth``.
     - ``probes``: the measurements of ``hwsw calibrate host``, by the name of the kernel. Styles on a processor count
       their cost in kernels. A probe is made when it is needed.
     - ``reproduce``: the comparison with the paper for ``hwsw reproduce``; None where there is no paper.
@@ -88,6 +90,7 @@ class PlugIn:
     planner: Planner | None = None
     styles: tuple[Architecture, ...] = ()
     task_styles: tuple[TaskStyle, ...] = ()
+    circuits: tuple[CircuitStyle, ...] = ()
     probes: Mapping[str, Callable[[], Probe]] = field(default_factory=dict)
     reproduce: Reproduce | None = None
     settings: type[Settings] = Settings
