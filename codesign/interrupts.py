@@ -18,10 +18,12 @@ from __future__ import annotations
 import os
 import select
 import signal
+import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 
 from codesign.errors import Interrupted, Terminated
@@ -126,11 +128,59 @@ def held() -> Iterator[None]:
             ours[signal.Signals(struck[0])](struck[0], None)
 
 
+_children: set[subprocess.Popen[bytes]] = set()
+
+
+@contextmanager
+def child(
+    command: Sequence[str], cwd: Path, stdin: int = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A tool in a process of its own, with pipes for its output. All its processes end at the end of the block.
+
+    They end with this process too: at an exception, and at Ctrl-C and SIGTERM.
+
+    Raises:
+        OSError: the tool cannot be started.
+    """
+    with held():
+        if _ending.struck is not None:
+            raise _ending.struck
+        pipe = subprocess.PIPE
+        own = os.name == "posix"
+        process = subprocess.Popen(
+            command, cwd=cwd, stdin=stdin, stdout=pipe, stderr=pipe, start_new_session=own
+        )
+        _children.add(process)
+    try:
+        yield process
+    finally:
+        _end_child(process)
+        with suppress(OSError), process:
+            pass  # closes the pipes, and waits
+        _children.discard(process)
+
+
+def end_children() -> None:
+    """End every tool that ``child`` started, of any thread."""
+    for process in list(_children):
+        _end_child(process)
+
+
+def _end_child(process: subprocess.Popen[bytes]) -> None:
+    with suppress(OSError):
+        if os.name == "posix":
+            # The processes of the tool may outlive it, so the whole session is ended.
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+
+
 def _watch(reading: int) -> None:
     interrupt = SIGNALS[_next(reading, None)]
     _next(reading, GRACE_S)
     remove_passing()
     _end_workers()
+    end_children()
     # Not through sys.stderr: the main thread may hold its lock. Nothing waits for a reader that does not read.
     with suppress(OSError):
         if select.select([], [2], [], 0)[1]:
