@@ -19,6 +19,8 @@ from codesign.rtl.verify import Verified, compared, verify
 
 TOY = ToyCircuit()
 JOB: Job[object, ToyParameters] = Job(np.arange(1, 13), ToyParameters())
+
+
 @pytest.mark.parametrize("backend", NEEDS)
 def test_a_circuit_reports_what_the_model_expects(backend: str) -> None:
     needs(backend)
