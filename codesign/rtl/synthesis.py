@@ -112,6 +112,14 @@ def synthesise(circuit: Circuit, family_name: str) -> Synthesis:
     )
 
 
+def hierarchy(circuit: Circuit, family_name: str) -> Netlist:
+    """The mapped modules of a circuit, as ``synthesise`` counts them."""
+    family = family_named(family_name)
+    digest = synthesis_digest(circuit, family)
+    with kept("synthesis", digest, lambda folder: _synthesise(circuit, family, folder)) as folder:
+        return Netlist.of(json.loads((folder / "netlist.json").read_text(encoding="utf-8")))
+
+
 def flatten(circuit: Circuit, family_name: str, folder: Path) -> None:
     """Write the flattened netlist of a circuit into ``folder``, as ``netlist.json``."""
     family = family_named(family_name)
