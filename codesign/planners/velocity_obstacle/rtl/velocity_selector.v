@@ -55,7 +55,7 @@ module velocity_selector #(
             end
         end
     end
-    assign heading_last = mirroring;
+    assign heading_last = heading_active && mirroring;
 
     // Mirrored at 45°, at 90° and at 0°.
     wire [DIRECTION_BITS-1:0] octant = {{(DIRECTION_BITS - HALVINGS) {1'b0}}, number};
