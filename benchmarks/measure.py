@@ -17,13 +17,14 @@ from pathlib import Path
 from typing import Any
 
 import codesign
-from benchmarks.designs import Design
+from benchmarks.designs import Design, Placed
 from codesign.files import write_atomically
 from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.job import Job
-from codesign.planners.measured import ResourceRow, Row, clock_rows, resource_rows, rows_text
+from codesign.planners.measured import ClockRow, ResourceRow, Row, clock_rows, resource_rows, rows_text
 from codesign.rtl.cells import FAMILIES
 from codesign.rtl.design import digest_of_circuit
+from codesign.rtl.place import Placement, device_of, place
 from codesign.rtl.synthesis import Synthesis, synthesise
 from codesign.rtl.tools import version_of
 
@@ -96,14 +97,58 @@ def measure_resources(room: str, families: Sequence[str]) -> None:
             )
 
 
+def clock_row(
+    style: CircuitStyle, circuit: Circuit, synthesis: Synthesis, placements: Sequence[Placement]
+) -> ClockRow:
+    by_clock = sorted(placements, key=lambda each: each.clock)
+    median = by_clock[(len(by_clock) - 1) // 2]
+    path = median.path
+    device, _ = device_of(median.part)
+    return ClockRow(
+        style=style.style,
+        task=style.task,
+        family=synthesis.family,
+        part=median.part,
+        digest=digest_of_circuit(circuit),
+        variables=variables_of(circuit),
+        totals=synthesis.total.by_resource(),
+        clocks=[each.clock for each in placements],
+        source=path.source,
+        source_ns=path.source_ns,
+        levels=path.levels,
+        logic_ns=path.logic_ns,
+        routing_ns=path.routing_ns,
+        setup_ns=path.setup_ns,
+        path=path.words,
+        tools=f"{version_of('pyosys')}, {version_of(device.tool)}",
+    )
+
+
+def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]) -> None:
+    styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    for placed in placements:
+        if parts and placed.part not in parts:
+            continue
+        [(style, circuit)] = designs_of(room, [placed.design])
+        synthesis = synthesise(circuit, device_of(placed.part)[0].family)
+        done: list[Placement] = []
+        for seed in placed.seeds:
+            done.append(place(circuit, placed.part, seed))
+            put(room, "clocks", styles, clock_row(style, circuit, synthesis, done))
+            clock, path, took = done[-1].clock / 1e6, done[-1].path.words, done[-1].seconds
+            print(
+                f"{room} {style.style} {placed.part} {variables_of(circuit)} "
+                f"seed {seed}: {clock:.1f} MHz, {took:.0f} s, {path}",
+                flush=True,
+            )
+
+
 def main(words: list[str]) -> None:
     match words:
         case ["resources", room, *families]:
             # No block RAM of the iCE40 has two ports that write.
             measure_resources(room, families or [name for name in FAMILIES if FAMILIES[name].true_two_ports])
         case ["clocks", room, *parts]:
-            from benchmarks.measured_clocks import measure_clocks
-
             measure_clocks(room, designs_module(room).CLOCKS, parts)
         case _:
             raise SystemExit(__doc__)

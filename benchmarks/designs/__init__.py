@@ -1,7 +1,7 @@
 """The designs that ``benchmarks.measure`` synthesises and places.
 
 ``designs/ROOM.py`` has those of a room: ``RESOURCES``, a sequence of ``Design`` that resource laws are fitted to, and
-``CLOCKS``, a sequence of ``Placement`` that clock laws are fitted to. Either may be missing.
+``CLOCKS``, a sequence of ``Placed`` that clock laws are fitted to. Either may be missing.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Placement:
+class Placed:
     """A design on a part, with the seeds that it is placed with."""
 
     design: Design
