@@ -9,6 +9,10 @@ signal. Finished points of an exploration are durable, because each group of the
 
 The watcher must be able to run. So all kernels are compiled with ``nogil=True``, which costs nothing.
 
+When a kernel returns an array, numba's C code calls the Python function ``_numba_unpickle`` for the type of the array.
+A signal that arrived during the kernel is handled there. That C code does not look for an exception and dereferences a
+null pointer. So the handler raises nothing there: a trace function raises the interrupt once the kernel has returned.
+
 Rejected: kernels that return at intervals. Each would need a state to continue from, and compiled libraries cannot be
 changed. Rejected: a watcher process. A process that is killed from outside has no exit code of its own.
 """
@@ -42,7 +46,7 @@ class _Ending:
         self.struck: type[Interrupted] | None = None
         self.kept = ""
 
-    def strike(self, number: int, _frame: FrameType | None) -> None:
+    def strike(self, number: int, frame: FrameType | None) -> None:
         """The handler: interrupt the main thread once. The watcher handles signals while it unwinds."""
         if self.struck is not None:
             return
@@ -50,7 +54,23 @@ class _Ending:
         # A library may catch the interrupt, or raise its own error for it. Neither is to print a traceback.
         sys.excepthook = lambda *_: None
         sys.unraisablehook = lambda _: None
-        raise self.struck
+        caller = _caller_of_kernel(frame)
+        if caller is None:
+            raise self.struck
+        caller.f_trace, caller.f_trace_opcodes = self.trace, True
+        sys.settrace(self.trace)
+
+    def trace(self, frame: FrameType, _event: str, _argument: object) -> None:
+        """The trace function after a signal during a kernel: raise the interrupt in the first frame outside numba."""
+        if self.struck is not None and _caller_of_kernel(frame) is None:
+            raise self.struck
+
+
+def _caller_of_kernel(frame: FrameType | None) -> FrameType | None:
+    """The frame that called a kernel, where numba makes the kernel's results in ``frame``; otherwise None."""
+    while frame is not None and frame.f_code.co_name != "_numba_unpickle":
+        frame = frame.f_back
+    return frame and frame.f_back
 
 
 _ending = _Ending()

@@ -31,6 +31,13 @@ def digest_of(*parts: str | bytes) -> str:
 
 
 @contextmanager
+def scratch() -> Iterator[Path]:
+    """A temporary folder, removed at the end of the block."""
+    with passing(Path(tempfile.mkdtemp(prefix="hwsw-rtl-"))) as folder:
+        yield folder
+
+
+@contextmanager
 def kept(kind: str, digest: str, make: Callable[[Path], None]) -> Iterator[Path]:
     """The folder of an entry until the end of the block; ``make`` fills it where there is none.
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from codesign.errors import RunError
-from codesign.planners.circuits import Circuit
+from codesign.planners.circuits import Circuit, Expected
 from codesign.rtl import tools
+from codesign.rtl.bounds import bound_of
 from codesign.rtl.cache import digest_of, kept
 from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
 from codesign.rtl.runs import Run, Waves, events_of, phases_of, stream_chunks
@@ -22,14 +23,14 @@ _OPTIONS = ("-std=c++14", "-O1", "-w", "-DCXXRTL_NDEBUG")
 """-O1 compiles twice as fast as -O2, and runs nearly as fast. An index that is too large reads zero: no abort."""
 
 
-def cxxrtl(circuit: Circuit, bound: int, waves: Waves | None = None) -> Run:
+def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
     """Run a circuit in the program that CXXRTL makes of it.
 
     Raises:
         MissingToolError: pyosys, or a compiler of C++, is not installed.
         RunError: Yosys or the compiler refuses the Verilog.
     """
-    driver = files("codesign.rtl").joinpath("driver.cc").read_text(encoding="utf-8")
+    driver = files("codesign.rtl").joinpath("templates", "driver.cc").read_text(encoding="utf-8")
     images = [text for name in sorted(circuit.images) for text in (name, circuit.images[name].hex_text())]
     what = "waves" if waves else "no waves"
     toolchain = (tools.version_of("pyosys"), *_compiler(), _compiler_version(), *_OPTIONS)
@@ -39,7 +40,7 @@ def cxxrtl(circuit: Circuit, bound: int, waves: Waves | None = None) -> Run:
         _build(circuit, folder, driver, waves is not None)
 
     with kept("cxxrtl", digest, build) as folder:
-        return _run(circuit, folder, bound, waves)
+        return _run(circuit, folder, bound_of(expected), waves)
 
 
 @cache

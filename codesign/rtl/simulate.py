@@ -8,23 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from codesign.planners.circuits import Circuit
+from codesign.errors import InputError, choose_hint
+from codesign.planners.circuits import Circuit, Expected
+from codesign.rtl.bench_runs import icarus, verilator
 from codesign.rtl.native import cxxrtl
 from codesign.rtl.runs import Run, Waves
 
-Backend = Callable[[Circuit, int, Waves | None], Run]
+Backend = Callable[[Circuit, Expected, Waves | None], Run]
 
-
-BACKENDS: Mapping[str, Backend] = {"cxxrtl": cxxrtl}
+BACKENDS: Mapping[str, Backend] = {"cxxrtl": cxxrtl, "icarus": icarus, "verilator": verilator}
 """Every simulator by its name, the default first."""
 
 
-def simulate(circuit: Circuit, bound: int, backend: str = "cxxrtl", waves: Waves | None = None) -> Run:
-    """Run a circuit until it is done, at most ``bound`` cycles.
+def simulate(
+    circuit: Circuit, expected: Expected, backend: str = "cxxrtl", waves: Waves | None = None
+) -> Run:
+    """Run a circuit until it is done, or until it has run for much longer than expected.
 
     Raises:
         MissingToolError: the simulator or a compiler is not installed; the hint has the command that installs it.
         RunError: the Verilog cannot be compiled.
-        KeyError: there is no such backend.
+        InputError: there is no such backend.
     """
-    return BACKENDS[backend](circuit, bound, waves)
+    if backend not in BACKENDS:
+        raise InputError(f"there is no simulator {backend!r}", "backend", choose_hint(backend, BACKENDS))
+    return BACKENDS[backend](circuit, expected, waves)

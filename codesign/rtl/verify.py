@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected
 from codesign.planners.job import Job
+from codesign.rtl.bounds import bound_of
 from codesign.rtl.runs import Run, Waves
 from codesign.rtl.simulate import simulate
 from codesign.units import counted
@@ -50,12 +51,6 @@ class Verified:
     deviation: float = 0.0
 
 
-def bound_of(expected: Expected) -> int:
-    """The most cycles that a run may take: far more than expected, so that the difference can be seen."""
-    cycles, last = sum(expected.cycles.values()), expected.events.cycle.max(initial=0)
-    return max(cycles, int(last)) * 9 // 8 + 256
-
-
 def verify(
     style: CircuitStyle, job: Job[Any, Any], backend: str = "cxxrtl", waves: Path | None = None
 ) -> Verified:
@@ -68,11 +63,11 @@ def verify(
         MissingToolError, RunError: as ``simulate``.
     """
     circuit, expected = style.circuit(job), style.expected(job)
-    verified = compared(circuit, expected, simulate(circuit, bound_of(expected), backend))
+    verified = compared(circuit, expected, simulate(circuit, expected, backend))
     if waves is not None and verified.first is not None:
         middle = verified.first.cycle if verified.first.cycle >= 0 else 0
         window = Waves(waves, max(0, middle - BEFORE), middle + AFTER)
-        simulate(circuit, bound_of(expected), backend, window)
+        simulate(circuit, expected, backend, window)
     return verified
 
 
