@@ -13,7 +13,18 @@ from pathlib import Path
 
 from codesign.errors import RunError
 
+CACHE_VARIABLE = "CODESIGN_CACHE_DIR"
+"""The environment variable that names another folder than ``cache_folder``."""
+
 _passing: set[Path] = set()
+
+
+def cache_folder() -> Path:
+    """The folder of all caches: that of ``CODESIGN_CACHE_DIR``, or ``hwsw-codesign`` in the user's cache folder."""
+    named = os.environ.get(CACHE_VARIABLE)
+    if named:
+        return Path(named)
+    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "hwsw-codesign"
 
 
 @contextmanager

@@ -9,6 +9,10 @@ signal. Finished points of an exploration are durable, because each group of the
 
 The watcher must be able to run. So all kernels are compiled with ``nogil=True``, which costs nothing.
 
+When a kernel returns an array, numba's C code calls the Python function ``_numba_unpickle`` for the type of the array.
+A signal that arrived during the kernel is handled there. That C code does not look for an exception and dereferences a
+null pointer. So the handler raises nothing there: a trace function raises the interrupt once the kernel has returned.
+
 Rejected: kernels that return at intervals. Each would need a state to continue from, and compiled libraries cannot be
 changed. Rejected: a watcher process. A process that is killed from outside has no exit code of its own.
 """
@@ -18,10 +22,12 @@ from __future__ import annotations
 import os
 import select
 import signal
+import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from pathlib import Path
 from types import FrameType
 
 from codesign.errors import Interrupted, Terminated
@@ -40,7 +46,7 @@ class _Ending:
         self.struck: type[Interrupted] | None = None
         self.kept = ""
 
-    def strike(self, number: int, _frame: FrameType | None) -> None:
+    def strike(self, number: int, frame: FrameType | None) -> None:
         """The handler: interrupt the main thread once. The watcher handles signals while it unwinds."""
         if self.struck is not None:
             return
@@ -48,7 +54,23 @@ class _Ending:
         # A library may catch the interrupt, or raise its own error for it. Neither is to print a traceback.
         sys.excepthook = lambda *_: None
         sys.unraisablehook = lambda _: None
-        raise self.struck
+        caller = _caller_of_kernel(frame)
+        if caller is None:
+            raise self.struck
+        caller.f_trace, caller.f_trace_opcodes = self.trace, True
+        sys.settrace(self.trace)
+
+    def trace(self, frame: FrameType, _event: str, _argument: object) -> None:
+        """The trace function after a signal during a kernel: raise the interrupt in the first frame outside numba."""
+        if self.struck is not None and _caller_of_kernel(frame) is None:
+            raise self.struck
+
+
+def _caller_of_kernel(frame: FrameType | None) -> FrameType | None:
+    """The frame that called a kernel, where numba makes the kernel's results in ``frame``; otherwise None."""
+    while frame is not None and frame.f_code.co_name != "_numba_unpickle":
+        frame = frame.f_back
+    return frame and frame.f_back
 
 
 _ending = _Ending()
@@ -126,11 +148,59 @@ def held() -> Iterator[None]:
             ours[signal.Signals(struck[0])](struck[0], None)
 
 
+_children: set[subprocess.Popen[bytes]] = set()
+
+
+@contextmanager
+def child(
+    command: Sequence[str], cwd: Path, stdin: int = subprocess.DEVNULL
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A tool in a process of its own, with pipes for its output. All its processes end at the end of the block.
+
+    They end with this process too: at an exception, and at Ctrl-C and SIGTERM.
+
+    Raises:
+        OSError: the tool cannot be started.
+    """
+    with held():
+        if _ending.struck is not None:
+            raise _ending.struck
+        pipe = subprocess.PIPE
+        own = os.name == "posix"
+        process = subprocess.Popen(
+            command, cwd=cwd, stdin=stdin, stdout=pipe, stderr=pipe, start_new_session=own
+        )
+        _children.add(process)
+    try:
+        yield process
+    finally:
+        _end_child(process)
+        with suppress(OSError), process:
+            pass  # closes the pipes, and waits
+        _children.discard(process)
+
+
+def end_children() -> None:
+    """End every tool that ``child`` started, of any thread."""
+    for process in list(_children):
+        _end_child(process)
+
+
+def _end_child(process: subprocess.Popen[bytes]) -> None:
+    with suppress(OSError):
+        if os.name == "posix":
+            # The processes of the tool may outlive it, so the whole session is ended.
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            process.kill()
+
+
 def _watch(reading: int) -> None:
     interrupt = SIGNALS[_next(reading, None)]
     _next(reading, GRACE_S)
     remove_passing()
     _end_workers()
+    end_children()
     # Not through sys.stderr: the main thread may hold its lock. Nothing waits for a reader that does not read.
     with suppress(OSError):
         if select.select([], [2], [], 0)[1]:

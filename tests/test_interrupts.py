@@ -101,6 +101,43 @@ def test_a_signal_ends_a_process_within_a_kernel(
     assert [path.name for path in tmp_path.iterdir()] == ["script.py"]
 
 
+RETURNING = """
+import ctypes
+import numpy as np
+from numba import njit
+from codesign import interrupts
+
+strike = getattr(ctypes.CDLL(None), "raise")
+strike.argtypes = [ctypes.c_int]
+
+@njit(nogil=True)
+def work(number):
+    if number:
+        strike(number)
+    return np.zeros(3), np.ones(3, np.int8)
+
+def run(number):
+    arrays = work(number)
+    print("the kernel returned", arrays)
+
+interrupts.end_on_signals()
+work(0)
+try:
+    run(%d)
+except KeyboardInterrupt as interrupt:
+    print(interrupts.word(type(interrupt)))
+"""
+
+
+@pytest.mark.parametrize("number", ENDS)
+def test_a_signal_during_a_kernel_is_raised_once_its_arrays_are_made(number: signal.Signals) -> None:
+    # Numba makes the arrays in C code that calls Python, and dereferences a null pointer where Python raises.
+    done = subprocess.run(
+        [sys.executable, "-c", RETURNING % number], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{ENDS[number][1]}\n", "")
+
+
 LOADING = """
 import dataclasses, signal, sys
 from codesign import interrupts

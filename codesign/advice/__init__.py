@@ -21,7 +21,7 @@ from pathlib import Path
 
 from codesign.advice.answer import Advice, BoardAdvice, Design, advice_schema, cheaper_than, judged, met_alone
 from codesign.advice.boards import Board, boards_of
-from codesign.advice.cache import cache_folder, kept_trials
+from codesign.advice.cache import kept_trials
 from codesign.advice.candidates import Candidate
 from codesign.advice.certainty import Certainty, certainty_of
 from codesign.advice.files import command_of, write_design
@@ -30,6 +30,7 @@ from codesign.advice.search import BUDGET_S, Findings, Progress, search
 from codesign.advice.sentence import verdict
 from codesign.advice.trials import Laboratory, trial_of
 from codesign.errors import RunError
+from codesign.files import cache_folder
 
 __all__ = [
     "BUDGET_S",

@@ -7,27 +7,15 @@ name. Rejected: to keep whole results, which are thirty times as large.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 from codesign.errors import StoreError
 from codesign.exploration.store import FileStore, MemoryStore, Store
+from codesign.files import cache_folder
 
 MOST_BYTES = 64 * 2**20
 """A larger file is removed before the next question. It holds some 100,000 trials."""
-
-VARIABLE = "CODESIGN_CACHE_DIR"
-"""The environment variable that names another folder."""
-
-
-def cache_folder() -> Path:
-    """The folder of the cache: that of ``CODESIGN_CACHE_DIR``, or ``hwsw-codesign`` in the user's cache folder."""
-    named = os.environ.get(VARIABLE)
-    if named:
-        return Path(named)
-    return Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")) / "hwsw-codesign"
 
 
 @contextmanager

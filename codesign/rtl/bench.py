@@ -1,0 +1,72 @@
+"""The test bench of a design point: Verilog-2005 that feeds the stream, and compares every event with the model.
+
+It runs unchanged in Icarus and Verilator. ``hwsw verify`` runs the same bench there, with ``+log``.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from codesign.planners.circuits import Circuit, Expected
+from codesign.rtl.bounds import bound_of
+from codesign.rtl.design import range_of, top_name
+
+BENCH = "hwsw_bench"
+"""The module of the bench."""
+
+_CYCLE_DIGITS = 12
+
+
+@cache
+def template(name: str) -> Any:
+    """A template of this package."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
+    )
+    folder = files("codesign.rtl") / "templates"
+    return environment.from_string((folder / name).read_text(encoding="utf-8"))
+
+
+def bench_files(circuit: Circuit, expected: Expected) -> dict[str, str]:
+    """The bench, and the two files that it reads from the current folder."""
+    return {
+        f"{BENCH}.v": _bench_text(circuit, expected),
+        "stream.hex": circuit.stream.hex_text() or "0\n",
+        "expected.hex": _expected_text(circuit, expected),
+    }
+
+
+def _expected_text(circuit: Circuit, expected: Expected) -> str:
+    """The expected events for ``$readmemh``: cycle, kind and value in hexadecimal, joined by ``_``."""
+    digits = _digits(circuit)
+    events = expected.events
+    rows = zip(events.cycle.tolist(), events.kind.tolist(), events.value.tolist(), strict=True)
+    lines = [f"{cycle:0{_CYCLE_DIGITS}x}_{kind:x}_{value:0{digits}x}\n" for cycle, kind, value in rows]
+    return "".join(lines) or "0\n"
+
+
+def _digits(circuit: Circuit) -> int:
+    """Hexadecimal digits of the value of an event."""
+    return -(-circuit.event_bits // 4)
+
+
+def _bench_text(circuit: Circuit, expected: Expected) -> str:
+    text: str = template("hwsw_bench.v").render(
+        top=top_name(circuit),
+        words=len(circuit.stream.words),
+        events=len(expected.events.cycle),
+        event_bits=circuit.event_bits,
+        value_bits=4 * _digits(circuit),
+        bound=bound_of(expected),
+        contention=expected.contention,
+        in_range=range_of(circuit.stream.width),
+        event_range=range_of(circuit.event_bits),
+        kinds=circuit.kinds,
+        phases=circuit.phases,
+        cycles_by_phase=[expected.cycles.get(phase, 0) for phase in circuit.phases],
+    )
+    return text

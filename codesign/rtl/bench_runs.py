@@ -1,0 +1,95 @@
+"""Circuits in Icarus and Verilator: both run the test bench, which writes down what it sees."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from codesign.errors import RunError
+from codesign.planners.circuits import Circuit, Expected
+from codesign.rtl import tools
+from codesign.rtl.bench import BENCH, bench_files
+from codesign.rtl.cache import digest_of, kept, scratch
+from codesign.rtl.design import sources_of, write_design
+from codesign.rtl.runs import Run, Waves, events_of, phases_of
+
+_BUILD_S = 1800.0
+_RUN_S = 3600.0
+_UNKNOWN = 255
+"""The kind of an event with bits that are unknown (x)."""
+
+
+def icarus(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
+    """Run a circuit in Icarus.
+
+    Raises:
+        MissingToolError: it is not installed.
+        RunError: it refuses the Verilog.
+    """
+    compile_, vvp = tools.require("iverilog"), tools.require("vvp")
+    with scratch() as folder:
+        files = _write(circuit, expected, folder)
+        command = (*compile_, "-g2005", "-s", BENCH, "-o", "run.vvp", *files)
+        tools.checked(command, folder, f"Icarus, of {circuit.top},", seconds=_BUILD_S)
+        return _run(circuit, (*vvp, "-n", "run.vvp"), folder, waves)
+
+
+def verilator(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
+    """Run a circuit in the program that Verilator makes of it; it is kept.
+
+    Raises:
+        MissingToolError: it is not installed.
+        RunError: it refuses the Verilog.
+    """
+    command = (*tools.require("verilator"), "--binary", "-j", "1", "--top-module", BENCH, "-o", "run.exe")
+    trace = ("--trace",) if waves else ()
+
+    def build(folder: Path) -> None:
+        files = _write(circuit, expected, folder)
+        what = f"Verilator, of {circuit.top},"
+        tools.checked((*command, *trace, *files), folder, what, seconds=_BUILD_S)
+        (folder / "obj_dir" / "run.exe").rename(folder / "run.exe")
+        shutil.rmtree(folder / "obj_dir")
+
+    with scratch() as folder:
+        files = _write(circuit, expected, folder)
+        texts = ((folder / name).read_text(encoding="utf-8") for name in files)
+        digest = digest_of(*texts, *trace, tools.version_of("verilator"))
+        with kept("verilator", digest, build) as program:
+            return _run(circuit, (str((program / "run.exe").absolute()),), folder, waves)
+
+
+def _write(circuit: Circuit, expected: Expected, folder: Path) -> list[str]:
+    """Write the circuit and its bench; the names of the Verilog files."""
+    write_design(circuit, folder)
+    for name, text in bench_files(circuit, expected).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return [*sources_of(circuit), f"{BENCH}.v"]
+
+
+def _run(circuit: Circuit, command: tuple[str, ...], folder: Path, waves: Waves | None) -> Run:
+    window = ("+waves", f"+first={waves.first}", f"+last={waves.last}") if waves else ()
+    finished = tools.run((*command, "+log", *window), folder, seconds=_RUN_S)
+    log = folder / "events.log"
+    lines = log.read_text(encoding="utf-8").splitlines() if log.exists() else []
+    if finished.code or not lines or not lines[-1].startswith("end "):
+        raise RunError(f"the simulation of {circuit.top} failed: {finished.complaints}")
+    if waves:
+        shutil.copyfile(folder / "waves.vcd", waves.file)
+    rows = [_event(line.split()[1:]) for line in lines if line.startswith("event ")]
+    phases = (line.split()[1:] for line in lines if line.startswith("phase "))
+    counts = {int(phase): int(count) for phase, count in phases}
+    _, taken, ended = lines[-1].split()
+    events = events_of(np.array(rows, np.uint64).reshape(-1, 3))
+    return Run(events, phases_of(circuit, counts), int(taken), ended == "1")
+
+
+def _event(words: list[str]) -> tuple[int, int, int]:
+    """Cycle, kind and value of an event in the log."""
+    cycle, kind, value = words
+    try:
+        return int(cycle), int(kind), int(value, 16)
+    except ValueError:
+        return int(cycle), _UNKNOWN, 0

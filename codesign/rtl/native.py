@@ -1,0 +1,97 @@
+"""The native simulator: Yosys writes C++ (CXXRTL), a compiler of C++ makes a program of it, and the program is kept."""
+
+from __future__ import annotations
+
+import platform
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from codesign.errors import RunError
+from codesign.planners.circuits import Circuit, Expected
+from codesign.rtl import tools
+from codesign.rtl.bounds import bound_of
+from codesign.rtl.cache import digest_of, kept
+from codesign.rtl.design import digest_of_circuit, sources_of, top_name, write_design
+from codesign.rtl.runs import Run, Waves, events_of, phases_of, stream_chunks
+
+_COMPILE_S = 900.0
+_RUN_S = 3600.0
+_OPTIONS = ("-std=c++14", "-O1", "-w", "-DCXXRTL_NDEBUG")
+"""-O1 compiles twice as fast as -O2, and runs nearly as fast. An index that is too large reads zero: no abort."""
+
+
+def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> Run:
+    """Run a circuit in the program that CXXRTL makes of it.
+
+    Raises:
+        MissingToolError: pyosys, or a compiler of C++, is not installed.
+        RunError: Yosys or the compiler refuses the Verilog.
+    """
+    driver = files("codesign.rtl").joinpath("templates", "driver.cc").read_text(encoding="utf-8")
+    images = [text for name in sorted(circuit.images) for text in (name, circuit.images[name].hex_text())]
+    what = "waves" if waves else "no waves"
+    toolchain = (tools.version_of("pyosys"), *_compiler(), _compiler_version(), *_OPTIONS)
+    digest = digest_of(digest_of_circuit(circuit), *images, what, driver, *toolchain, platform.machine())
+
+    def build(folder: Path) -> None:
+        _build(circuit, folder, driver, waves is not None)
+
+    with kept("cxxrtl", digest, build) as folder:
+        return _run(circuit, folder, bound_of(expected), waves)
+
+
+@cache
+def _compiler() -> tuple[str, ...]:
+    """The words that start a compiler of C++: that of the system, or the one of ziglang."""
+    return tools.command_of("c++") or (*tools.require("ziglang"), "c++")
+
+
+@cache
+def _compiler_version() -> str:
+    return tools.version_of("c++" if tools.command_of("c++") else "ziglang")
+
+
+def _build(circuit: Circuit, folder: Path, driver: str, waves: bool) -> None:
+    write_design(circuit, folder)
+    sources, top = list(sources_of(circuit)), top_name(circuit)
+    script = [
+        *(f"read_verilog {name}" for name in sources),
+        f"hierarchy -check -top {top}",
+        "proc",
+        "opt_clean",
+        # Modules stay apart, so a module that is used a hundred times is compiled once.
+        f"write_cxxrtl -noflatten {'-g4' if waves else '-g0'} design.cc",
+    ]
+    tools.yosys("\n".join(script) + "\n", folder, f"Yosys, of {circuit.top},", seconds=_COMPILE_S)
+    name = "p_" + top.replace("_", "__")
+    defines = (f"-DTOP={name}", *(("-DWAVES",) if waves else ()))
+    (folder / "driver.cc").write_text(driver, encoding="utf-8")
+    command = (*_compiler(), *_OPTIONS, *defines, f"-I{_headers()}", "driver.cc", "-o", "run.exe")
+    tools.checked(command, folder, f"the compiler of C++, of {circuit.top},", seconds=_COMPILE_S)
+    for file in folder.iterdir():
+        if file.name != "run.exe":
+            file.unlink()
+
+
+def _headers() -> str:
+    """The folder of CXXRTL's headers, which pyosys brings."""
+    return str(files("pyosys").joinpath("share/include/backends/cxxrtl/runtime"))
+
+
+def _run(circuit: Circuit, folder: Path, bound: int, waves: Waves | None) -> Run:
+    window = (str(waves.file.absolute()), str(waves.first), str(waves.last)) if waves else ()
+    command = (str((folder / "run.exe").absolute()), str(len(circuit.stream.words)), str(bound), *window)
+    finished = tools.run(command, folder, seconds=_RUN_S, stdin=stream_chunks(circuit))
+    numbers = (
+        np.frombuffer(finished.stdout, np.uint64) if len(finished.stdout) % 8 == 0 else np.empty(0, np.uint64)
+    )
+    if finished.code or len(numbers) < 18 or len(numbers) % 3:
+        raise RunError(
+            f"the simulation of {circuit.top} failed (exit code {finished.code}): {finished.complaints}"
+        )
+    counts = {phase: int(count) for phase, count in enumerate(numbers[-18:-2])}
+    taken, ended = int(numbers[-2]), bool(numbers[-1])
+    return Run(events_of(numbers[:-18].reshape(-1, 3)), phases_of(circuit, counts), taken, ended)

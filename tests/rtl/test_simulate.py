@@ -1,0 +1,130 @@
+"""Circuits are simulated, and compared with what the model expects, by every simulator that is here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from toy_circuit import ToyCircuit, ToyParameters
+
+from codesign.errors import RunError
+from codesign.planners.circuits import Circuit, Expected, Image
+from codesign.planners.job import Job
+from codesign.rtl import tools
+from codesign.rtl.simulate import BACKENDS, simulate
+from codesign.rtl.verify import Verified, compared, verify
+
+TOY = ToyCircuit()
+JOB: Job[object, ToyParameters] = Job(np.arange(1, 13), ToyParameters())
+NEEDS = {"cxxrtl": "pyosys", "icarus": "iverilog", "verilator": "verilator"}
+
+
+def needs(backend: str) -> None:
+    """Skip where the tools of a backend are not installed."""
+    if tools.command_of(NEEDS[backend]) is None:
+        pytest.skip(f"{NEEDS[backend]} is not installed")
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "cache"))
+
+
+@pytest.mark.parametrize("backend", NEEDS)
+def test_a_circuit_reports_what_the_model_expects(backend: str) -> None:
+    needs(backend)
+    for seed in range(1 if backend == "verilator" else 2):
+        assert verify(TOY, TOY.sample(seed), backend) == verified(TOY.sample(seed))
+
+
+def verified(job: Job[object, ToyParameters]) -> Verified:
+    expected = TOY.expected(job)
+    return Verified(len(expected.events.cycle), sum(expected.cycles.values()), 0, None)
+
+
+def test_every_backend_is_tested() -> None:
+    assert set(BACKENDS) == set(NEEDS)
+
+
+def run_of(circuit: Circuit, expected: Expected) -> str:
+    needs("cxxrtl")
+    return str(compared(circuit, expected, simulate(circuit, expected)).first)
+
+
+def test_the_first_difference_is_named() -> None:
+    circuit, expected = TOY.circuit(JOB), TOY.expected(JOB)
+    one_bit = replace(circuit, images={"constant.hex": Image(8, [4])})
+    assert run_of(one_bit, expected) == "cycle 25: the model reports sum 83, the circuit sum 82 (event 12)"
+    flipped = replace(circuit, stream=Image(8, [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13]))
+    assert run_of(flipped, expected).startswith("cycle 24: the model reports partial sum 78, the circuit ")
+    late = replace(expected, events=replace(expected.events, cycle=expected.events.cycle + 1))
+    assert run_of(circuit, late).startswith(
+        "cycle 13: the model reports partial sum 1 at cycle 14, the circuit at cycle 13"
+    )
+    assert run_of(circuit, replace(expected, cycles={"load": 12, "sum": 15})) == (
+        "phase sum takes 15 cycles in the model, 14 in the circuit"
+    )
+    assert run_of(replace(circuit, stream=Image(8, [*range(1, 14)])), expected) == (
+        "the circuit takes 12 of the 13 words of its stream"
+    )
+
+
+def test_a_circuit_that_never_ends_is_a_difference() -> None:
+    circuit, expected = TOY.circuit(JOB), TOY.expected(JOB)
+    starved = replace(circuit, stream=Image(8, [1, 2, 3]))
+    needs("cxxrtl")
+    result = compared(starved, expected, simulate(starved, expected))
+    assert str(result.first) == "cycle 13: the model reports partial sum 1, the circuit nothing more"
+
+
+def test_contention_excuses_cycles_and_no_value() -> None:
+    needs("cxxrtl")
+    circuit, expected = TOY.circuit(JOB), TOY.expected(JOB)
+    late = replace(
+        expected,
+        events=replace(expected.events, cycle=expected.events.cycle + 1),
+        cycles={"load": 12, "sum": 15},
+        contention="two blocks read one memory",
+    )
+    result = compared(circuit, late, simulate(circuit, expected))
+    assert (result.differences, result.first, round(result.deviation, 3)) == (0, None, 0.037)
+    wrong = replace(late, events=replace(late.events, value=late.events.value + np.uint64(1)))
+    assert compared(circuit, wrong, simulate(circuit, expected)).differences == 13
+
+
+def test_verilog_that_does_not_compile_is_an_error_in_words(tmp_path: Path) -> None:
+    needs("cxxrtl")
+    bad = tmp_path / "toy_sum.v"
+    bad.write_text("module toy_sum (input wire clk)\nendmodule\n", encoding="utf-8")
+    circuit = replace(TOY.circuit(JOB), sources=(bad,))
+    with pytest.raises(RunError, match=r"Yosys, of toy_sum, fails .*toy_sum.v:2"):
+        simulate(circuit, TOY.expected(JOB))
+
+
+def test_a_waveform_is_written_around_the_first_difference(tmp_path: Path) -> None:
+    needs("cxxrtl")
+
+    class Wrong(ToyCircuit):
+        def circuit(self, job: Job[object, ToyParameters], /) -> Circuit:
+            return replace(super().circuit(job), images={"constant.hex": Image(8, [4])})
+
+    waves = tmp_path / "difference.vcd"
+    assert verify(TOY, JOB, waves=waves).first is None
+    assert not waves.exists()
+    assert verify(Wrong(), JOB, waves=waves).first is not None
+    text = waves.read_text(encoding="utf-8")
+    assert "$var" in text
+    assert "event_valid" in text
+    times = [int(line[1:]) for line in text.splitlines() if line.startswith("#")]
+    assert max(times) >= 2 * 25
+
+
+def test_a_missing_tool_names_the_command_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(
+        tools.TOOLS, "none", tools.Tool(programs=("no-such-tool",), install="apt-get install none")
+    )
+    with pytest.raises(tools.MissingToolError) as caught:
+        tools.require("none")
+    assert str(caught.value) == "none is not installed\n  hint: install it: apt-get install none"
