@@ -81,6 +81,7 @@ class ArrayCircuit(CircuitStyle):
                 "OBSTACLE_BITS": words.obstacle_bits,
                 "LONGEST": words.longest,
                 "ELEMENT_CELLS": words.element_cells,
+                "ELEMENT_BITS": max(1, (words.element_cells - 1).bit_length()),
                 "FLAGS": words.flags,
                 "LOAD_CELLS": words.load_cells,
                 "LOAD_WORDS": len(stream.words) - 1,

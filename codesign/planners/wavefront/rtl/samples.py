@@ -60,4 +60,7 @@ def _options(rng: np.random.Generator, style: str, problem: Problem) -> dict[str
     }
     if rng.random() < 0.4:
         options["penalty"] = {"distance": int(rng.integers(1, 6)), "delay": int(rng.integers(1, 5))}
+    if style == "delay_line" and rng.random() < 0.4:
+        options["element_cells"] = int(rng.choice([2, 4, 8, 16]))
+        options["read_out"] = "addressed"
     return options

@@ -25,6 +25,7 @@ module wavefront_machine #(
     parameter OBSTACLE_BITS = 0,
     parameter LONGEST = 21,
     parameter ELEMENT_CELLS = 1,
+    parameter ELEMENT_BITS = 1,     // address bits of the cells of an element
     parameter FLAGS = 2,
     parameter LOAD_CELLS = 32,
     parameter LOAD_WORDS = 2,       // of the map
@@ -53,7 +54,7 @@ module wavefront_machine #(
     reg [2:0] state;
     wire loaded, stop, scanned, tracked, reported;
     wire first_pass;                // between the wave from the obstacles and the end of its read-out
-    wire load = state == LOAD && in_valid;
+    wire load = in_ready && in_valid;
     wire [2:0] after_wave = CHAIN ? READ_OUT : TRACK ? TRACKING : REPORT;
     wire [2:0] after_read_out = first_pass ? WAVE : TRACK ? TRACKING : DONE;
     always @(posedge clk)
@@ -68,7 +69,6 @@ module wavefront_machine #(
             REPORT: if (reported) state <= DONE;
             DONE: if (start) state <= LOAD;
         endcase
-    assign in_ready = state == LOAD;
     assign phase = state <= TRACKING ? {1'b0, state} : 4'd0;
     assign done = state == DONE;
 
@@ -90,12 +90,24 @@ module wavefront_machine #(
     reg [ROW_BITS-1:0] start_row;
     reg [COLUMN_BITS-1:0] start_column;
     wire load_map = load & ~header;
-    assign loaded = load && word_number == LAST_WORD[15:0];
+    wire map_in = load && word_number == LAST_WORD[15:0];
+    generate
+        if (STYLE == 2) begin : memories
+            // The last row of cells reaches the memories one edge later.
+            reg all_in;
+            always @(posedge clk) all_in <= map_in;
+            assign loaded = all_in;
+            assign in_ready = state == LOAD && !all_in;
+        end else begin : registers
+            assign loaded = map_in;
+            assign in_ready = state == LOAD;
+        end
+    endgenerate
     always @(posedge clk) begin
         if (state != LOAD) begin
             header <= 1'b1;
             word_number <= 16'd0;
-        end else if (in_valid) begin
+        end else if (load) begin
             header <= 1'b0;
             word_number <= word_number + 16'd1;
         end
@@ -153,9 +165,9 @@ module wavefront_machine #(
                 .ROWS(ROWS), .COLUMNS(COLUMNS), .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS),
                 .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
                 .SAFE(SAFE), .WAITS(WAITS), .BITS(BITS), .OBSTACLE_BITS(OBSTACLE_BITS),
-                .LONGEST(LONGEST), .CELLS(ELEMENT_CELLS), .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
+                .LONGEST(LONGEST), .CELLS(ELEMENT_CELLS), .CELL_BITS(ELEMENT_BITS), .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
             ) array (
-                .clk(clk), .loading(state == LOAD), .load(load_map), .load_word(in_data), .loaded(loaded),
+                .clk(clk), .loading(state == LOAD), .load(load_map), .load_word(in_data),
                 .run(run), .obstacle_pass(state == OBSTACLES),
                 .stop(stop), .row(row), .column(column), .word(word)
             );
