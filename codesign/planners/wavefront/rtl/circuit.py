@@ -108,7 +108,7 @@ class ArrayCircuit(CircuitStyle):
         return expected_run(self.model, job, words)
 
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
-        """A random map of at most 12 × 12 cells with random parameters."""
+        """A random small map with random parameters."""
         return random_job(seed, self.style)
 
 

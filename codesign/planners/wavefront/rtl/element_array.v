@@ -129,7 +129,7 @@ module element_array #(
     // The end of a pass, at the end of a step.
     wire at_end;
     generate
-        if (WAITS) begin : waits
+        if (WAITS != 0) begin : waits
             wire selected;
             select_word #(
                 .ROWS(DOWN), .COLUMNS(COLUMNS), .ROW_BITS(DOWN_BITS), .COLUMN_BITS(COLUMN_BITS), .WORD(1)
@@ -160,4 +160,7 @@ module element_array #(
         read_word <= selected_word;
     end
     assign word = read_word;
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, row, column, y, moving, flags, obstacle_pass};
 endmodule

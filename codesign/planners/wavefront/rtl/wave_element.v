@@ -56,9 +56,9 @@ module wave_element #(
     localparam LINE_AT = REGISTERS + FLAGS;
     localparam LATE_AT = LINE_AT + DIAGONAL;
     localparam STATE = LATE_AT + EXTRA;
-    localparam P_AT = REGISTERS + (CORNER_CUTTING ? 0 : 1);
+    localparam P_AT = REGISTERS + (CORNER_CUTTING != 0 ? 0 : 1);
 
-    wire pass = SAFE ? obstacle_pass : 1'b0;
+    wire pass = SAFE != 0 ? obstacle_pass : 1'b0;
     wire [STATE-1:0] state, next_state;
     ram_1w1r #(.WIDTH(STATE), .DEPTH(CELLS), .ADDRESS_BITS(CELL_BITS)) cells (
         .clk(clk), .write_enable(place | run), .write_address(cell_number), .write_data(next_state),
@@ -94,7 +94,7 @@ module wave_element #(
     wire straight_in = up | right[1] | down | left[1];
     wire diagonal_in;
     generate
-        if (CORNER_CUTTING) begin : cuts
+        if (CORNER_CUTTING != 0) begin : cuts
             assign diagonal_in = right[0] | right[2] | left[2] | left[0];
             assign {open_end, open_next, open} = 3'b000;
         end else begin : keeps_corners
@@ -115,16 +115,16 @@ module wave_element #(
     genvar stage;
     generate
         for (stage = 0; stage < DIAGONAL; stage = stage + 1) begin : line_bit
-            wire before;
+            wire incoming;
             if (stage == 0) begin : head
-                assign before = diagonal_in;
+                assign incoming = diagonal_in;
             end else begin : behind
-                assign before = line[stage-1];
+                assign incoming = line[stage-1];
             end
             if (stage == ENTRY) begin : joined
-                assign line_next[stage] = ~empty & (before | straight_in);
+                assign line_next[stage] = ~empty & (incoming | straight_in);
             end else begin : alone
-                assign line_next[stage] = ~empty & before;
+                assign line_next[stage] = ~empty & incoming;
             end
         end
     endgenerate
@@ -133,8 +133,9 @@ module wave_element #(
     generate
         if (EXTRA > 0) begin : penalty
             wire p = place ? staged[2] : state[REGISTERS+2];
-            wire [EXTRA:0] late = {state[LATE_AT +: EXTRA], line[DIAGONAL-1]};
-            wire [EXTRA-1:0] late_next = empty ? {EXTRA{1'b0}} : late[EXTRA-1:0];
+            wire [EXTRA:0] late_line = {state[LATE_AT +: EXTRA], line[DIAGONAL-1]};
+            wire unused_late = late_line[EXTRA];
+            wire [EXTRA-1:0] late_next = empty ? {EXTRA{1'b0}} : late_line[EXTRA-1:0];
             assign next_state[REGISTERS+2] = p;
             assign next_state[LATE_AT +: EXTRA] = late_next;
             assign word[P_AT] = state[REGISTERS+2];
@@ -146,7 +147,7 @@ module wave_element #(
 
     // y of the next step; as a wave begins, that of its sources.
     generate
-        if (SAFE) begin : two_waves
+        if (SAFE != 0) begin : two_waves
             wire obstacles_next = place | pass & ~clear;
             assign y_next = f ? arrived_next | z & ~obstacles_next : obstacles_next & ~z;
         end else begin : one_wave
@@ -159,14 +160,17 @@ module wave_element #(
     wire [BITS-1:0] potential = state[BITS-1:0];
     assign next_state[BITS-1:0] = place | pass ? {BITS{1'b0}} : y ? potential : counter[BITS-1:0];
     generate
-        if (SAFE) begin : obstacle
+        if (SAFE != 0) begin : obstacle
             wire [OBSTACLE_BITS-1:0] distance = state[BITS +: OBSTACLE_BITS];
             assign next_state[BITS +: OBSTACLE_BITS] = place ? {OBSTACLE_BITS{1'b0}}
                 : y | ~pass ? distance : counter[OBSTACLE_BITS-1:0];
         end
-        if (!CORNER_CUTTING) begin : shown
+        if (CORNER_CUTTING == 0) begin : shown
             assign word[REGISTERS] = state[REGISTERS];
         end
     endgenerate
     assign word[REGISTERS-1:0] = state[REGISTERS-1:0];
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, above_open, below_open, left_open, right_open, state, clear, obstacle_pass, counter, line};
 endmodule
