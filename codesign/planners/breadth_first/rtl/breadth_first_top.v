@@ -8,7 +8,7 @@
 // Events, with {side, cell} as value:
 //   0 pop       the cell that leaves the queue (side 0)
 //   1 push      the cell whose neighbour on this side enters the queue
-//   2 path      a cell of the path, and the side of the cell before it (nearer to the goal) that led here
+//   2 path      a cell of the path, and the side that led there from the cell before it (side 0 at the goal)
 //   3 empty     the queue is empty and no goal was popped: the last popped cell (side 0)
 //   4 overflow  a push finds the queue full: the cell and the side; the search ends
 //
@@ -42,76 +42,62 @@ module breadth_first_top #(
     localparam [1:0] OBSTACLE = 2'd0, ON_PATH = 2'd2, VISITED = 2'd3, START = 2'd3;
     localparam PIPELINED = CYCLES == 6 ? 1 : 0;
 
-    // The cell before the first one, in Init.
-    localparam [31:0] BEFORE = LINEAR != 0 ? 32'hFFFFFFFF : (1 << COLUMN_BITS) - 1;
-
     reg [1:0] state;
-    reg [3:0] cycle;
     assign phase = {2'b00, state};
+    wire searching = state == BF;
+    wire tracking = state == PATH;
 
     // The cell that was popped; in Init the cell before that of the stream, in Path the cell that is marked.
     reg [ADDRESS_BITS-1:0] current;
-    reg current_valid;
+    reg current_valid, current_goal;
 
-    // ---- the schedule of an expansion
-    wire scheduled_read, scheduled_mark, last_cycle;
-    wire [1:0] read_side, mark_side;
+    // ---- the schedule of an expansion; popping is its first cycle
+    wire scheduled_read, scheduled_mark, last_cycle, overflow;
+    wire [1:0] mark_side;
+    wire [3:0] next_move;
     breadth_first_schedule #(.CYCLES(CYCLES)) schedule (
-        .cycle(cycle), .read(scheduled_read), .read_side(read_side),
-        .mark(scheduled_mark), .mark_side(mark_side), .last(last_cycle)
+        .clk(clk), .run(searching), .stop(overflow), .read(scheduled_read), .mark_side(mark_side),
+        .mark(scheduled_mark), .last(last_cycle), .next_move(next_move)
     );
-    wire searching = state == BF;
-    wire popping = searching && cycle == 4'd0;
+    reg popping, settling, refilling;
 
-    // ---- Path: a direction is read in even cycles, and its cell is entered two cycles later
+    // ---- Path: a direction is read in even cycles (entering), and in the next even cycle it is followed (moving)
+    reg entering, moving, moved;
     wire [1:0] direction, code;
-    wire tracking = state == PATH;
-    wire entering = tracking && !cycle[0];
-    wire moving = entering && cycle != 4'd0;
     wire arrived = moving && code == OBSTACLE;
 
-    // ---- the address of the next cell
-    wire fill, new_row;
-    wire [1:0] side = searching ? read_side : direction;
-    wire stepping = searching || moving;
+    // ---- the address of the next cell. Init and BF know the side a cycle ahead; Path follows a direction
+    reg [3:0] move;
     wire [ADDRESS_BITS-1:0] to;
-    wire outside;
+    wire leaving;
     breadth_first_move #(
         .LINEAR(LINEAR), .ROWS(ROWS), .COLUMNS(COLUMNS),
         .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS), .ADDRESS_BITS(ADDRESS_BITS)
-    ) move (
-        .from(current),
-        .north(stepping && side == 2'd0), .south(stepping ? side == 2'd1 : new_row),
-        .west(stepping && side == 2'd2), .east(stepping ? side == 2'd3 : state == INIT),
-        .to(to), .outside(outside)
+    ) neighbour (
+        .from(current), .known(move), .following(moving), .direction(direction), .to(to), .leaving(leaving)
     );
 
-    // ---- Init: row by row; a linear address has a wall after every row
-    wire wall, row_end, last_cell;
-    wire draining;
+    // ---- Init: from the cell before the first one to the last, row by row; a linear address has walls between rows
+    wire wall, row_end, last_cell, draining;
     assign in_ready = state == INIT && !wall && !draining;
-    assign fill = state == INIT && !draining && (wall || in_valid);
+    wire fill = state == INIT && !draining && (wall || in_valid);
     generate
         if (LINEAR != 0) begin : scan_linear
-            localparam [31:0] WALL = COLUMNS, LAST = ROWS * (COLUMNS + 1) - 2;
+            localparam [31:0] WALL = COLUMNS, BEFORE_LAST = ROWS * (COLUMNS + 1) - 3;
             reg [COLUMN_BITS:0] column;
             always @(posedge clk)
                 if (state == STANDBY) column <= {COLUMN_BITS+1{1'b0}};
                 else if (fill) column <= wall ? {COLUMN_BITS+1{1'b0}} : column + 1'b1;
             assign wall = column == WALL[COLUMN_BITS:0];
-            assign last_cell = to == LAST[ADDRESS_BITS-1:0];
+            assign last_cell = current == BEFORE_LAST[ADDRESS_BITS-1:0];
             assign row_end = 1'b0;
-            assign new_row = 1'b0;
         end else begin : scan_side_by_side
-            localparam [31:0] LAST_ROW = ROWS - 1, LAST_COLUMN = COLUMNS - 1;
-            reg first_of_row;
+            // The cell after the current one is the last of its row, in a map of one column of the next row.
+            localparam [31:0] BEFORE_END = COLUMNS - 2;
+            localparam [31:0] BEFORE_LAST = COLUMNS == 1 ? ROWS - 2 : ROWS - 1;
             assign wall = 1'b0;
-            assign row_end = to[COLUMN_BITS-1:0] == LAST_COLUMN[COLUMN_BITS-1:0];
-            assign last_cell = row_end && to[ADDRESS_BITS-1:COLUMN_BITS] == LAST_ROW[ROW_BITS-1:0];
-            assign new_row = state == INIT && first_of_row;
-            always @(posedge clk)
-                if (state == STANDBY) first_of_row <= 1'b0;
-                else if (fill) first_of_row <= row_end;
+            assign row_end = current[COLUMN_BITS-1:0] == BEFORE_END[COLUMN_BITS-1:0];
+            assign last_cell = row_end && current[ADDRESS_BITS-1:COLUMN_BITS] == BEFORE_LAST[ROW_BITS-1:0];
         end
     endgenerate
 
@@ -149,19 +135,17 @@ module breadth_first_top #(
             assign init_end = fill && last_cell;
         end
     endgenerate
+    wire path_mark = PIPELINED != 0 ? moving : tracking && !entering;
 
     // ---- a neighbour is pushed if it is free or a goal, and inside of the map
     reg outside_1, outside_2;
     wire read = (searching && scheduled_read) || entering;
     always @(posedge clk) begin
-        if (read) outside_1 <= outside;
+        if (read) outside_1 <= leaving;
         outside_2 <= outside_1;
     end
-    wire discovered = searching && scheduled_mark && (code[1] ^ code[0]) && !outside_2;
+    wire discovered = scheduled_mark && (code[1] ^ code[0]) && !outside_2;
     wire started = written && written_code == START;
-    wire next_valid, full;
-    wire push = (discovered && !full) || started;
-    wire path_mark = PIPELINED != 0 ? moving : tracking && cycle[0];
 
     // ---- the memories
     wire [1:0] mark_code = written ? written_code & {2{!started}} : tracking ? ON_PATH : VISITED;
@@ -176,62 +160,79 @@ module breadth_first_top #(
         .write_enable(discovered), .write_address(mark_cell), .write_data(mark_side ^ 2'd1),
         .read_enable(entering), .read_address(to), .read_data(direction)
     );
-    wire advance = (searching && last_cycle) || init_end;
+    wire next_valid, full;
+    wire unused = &{1'b0, full};
+    assign overflow = CHECKED != 0 ? discovered && full : 1'b0;
     wire [ADDRESS_BITS-1:0] next_cell;
     breadth_first_queue #(
-        .ADDRESS_BITS(ADDRESS_BITS), .WORDS(QUEUE_WORDS), .POINTER_BITS(POINTER_BITS), .CHECKED(CHECKED)
+        .ADDRESS_BITS(ADDRESS_BITS), .WORDS(QUEUE_WORDS), .POINTER_BITS(POINTER_BITS)
     ) waiting (
-        .clk(clk), .clear(state == STANDBY), .push(push), .push_cell(mark_cell), .pop(advance),
-        .settle(searching && cycle == 4'd1), .refill(searching && cycle == 4'd2),
+        .clk(clk), .clear(state == STANDBY), .preset(started), .push(discovered && !overflow), .push_cell(mark_cell),
+        .pop(last_cycle), .settle(settling), .refill(refilling),
         .next_valid(next_valid), .next_cell(next_cell), .full(full)
     );
 
-    // ---- the goal: the first that was discovered, known again when it is popped
+    // ---- the goal: the first that was discovered
     reg [ADDRESS_BITS-1:0] goal;
     reg goal_valid;
-    wire goal_popped = current_valid && goal_valid && current == goal;
-    wire overflow = discovered && full;
     always @(posedge clk) begin
         if (state == STANDBY) goal_valid <= 1'b0;
         else if (discovered && code[1]) goal_valid <= 1'b1;
         if (!goal_valid) goal <= mark_cell;
     end
 
-    // ---- the cell that is popped, and the states
+    // ---- the cell that is popped: the first that waits, or what is pushed at this very time
+    wire advance = last_cycle || init_end;
     always @(posedge clk) begin
-        if (advance) current_valid <= next_valid || push;
-        if (state == STANDBY) current <= BEFORE[ADDRESS_BITS-1:0];
+        if (advance) begin
+            current_valid <= next_valid || discovered || started;
+            current_goal <= next_valid ? goal_valid && next_cell == goal : discovered && code[1] && !goal_valid;
+        end
+        if (state == STANDBY) current <= {ADDRESS_BITS{1'b1}};
         else if (advance) begin
             if (next_valid) current <= next_cell;
-            else if (push) current <= mark_cell;
+            else if (discovered || started) current <= mark_cell;
         end else if (fill || entering) begin
             current <= to;
             if (fill && row_end) current[COLUMN_BITS-1:0] <= {COLUMN_BITS{1'b1}};
         end
+    end
 
-        done <= (popping && !current_valid) || overflow || arrived;
-        cycle <= 4'd0;
+    // ---- the states, and what the next cycle does
+    wire goal_popped = popping && current_valid && current_goal;
+    wire over = (popping && !current_valid) || overflow || arrived;
+    localparam SIDE_BY_SIDE = LINEAR == 0 ? 1 : 0;
+    always @(posedge clk) begin
+        done <= over;
+        popping <= advance && !overflow && !reset;
+        settling <= popping;
+        refilling <= settling;
+        entering <= goal_popped || (tracking && !entering);
+        moving <= tracking && !entering;
+        moved <= moving;
         case (state)
-            STANDBY: if (start) state <= INIT;
-            INIT: if (init_end) state <= BF;
-            BF: begin
-                cycle <= last_cycle ? 4'd0 : cycle + 4'd1;
-                if ((popping && !current_valid) || overflow) state <= STANDBY;
-                else if (popping && goal_popped) begin
-                    state <= PATH;
-                    cycle <= 4'd0;
+            STANDBY: begin
+                move <= {1'b0, SIDE_BY_SIDE != 0, 2'b01};
+                if (start) state <= INIT;
+            end
+            INIT: begin
+                if (fill) move <= {1'b0, row_end, 2'b01};
+                if (init_end) begin
+                    move <= next_move;
+                    state <= BF;
                 end
             end
-            PATH: begin
-                cycle <= {2'b00, cycle[1] | cycle[0], ~cycle[0]};
-                if (arrived) state <= STANDBY;
+            BF: begin
+                move <= next_move & {4{!goal_popped}};
+                if (goal_popped) state <= PATH;
             end
+            PATH: move <= 4'b0000;
         endcase
-        if (reset) state <= STANDBY;
+        if (over || reset) state <= STANDBY;
     end
 
     // ---- events
-    assign event_valid = popping || discovered || (tracking && cycle[0]);
+    assign event_valid = popping || discovered || (tracking && !entering);
     assign event_kind = popping ? (current_valid ? 4'd0 : 4'd3) : tracking ? 4'd2 : overflow ? 4'd4 : 4'd1;
-    assign event_data = {tracking ? direction & {2{cycle[1]}} : mark_side, current};
+    assign event_data = {tracking ? direction & {2{moved}} : mark_side, current};
 endmodule

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from codesign import planners
 from codesign.errors import Fault, UnsuitedError
 from codesign.models import Task
+from codesign.planners import circuits
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
@@ -44,7 +44,7 @@ KINDS = ("pop", "push", "path", "empty", "overflow")
 """Events; the head of ``breadth_first_top.v`` says what their values are."""
 
 HERE = Path(__file__).parent
-SHARED = Path(planners.__file__).parent / "verilog"
+SHARED = Path(circuits.__file__).parent / "verilog"
 MODULES = ("breadth_first_top", "breadth_first_move", "breadth_first_schedule", "breadth_first_queue")
 
 SearchJob = Job[Problem, SearchParameters]
