@@ -61,6 +61,10 @@ COMMANDS = {
         "codesign.cli.reproduce:calibrate",
         "Measure the costs of the planners' kernels on this machine.",
     ),
+    "rtl": (
+        "codesign.cli.rtl:rtl",
+        "Write the Verilog of a design point, with its test bench and memory images.",
+    ),
     "verify": (
         "codesign.cli.rtl:verify",
         "Compare circuits in Verilog with the model, cycle for cycle.",

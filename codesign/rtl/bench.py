@@ -28,7 +28,7 @@ def template(name: str) -> Any:
         undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
     )
     folder = files("codesign.rtl") / "templates"
-    return environment.from_string((folder / name).read_text(encoding="utf-8"))
+    return environment.from_string((folder / f"{name}.jinja").read_text(encoding="utf-8"))
 
 
 def bench_files(circuit: Circuit, expected: Expected) -> dict[str, str]:
