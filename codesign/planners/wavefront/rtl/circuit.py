@@ -30,7 +30,9 @@ MACHINE = (
 DELAY_LINE, ADDER_COMPARATOR, ELEMENTS = 0, 1, 2
 """The arrays that the machine knows, by their number."""
 
-TRACKER_NOTE = "The first step of the tracked path begins with the start that the first word of the stream names."
+TRACKER_NOTE = (
+    "The first step of the tracked path begins with the start that the first word of the stream names."
+)
 
 
 class ArrayCircuit(CircuitStyle):
