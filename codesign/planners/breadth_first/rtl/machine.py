@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from codesign.errors import Fault, UnsuitedError
 from codesign.models import Task
-from codesign.planners import circuits
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
@@ -32,7 +31,7 @@ from codesign.planners.breadth_first.styles.steps import (
     discoverers,
     expansions,
 )
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 
@@ -44,7 +43,6 @@ KINDS = ("pop", "push", "path", "empty", "overflow")
 """Events; the head of ``breadth_first_top.v`` says what their values are."""
 
 HERE = Path(__file__).parent
-SHARED = Path(circuits.__file__).parent / "verilog"
 MODULES = ("breadth_first_top", "breadth_first_move", "breadth_first_schedule", "breadth_first_queue")
 
 SearchJob = Job[Problem, SearchParameters]

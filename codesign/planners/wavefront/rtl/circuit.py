@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import Circuit, CircuitStyle, Expected
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
@@ -20,7 +20,6 @@ from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
-SHARED = HERE.parents[1] / "verilog"
 MACHINE = (
     *("wavefront_machine", "select_word", "path_tracker", "delay_line_array", "delay_line_node"),
     *("adder_array", "adder_node", "element_array", "wave_element"),
