@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import Design, Placed
+from benchmarks.designs import FEW, Design, Placed
 from codesign.planners.velocity_obstacle.plan.problem import generate
 
 
@@ -14,7 +14,8 @@ def robot(count: int, style: str, **parameters: Any) -> Design:
 
 
 CLOCKS = [
-    Placed(robot(*of), part)
-    for part in ("LFE5U-85F-8", "GW2A-18-7")
-    for of in ((2, "sequential"), (2, "hybrid"), (4, "pipelined"), (4, "hybrid"), (8, "sequential"))
+    Placed(robot(2, "sequential"), "LFE5U-85F-8", FEW),
+    Placed(robot(4, "hybrid"), "LFE5U-85F-8", FEW),
+    Placed(robot(4, "pipelined"), "LFE5U-85F-8"),
+    Placed(robot(2, "sequential"), "GW2A-18-7", FEW),
 ]

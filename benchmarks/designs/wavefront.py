@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import Design, Placed, free_map
+from benchmarks.designs import FEW, Design, Placed, free_map
 
 
 def array(side: int, style: str = "delay_line", **parameters: Any) -> Design:
@@ -13,13 +13,12 @@ def array(side: int, style: str = "delay_line", **parameters: Any) -> Design:
 
 
 CLOCKS = [
-    Placed(array(side, **parameters), part)
-    for part in ("LFE5U-85F-8", "GW2A-18-7")
-    for side in (8, 16, 32)
-    for parameters in ({}, {"read_out": "chain"})
-    if not (part == "GW2A-18-7" and side == 32)
-] + [
-    Placed(array(12), "LFE5U-85F-8"),
-    Placed(array(16, "adder_comparator"), "LFE5U-85F-8"),
-    Placed(array(32, element_cells=32), "LFE5U-85F-8"),
+    Placed(array(16), "LFE5U-85F-8", FEW),
+    Placed(array(8), "LFE5U-85F-8"),
+    Placed(array(16, read_out="chain"), "LFE5U-85F-8", FEW),
+    Placed(array(8), "GW2A-18-7", FEW),
+    Placed(array(32), "LFE5U-85F-8", FEW),
+    Placed(array(8, "adder_comparator"), "LFE5U-85F-8", FEW),
+    Placed(array(32, element_cells=32), "LFE5U-85F-8", FEW),
+    Placed(array(16), "GW2A-18-7", FEW),
 ]
