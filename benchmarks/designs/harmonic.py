@@ -9,10 +9,9 @@ from benchmarks.designs import FEW, Design, Placed, free_map
 
 
 def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
-    block = {"rows": rows, "columns": columns}
-    return Design(
-        "bit_serial", {"block": block, "pipeline": pipeline, **parameters}, partial(free_map, rows, columns)
-    )
+    common = {"iterations": 6, "schedule": {"first": 7, "step": 8, "last": 63}}
+    settings = {"block": (rows, columns), "pipeline": pipeline, **common, **parameters}
+    return Design("bit_serial", settings, partial(free_map, rows, columns))
 
 
 CLOCKS = [
