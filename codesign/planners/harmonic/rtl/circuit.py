@@ -42,6 +42,18 @@ STAGE_BITS = 10
 PHASES = (LOAD, RELAX, DECIDE, READ)
 KINDS = ("visit", "stage", "decision", "bits")
 
+PIECES = {
+    "nodes": ("harmonic_node",),
+    "clusters": ("harmonic_cluster",),
+    "array control": ("harmonic_array",),
+    "OR trees": ("harmonic_or_tree",),
+    "borders": ("harmonic_border",),
+    "border addresses": ("harmonic_address",),
+    "control": ("harmonic", "harmonic_control", "harmonic_load", "harmonic_delay"),
+    "decision": ("harmonic_decision",),
+}
+"""The modules of each line of the demand."""
+
 
 class BitSerialCircuit(CircuitStyle):
     """The block-synchronous array with its control."""
@@ -68,6 +80,7 @@ class BitSerialCircuit(CircuitStyle):
             phases=PHASES,
             kinds=KINDS,
             event_bits=event_bits(block, grid, parameters.iterations),
+            pieces=PIECES,
         )
 
     def expected(self, job: Job[Problem, RelaxParameters]) -> Expected:

@@ -160,6 +160,7 @@ module harmonic_control #(
         rows_over <= chunk == LAST_CHUNK && row == LAST_ROW;
         if (home) begin
             block <= LAST_BLOCK;
+            wrap <= 1'b1;
             block_column <= LAST_COLUMN;
             block_line <= LAST_LINE;
             row <= {ROW_BITS{1'b0}};
