@@ -61,6 +61,10 @@ COMMANDS = {
         "codesign.cli.reproduce:calibrate",
         "Measure the costs of the planners' kernels on this machine.",
     ),
+    "verify": (
+        "codesign.cli.rtl:verify",
+        "Compare circuits in Verilog with the model, cycle for cycle.",
+    ),
     "check": (
         "codesign.cli.inspect:check",
         "Check platform and workload files, and report all faults at once.",
