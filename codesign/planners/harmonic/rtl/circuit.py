@@ -100,7 +100,9 @@ def _check(job: Job[Problem, RelaxParameters]) -> None:
     if job.start is not None:
         faults.append(("start", "no circuit loads start values", "plan from zero: policy restart"))
     if not job.does(DETECT):
-        faults.append(("detect", "no circuit leaves the test of a sweep to another component", "place it with relax"))
+        faults.append(
+            ("detect", "no circuit leaves the test of a sweep to another component", "place it with relax")
+        )
     least, first = timing.least_precision(*shape, pipeline), parameters.precisions[0]
     if first < least:
         what = f"a pass of {first} bits ends before the OR trees over {shape[0]} × {shape[1]} nodes answer"

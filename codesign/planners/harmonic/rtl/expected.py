@@ -13,11 +13,11 @@ from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.plan.relax import work
 from codesign.planners.harmonic.plan.stages import StageEnd
+from codesign.planners.harmonic.rtl.stream import nearest_cell
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.bit_serial import BitSerial, relax_costs
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, RELAX, single_visits
 from codesign.planners.interface import Problem
-from codesign.planners.harmonic.rtl.stream import nearest_cell
 from codesign.planners.job import Job
 
 VISIT, STAGE, DECISION, BITS = range(4)

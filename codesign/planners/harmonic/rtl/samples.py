@@ -25,7 +25,10 @@ def random_job(seed: int) -> Job[Problem, RelaxParameters]:
     free.flat[int(random.integers(free.size))] = True
     cells = [(int(row), int(column)) for row, column in np.argwhere(free)]
     # Three goals or less: no free cell has four of them around it.
-    goals = tuple(cells[index] for index in random.choice(len(cells), min(len(cells), int(random.integers(1, 4))), False))
+    goals = tuple(
+        cells[index]
+        for index in random.choice(len(cells), min(len(cells), int(random.integers(1, 4))), False)
+    )
     parameters = _parameters(random, shape)
     start = cells[int(random.integers(len(cells)))]
     inside = None if random.random() < NEARLY_ALWAYS else frozenset({"relax", "detect"})
@@ -35,7 +38,10 @@ def random_job(seed: int) -> Job[Problem, RelaxParameters]:
 
 def _parameters(random: np.random.Generator, shape: tuple[int, int]) -> RelaxParameters:
     parts = [int(random.integers(1, min(side, 3) + 1)) for side in shape]
-    block = tuple(-(-side // part) + int(random.random() > NEARLY_ALWAYS) for side, part in zip(shape, parts, strict=True))
+    block = tuple(
+        -(-side // part) + int(random.random() > NEARLY_ALWAYS)
+        for side, part in zip(shape, parts, strict=True)
+    )
     pipeline = int(random.integers(2))
     options: dict[str, Any] = {
         "block": block,

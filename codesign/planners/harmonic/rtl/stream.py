@@ -91,7 +91,9 @@ def position_word(job: Job[Problem, RelaxParameters]) -> int:
     height, width = parameters.block_shape(*problem.shape)
     down, across = parameters.block_grid(*problem.shape)
     last = parameters.precisions[-1]
-    (line, row), (place, column) = (divmod(*pair) for pair in zip(nearest_cell(job), (height, width), strict=True))
+    (line, row), (place, column) = (
+        divmod(*pair) for pair in zip(nearest_cell(job), (height, width), strict=True)
+    )
     word, shift = column, index_bits(width)
     word |= row << shift
     shift += index_bits(height)

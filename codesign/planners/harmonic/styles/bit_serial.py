@@ -16,7 +16,15 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Te
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
-from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, Costs, Visits, block_notes, relax_steps
+from codesign.planners.harmonic.styles.steps import (
+    DECIDE,
+    LOAD,
+    READ,
+    Costs,
+    Visits,
+    block_notes,
+    relax_steps,
+)
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
