@@ -88,7 +88,9 @@ class DesignPoint:
         return self.laws.power(self.system.job, round(clock))[1]
 
 
-def design_point(platform: Platform, workload: Workload, settings: Mapping[str, Any], name: str) -> DesignPoint:
+def design_point(
+    platform: Platform, workload: Workload, settings: Mapping[str, Any], name: str
+) -> DesignPoint:
     """The design point of a platform and a workload with settings of axes.
 
     Raises:
@@ -119,7 +121,9 @@ def read_manifest(path: Path) -> dict[str, Any]:
     """
 
     def fault(what: str, line: int = 0) -> SpecError:
-        return SpecError([Fault(str(path), line, 1 if line else 0, "", what, "export the design again: hwsw rtl")])
+        return SpecError(
+            [Fault(str(path), line, 1 if line else 0, "", what, "export the design again: hwsw rtl")]
+        )
 
     try:
         with path.open("rb") as stream:
@@ -170,12 +174,17 @@ def check_design(report: Report, point: DesignPoint, expected: str | None) -> st
     if report.part and not names_part(report.part, point.part):
         what = f"is of part {clip(report.part, 40)}, and the design point is on {point.part.full_name}"
         raise InputError(what, report.file, "name the report of this part, or set the part with --set")
+    if not point.part.family.startswith(report.family):
+        what = f"is of family {report.family}, and {point.part.full_name} is a {point.part.family}"
+        raise InputError(what, report.file, "name the report of this part, or set the part with --set")
     if expected is not None and report.top.startswith(PREFIX) and report.top != expected:
         what = f"is of design {clip(report.top, 40)}, and the design point makes {expected}"
         raise InputError(what, report.file, "name the report of this design, or its own PLATFORM WORKLOAD")
     if report.top and report.top == expected:
         return None
-    named = f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"
+    named = (
+        f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"
+    )
     return f"{report.file}: {named}; it is taken for {point.name}"
 
 

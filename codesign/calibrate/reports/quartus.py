@@ -122,8 +122,9 @@ def _used(text: Text, named: Mapping[str, tuple[str, int]]) -> dict[str, Reading
             value, line = named[name]
             scale = 0.5 if name in _HALF else 1.0
             used[resource] = text.reading(value.split("/")[0], line, scale)
-    if "flip_flops" not in used:
-        raise text.cut_off("the number of registers")
+    for name in ("Total registers", "Total PLLs"):
+        if name not in named:
+            raise text.cut_off(name)
     return used
 
 
