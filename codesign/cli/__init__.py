@@ -61,6 +61,10 @@ COMMANDS = {
         "codesign.cli.calibrate:calibrate",
         "Fit costs to this machine, or laws to the reports of your FPGA tool.",
     ),
+    "verify": (
+        "codesign.cli.rtl:verify",
+        "Compare circuits in Verilog with the model, cycle for cycle.",
+    ),
     "check": (
         "codesign.cli.inspect:check",
         "Check platform and workload files, and report all faults at once.",

@@ -6,7 +6,7 @@ import json
 
 import click
 
-from codesign.cli.options import memory_option, settings_of
+from codesign.cli.options import memory_option, set_option, settings_of
 from codesign.errors import SpecError, printable
 
 KINDS = ("platform", "workload", "part", "host", "result", "study", "explanation", "reproduction", "advice")
@@ -14,9 +14,7 @@ KINDS = ("platform", "workload", "part", "host", "result", "study", "explanation
 
 @click.command(short_help="Check platform and workload files.")
 @click.argument("files", nargs=-1, required=True)
-@click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
-)
+@set_option
 @memory_option
 @click.option("--json", "as_json", is_flag=True, help="Print the faults as JSON.")
 def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None, as_json: bool) -> None:

@@ -139,6 +139,10 @@ memory_option = click.option(
 )
 
 
+set_option = click.option(
+    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
+)
+
 need_option = click.option(
     "--need",
     "needs",

@@ -17,13 +17,15 @@ from codesign.cli.options import (
     memory_option,
     need_option,
     output_options,
+    set_option,
     settings_of,
 )
-from codesign.errors import EXIT_INFEASIBLE, InputError, printable
+from codesign.cli.specs import specs_of
+from codesign.errors import EXIT_INFEASIBLE, printable
 
 if TYPE_CHECKING:
     from codesign.cli.progress import Show
-    from codesign.inputs import Constraint, Platform, Workload
+    from codesign.inputs import Constraint
     from codesign.results.result import Result
     from codesign.system import MissionProgress
 
@@ -36,9 +38,7 @@ _QUIET_SECONDS = 5.0
 @click.option(
     "--point", type=int, metavar="INDEX", help="Run this point of STUDY, a file of hwsw explore, again."
 )
-@click.option(
-    "--set", "settings", multiple=True, metavar="AXIS=VALUE", help="Set an axis, e.g. workload.variant=NAME."
-)
+@set_option
 @need_option
 @click.option(
     "--trace", "trace_file", type=click.Path(dir_okay=False, path_type=Path), help="Write an MCAP trace."
@@ -95,7 +95,7 @@ def run(
 
     debug_step("modules loaded")
     values, limits = settings_of(settings), needs_of(needs)
-    platform, workload_spec, asked = _specs_of(specs, point)
+    platform, workload_spec, asked = specs_of(specs, point)
     check_outputs(
         {"--trace": trace_file, "--html": page}, (*specs, workload_spec.map_file), plain=["--trace"]
     )
@@ -138,30 +138,6 @@ def _end(result: Result) -> None:
         raise struck
     if not result.feasible:
         raise click.exceptions.Exit(EXIT_INFEASIBLE)
-
-
-def _specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Sequence[Constraint]]:
-    """Platform and workload, of two sources or of a point of a study; and the constraints that are asked for."""
-    import codesign
-    from codesign.units import counted
-
-    if point is None:
-        if len(specs) != 2:
-            hint = "name a platform and a workload, or a file of hwsw explore with --point INDEX"
-            raise InputError(f"{counted(len(specs), 'argument')}", "run", hint)
-        workload = codesign.load_workload(specs[1])
-        section = workload.explore
-        return codesign.load_platform(specs[0]), workload, () if section is None else section.constraints
-    if len(specs) != 1:
-        hint = "name the file of hwsw explore alone: the study holds platform and workload"
-        raise InputError(f"{counted(len(specs), 'argument')}", "run --point", hint)
-    from codesign.exploration import load_study
-
-    study = load_study(specs[0])
-    platform, workload = study.point(point).specs()
-    if study.specs is not None and study.specs.note:
-        click.echo(f"note: {study.specs.note}", err=True)
-    return platform, workload, study.constraints
 
 
 def _print_files(result: Result, trace_file: Path | None, page: Path | None, *, silent: bool) -> None:

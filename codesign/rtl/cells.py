@@ -46,25 +46,22 @@ class OutputRegister:
 class Family:
     """How designs for a family of parts are synthesised.
 
-    ``parts``: the families of part files that it serves. ``command``: of Yosys, for the hierarchy without flattening.
+    ``command``: of Yosys, for the hierarchy without flattening.
     ``registers``: the output registers of its block RAMs, by cell. ``true_two_ports``: whether a block RAM has two
     ports that both read and write.
     """
 
     name: str
-    parts: tuple[str, ...]
     command: str
     registers: Mapping[str, tuple[OutputRegister, ...]] = field(default_factory=dict)
     true_two_ports: bool = True
 
 
-def _xilinx(
-    name: str, part: str, registers: Mapping[str, tuple[OutputRegister, ...]] | None = None
-) -> Family:
+def _xilinx(name: str, registers: Mapping[str, tuple[OutputRegister, ...]] | None = None) -> Family:
     # Without wide multiplexers: Yosys gives most functions of five and six inputs to MUXF5 and MUXF6 otherwise, two and
     # four LUT each. ISE did so only where it saved time, and the papers count LUT.
     command = f"synth_xilinx -family {name} -noiopad -noclkbuf -nowidelut"
-    return Family(name, (part,), command, registers or {})
+    return Family(name, command, registers or {})
 
 
 _RAMB16 = (
@@ -81,30 +78,27 @@ _SDPB = (OutputRegister("DO", {"READ_MODE": "1"}),)
 FAMILIES = {
     family.name: family
     for family in (
-        _xilinx("xc2v", "Virtex-II"),
-        _xilinx("xc2vp", "Virtex-II Pro"),
-        _xilinx("xc3se", "Spartan-3E"),
-        _xilinx("xc4v", "Virtex-4", {"RAMB16": _RAMB16}),
+        _xilinx("xc2v"),
+        _xilinx("xc2vp"),
+        _xilinx("xc3se"),
+        _xilinx("xc4v", {"RAMB16": _RAMB16}),
         Family(
             "xc7",
-            ("Artix-7", "Zynq-7000"),
             "synth_xilinx -family xc7 -noiopad -noclkbuf",
             {"RAMB18E1": _RAMB16, "RAMB36E1": _RAMB16},
         ),
         Family(
             "ecp5",
-            ("ECP5",),
             "synth_ecp5 -noflatten -nowidelut",
             {"DP16KD": _DP16KD, "PDPW16KD": (OutputRegister(r"DO\d+", {"REGMODE": "OUTREG"}),)},
         ),
         Family(
             "gowin",
-            ("GW2A", "GW1N"),
             "synth_gowin -family gw2a -noflatten -nowidelut -noiopads",
             {cell: _DPB for cell in ("DPB", "DPX9B")}
             | {cell: _SDPB for cell in ("SDPB", "SDPX9B", "SP", "SPX9", "pROM", "pROMX9")},
         ),
-        Family("ice40", ("iCE40 HX", "iCE40 UltraPlus"), "synth_ice40 -noflatten", true_two_ports=False),
+        Family("ice40", "synth_ice40 -noflatten", true_two_ports=False),
     )
 }
 """The families that designs are synthesised for, by the name that Yosys gives them."""
@@ -150,12 +144,3 @@ def counts_of(cell: str) -> Counts:
     raise RunError(
         f"Yosys mapped a part of the design to the cell {cell}, which is not counted", "hwsw synth"
     )
-
-
-def family_of(part_family: str) -> Family | None:
-    """The family that synthesises for parts of ``part_family``; None where no open tool is used for them here.
-
-    >>> family_of("Zynq-7000").name, family_of("PolarFire")
-    ('xc7', None)
-    """
-    return next((family for family in FAMILIES.values() if part_family in family.parts), None)

@@ -30,6 +30,7 @@ def cxxrtl(circuit: Circuit, expected: Expected, waves: Waves | None = None) -> 
         MissingToolError: pyosys, or a compiler of C++, is not installed.
         RunError: Yosys or the compiler refuses the Verilog.
     """
+    tools.require("pyosys")
     driver = files("codesign.rtl").joinpath("templates", "driver.cc").read_text(encoding="utf-8")
     images = [text for name in sorted(circuit.images) for text in (name, circuit.images[name].hex_text())]
     what = "waves" if waves else "no waves"

@@ -1,8 +1,8 @@
 """Synthesis of a circuit by Yosys (pyosys) for a family: what each of its modules and each line of its demand takes.
 
 Modules are synthesised one by one, each once for all its instances: an array of hundreds of equal nodes takes as long
-as one node. The boundaries of modules remain, so that a count belongs to a module and so to a line. Block RAMs then take
-over the flip-flops behind their outputs (``netlist.merge_output_registers``). For placement the result is flattened.
+as one node. The boundaries of modules remain, so that a count belongs to a module and so to a line. Block RAMs then
+take over the flip-flops behind their outputs (``merge_output_registers``). For placement the result is flattened.
 """
 
 from __future__ import annotations
@@ -110,6 +110,14 @@ def synthesise(circuit: Circuit, family_name: str) -> Synthesis:
         seconds=run["seconds"],
         digest=digest,
     )
+
+
+def hierarchy(circuit: Circuit, family_name: str) -> Netlist:
+    """The mapped modules of a circuit, as ``synthesise`` counts them."""
+    family = family_named(family_name)
+    digest = synthesis_digest(circuit, family)
+    with kept("synthesis", digest, lambda folder: _synthesise(circuit, family, folder)) as folder:
+        return Netlist.of(json.loads((folder / "netlist.json").read_text(encoding="utf-8")))
 
 
 def flatten(circuit: Circuit, family_name: str, folder: Path) -> None:

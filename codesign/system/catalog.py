@@ -18,6 +18,7 @@ from codesign.errors import Fault, InputError, SpecError, choose_hint
 from codesign.inputs import SpecModel, Workload
 from codesign.inputs.files import Source
 from codesign.models import TaskParameters
+from codesign.planners.circuits import CircuitStyle
 from codesign.planners.interface import Planner
 from codesign.planners.plug_in import GROUP, PlugIn, Reproduce
 from codesign.planners.reproduction import Settings
@@ -64,6 +65,14 @@ def task_styles() -> Mapping[tuple[str, str, str, str], TaskStyle]:
         (style.planner, style.task, style.component_type, style.style): style
         for each in plug_ins()
         for style in each.task_styles
+    }
+
+
+@cache
+def circuits() -> Mapping[tuple[str, str, str], CircuitStyle]:
+    """Every installed circuit by (planner, style, task); the task is "" for the planning task."""
+    return {
+        (each.planner, each.style, each.task): each for plug_in in plug_ins() for each in plug_in.circuits
     }
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rtl_tools import NEEDS, needs
 from toy_circuit import ToyCircuit, ToyParameters
 
 from codesign.errors import RunError
@@ -18,18 +19,6 @@ from codesign.rtl.verify import Verified, compared, verify
 
 TOY = ToyCircuit()
 JOB: Job[object, ToyParameters] = Job(np.arange(1, 13), ToyParameters())
-NEEDS = {"cxxrtl": "pyosys", "icarus": "iverilog", "verilator": "verilator"}
-
-
-def needs(backend: str) -> None:
-    """Skip where the tools of a backend are not installed."""
-    if tools.command_of(NEEDS[backend]) is None:
-        pytest.skip(f"{NEEDS[backend]} is not installed")
-
-
-@pytest.fixture(autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path_factory.getbasetemp() / "cache"))
 
 
 @pytest.mark.parametrize("backend", NEEDS)

@@ -22,7 +22,7 @@ LEVELS: list[list[str]] = [
     ["inputs"],
     ["planners.task_graph", "planners.external_memory"],
     ["planners.job", "planners.quality", "planners.demand"],
-    ["planners.clock_law", "planners.interface", "planners.reproduction"],
+    ["planners.clock_law", "planners.measured", "planners.interface", "planners.reproduction"],
     ["planners.paths", "planners.styles", "planners.circuits"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from codesign.planners.breadth_first.paper.settings import BreadthFirstSettings
 from codesign.planners.breadth_first.plan.planner import PLANNER
+from codesign.planners.breadth_first.rtl import CIRCUITS
 from codesign.planners.breadth_first.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.breadth_first.styles.probes import PROBES
 from codesign.planners.plug_in import PlugIn, Samples
@@ -22,6 +23,7 @@ PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
+    circuits=CIRCUITS,
     probes=PROBES,
     reproduce=_reproduce,
     settings=BreadthFirstSettings,

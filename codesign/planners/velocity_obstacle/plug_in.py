@@ -6,6 +6,7 @@ from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 from codesign.planners.velocity_obstacle.paper.settings import VelocityObstacleSettings
 from codesign.planners.velocity_obstacle.plan.planner import PLANNER
+from codesign.planners.velocity_obstacle.rtl import CIRCUITS
 from codesign.planners.velocity_obstacle.styles import ARCHITECTURES
 
 
@@ -20,6 +21,7 @@ def _reproduce(
 PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
+    circuits=CIRCUITS,
     reproduce=_reproduce,
     settings=VelocityObstacleSettings,
     samples=Samples(

@@ -2,7 +2,7 @@
 //
 // A read takes one edge: read_data holds the word of the address that the last edge saw. With OUTPUT_REGISTER = 1
 // it takes two. A read of the word that the same edge writes is undefined: no circuit does it (no_rw_check).
-// Without an image the contents are unknown until they are written.
+// It is a block RAM, however few words it has. Without an image the contents are unknown until they are written.
 //
 // One port that writes, one port that reads.
 module ram_1w1r #(
@@ -21,7 +21,7 @@ module ram_1w1r #(
     input  wire [ADDRESS_BITS-1:0] read_address,
     output wire [WIDTH-1:0]        read_data
 );
-    (* no_rw_check *) reg [WIDTH-1:0] words [0:DEPTH-1];
+    (* no_rw_check, ram_style = "block" *) reg [WIDTH-1:0] words [0:DEPTH-1];
     reg [WIDTH-1:0] word;
 
     generate

@@ -2,7 +2,7 @@
 //
 // A read takes one edge: read_data holds the word of the address that the last edge saw. With OUTPUT_REGISTER = 1
 // it takes two. A read of the word that the same edge writes is undefined: no circuit does it (no_rw_check).
-// Without an image the contents are unknown until they are written.
+// It is a block RAM, however few words it has. Without an image the contents are unknown until they are written.
 //
 // Two ports, each of which reads or writes at an edge. A port that writes keeps its read_data.
 module ram_2rw #(
@@ -25,7 +25,7 @@ module ram_2rw #(
     input  wire [WIDTH-1:0]        write_data_b,
     output wire [WIDTH-1:0]        read_data_b
 );
-    (* no_rw_check *) reg [WIDTH-1:0] words [0:DEPTH-1];
+    (* no_rw_check, ram_style = "block" *) reg [WIDTH-1:0] words [0:DEPTH-1];
     reg [WIDTH-1:0] word_a, word_b;
 
     generate

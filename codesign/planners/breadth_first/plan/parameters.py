@@ -23,6 +23,17 @@ class MicroArchitecture(StrEnum):
     PIPELINED = "pipelined"
 
 
+class Address(StrEnum):
+    """The address of a cell in the memories.
+
+    - ``side_by_side``: row and column, each of whole bits; no word is added to the map.
+    - ``linear``: row × (columns + 1) + column; a wall follows every row but the last.
+    """
+
+    SIDE_BY_SIDE = "side_by_side"
+    LINEAR = "linear"
+
+
 class MemoryPlace(StrEnum):
     """The place of the memories of the search.
 
@@ -50,6 +61,13 @@ class SearchParameters(TaskParameters):
     micro_architecture: Annotated[
         MicroArchitecture, Field(description="cycles a neighbour: three_cycles, two_cycles or pipelined")
     ] = MicroArchitecture.THREE_CYCLES
+    address: Annotated[
+        Address,
+        Field(
+            description="address of a cell: side_by_side (row and column), or linear, which takes fewer memories where"
+            " a side is a little over a power of two"
+        ),
+    ] = Address.SIDE_BY_SIDE
     memory: Annotated[
         MemoryPlace, Field(description="where the cells, the directions and the queue are kept")
     ] = MemoryPlace.BLOCK_RAM

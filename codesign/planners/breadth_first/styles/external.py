@@ -51,17 +51,17 @@ def placed(parameters: SearchParameters, memory: ExternalMemoryLaw | None) -> Se
     return parameters.model_copy(update={"memory": MemoryPlace.PROCESS_EXTERNAL})
 
 
-def entry_bits(problem: Problem) -> int:
+def entry_bits(problem: Problem, parameters: SearchParameters) -> int:
     """Bits of a queue entry outside: an address in whole bytes."""
-    return -(-address_bits(*problem.shape) // BYTE) * BYTE
+    return -(-address_bits(*problem.shape, parameters.address) // BYTE) * BYTE
 
 
 def contents(problem: Problem, parameters: SearchParameters) -> dict[str, int]:
     """Bits of every external memory, by name."""
-    words = 1 << address_bits(*problem.shape)
+    words = 1 << address_bits(*problem.shape, parameters.address)
     process = {
         "directions": BYTE * words,
-        "queue": entry_bits(problem) * (parameters.queue_words or words),
+        "queue": entry_bits(problem, parameters) * (parameters.queue_words or words),
     }
     return {"cells": BYTE * words, **process} if parameters.memory is MemoryPlace.EXTERNAL else process
 
@@ -100,12 +100,12 @@ def clock_limit(alone: Figure, memory: ExternalMemoryLaw) -> Figure:
 
 def init(problem: Problem, parameters: SearchParameters, memory: ExternalMemoryLaw) -> tuple[int, Traffic]:
     """Cycles of state Init, and its traffic."""
-    inside = timing.init_cycles(problem.free.size)
+    inside = timing.init_cycles(problem.shape, parameters)
     if parameters.memory is not MemoryPlace.EXTERNAL:
         return inside, _traffic(0, 0)
-    words = _words(BYTE * problem.free.size, memory)
+    words = _words(BYTE * timing.cell_words(problem.shape, parameters.address), memory)
     outside = memory.sequential_cycles(words)
-    return max(inside, outside + timing.INIT_CHANGES), _traffic(outside, words)
+    return max(inside, outside), _traffic(outside, words)
 
 
 def path(
@@ -132,7 +132,7 @@ def search(
     cells[:-1] = CELLS_A_POP[parameters.memory] + CELLS_A_PUSH[parameters.memory] * pushes
     runs[:-1] = np.diff(np.cumsum(np.concatenate(([1], pushes))) // BUFFERED)
     runs[: plan.popped_cells : BUFFERED] += 1
-    words = _words(BUFFERED * entry_bits(problem), memory)
+    words = _words(BUFFERED * entry_bits(problem, parameters), memory)
     cycles = _cell_cycles(memory) * cells + memory.run_cycles(words) * runs
     return Traffic(memory.refreshed_units(cycles), _words(BYTE, memory) * cells + words * runs)
 

@@ -8,10 +8,17 @@ bits and 268 to 274 at 14 by our synthesis (a line through the middles), 99 to 1
 
 from __future__ import annotations
 
+from bisect import bisect_right
+
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.breadth_first import published
-from codesign.planners.breadth_first.plan.parameters import MemoryPlace, SearchParameters, VgaController
+from codesign.planners.breadth_first.plan.parameters import (
+    Address,
+    MemoryPlace,
+    SearchParameters,
+    VgaController,
+)
 from codesign.planners.breadth_first.styles import timing
 from codesign.planners.demand import Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw
@@ -39,15 +46,27 @@ SLICE_PACKING = 1.13
 
 PORTS = 2
 
+LARGEST_SIDE = 4096
+"""Of the maps that a lever names."""
 
-def address_bits(rows: int, columns: int) -> int:
-    """Bits of a cell's address, row and column side by side.
 
-    >>> address_bits(30, 30), address_bits(100, 100), address_bits(1000, 1000)
-    (10, 14, 20)
+def side_bits(cells: int) -> int:
+    """Bits of a row or a column, or of an address among ``cells``."""
+    return max(1, (cells - 1).bit_length())
+
+
+def address_bits(rows: int, columns: int, address: Address = Address.SIDE_BY_SIDE) -> int:
+    """Bits of a cell's address.
+
+    >>> [address_bits(side, side) for side in (30, 100, 130)]
+    [10, 14, 16]
+    >>> [address_bits(side, side, Address.LINEAR) for side in (30, 100, 130)]
+    [10, 14, 15]
     """
-    # Side by side an address needs no multiplication. The price: each side is rounded up to a power of two.
-    return max(1, (rows - 1).bit_length()) + max(1, (columns - 1).bit_length())
+    # Side by side, each side is rounded up to a power of two.
+    if address is Address.LINEAR:
+        return side_bits(timing.cell_words((rows, columns), address))
+    return side_bits(rows) + side_bits(columns)
 
 
 def block_rams(words: int, width: int, part: Part) -> int:
@@ -58,7 +77,7 @@ def block_rams(words: int, width: int, part: Part) -> int:
 
 def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str, tuple[int, int]]:
     """(words, bits a word) of every memory on the chip."""
-    bits = address_bits(rows, columns)
+    bits = address_bits(rows, columns, parameters.address)
     words = 1 << bits
     shapes = {}
     if parameters.memory is not MemoryPlace.EXTERNAL:
@@ -82,7 +101,7 @@ def items(
     problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
 ) -> tuple[Line, ...]:
     """The demand of a design, item by item."""
-    bits = address_bits(*problem.shape)
+    bits = address_bits(*problem.shape, parameters.address)
     logic = [
         (
             "state machine",
@@ -131,11 +150,9 @@ def block_ram_total(rows: int, columns: int, parameters: SearchParameters, part:
 
 def largest_side(parameters: SearchParameters, part: Part) -> int:
     """Side of the largest square map that fits the block RAMs of the part; 0: not even one cell."""
-    side = 0
-    for bits in range(1, 13):
-        if block_ram_total(1 << bits, 1 << bits, parameters, part) <= part.resources["block_rams"].value:
-            side = 1 << bits
-    return side
+    budget = part.resources["block_rams"].value
+    sides = range(1, LARGEST_SIDE + 1)
+    return bisect_right(sides, budget, key=lambda side: block_ram_total(side, side, parameters, part))
 
 
 def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[str, tuple[Lever, ...]]:
@@ -149,6 +166,7 @@ def levers(problem: Problem, parameters: SearchParameters, part: Part) -> dict[s
     dropped = {} if parameters.display is VgaController.NONE else {"display": VgaController.NONE}
     for changes in (
         dropped if parameters.display is VgaController.COPY else {},
+        {"address": Address.LINEAR},
         {"memory": MemoryPlace.PROCESS_EXTERNAL},
         {"memory": MemoryPlace.EXTERNAL, **dropped},
     ):
@@ -176,7 +194,7 @@ def _largest_queue(shape: tuple[int, int], parameters: SearchParameters, part: P
     """Words of the largest circular queue, a power of two, that fits with the other memories; 0: none."""
     if parameters.memory is not MemoryPlace.BLOCK_RAM:
         return 0
-    for bits in range(address_bits(*shape) - 1, 3, -1):
+    for bits in range(address_bits(*shape, parameters.address) - 1, 3, -1):
         changed = parameters.model_copy(update={"queue_words": 1 << bits})
         if block_ram_total(*shape, changed, part) <= budget:
             return 1 << bits

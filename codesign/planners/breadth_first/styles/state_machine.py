@@ -119,19 +119,20 @@ class StateMachine(Architecture):
         problem = job.problem
         if job.parameters.memory is MemoryPlace.EXTERNAL:
             return None
-        words = 1 << resources.address_bits(*problem.shape)
+        words = 1 << resources.address_bits(*problem.shape, job.parameters.address)
         return Memory(1, {"cells": min(words, 16_384)})
 
     def work(self, job: Job[Problem, SearchParameters]) -> Generator[Step, None, BreadthFirstPlan]:
         """Phases ``init``, ``bf`` and ``path``; with ``detail`` a unit of ``bf`` is a popped cell.
 
-        State Path is the task ``track``. Every search begins anew: ``start`` changes nothing. The addresses are those
-        of the search alone. A display that reads the same memory is a component of its own.
+        State Path is the task ``track``; a search for a field ends with the empty queue. Every search begins anew:
+        ``start`` changes nothing. The addresses are those of the search alone. A display that reads the same memory is
+        a component of its own.
         """
         problem, parameters, external = job.problem, job.parameters, job.external
         parameters = outside.placed(parameters, external)
         addresses = int(parameters.memory is not MemoryPlace.EXTERNAL)
-        cycles, traffic = timing.init_cycles(problem.free.size), None
+        cycles, traffic = timing.init_cycles(problem.shape, parameters), None
         if external is not None:
             cycles, traffic = outside.init(problem, parameters, external)
         yield step(INIT, cycles, addresses, traffic)
@@ -144,7 +145,7 @@ class StateMachine(Architecture):
             yield from steps(SEARCH, units, searching, traffic)
         else:
             yield step(SEARCH, int(units.sum()), searching, traffic)
-        if plan.reached and job.does(TRACK):
+        if plan.reached and not plan.everywhere and job.does(TRACK):
             cycles = timing.path_cycles(len(plan.path), parameters.memory, parameters.external_cycles)
             if external is not None:
                 cycles, traffic = outside.path(plan, parameters, external)

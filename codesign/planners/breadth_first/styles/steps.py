@@ -23,8 +23,8 @@ BATCH = 1 << 16
 """The most units of a step, so that memory does not hold a large map twice."""
 
 
-def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
-    """Int64, one entry a popped cell: the number of cells that its expansion pushed."""
+def discoverers(search: BreadthFirstPlan) -> NDArray[np.int64]:
+    """Int64, one entry a pushed cell but the start: the rank, from 0, of the pop that pushed it."""
     columns = search.directions.shape[1]
     offsets = np.array([down * columns + right for down, right in NEIGHBOURS], np.int64)
     discovered = search.pushed[1:].astype(np.int64)
@@ -32,7 +32,13 @@ def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
     assert UNKNOWN not in sides, "every pushed cell but the start was discovered by another"
     rank = np.zeros(search.directions.size, np.int64)
     rank[search.pushed] = np.arange(search.pushed_cells)
-    return np.bincount(rank[discovered + offsets[sides]], minlength=search.popped_cells).astype(np.int64)
+    ranks: NDArray[np.int64] = rank[discovered + offsets[sides]]
+    return ranks
+
+
+def pushes_of_each_pop(search: BreadthFirstPlan) -> NDArray[np.int64]:
+    """Int64, one entry a popped cell: the number of cells that its expansion pushed."""
+    return np.bincount(discoverers(search), minlength=search.popped_cells).astype(np.int64)
 
 
 def steps(

@@ -36,7 +36,7 @@ class PathMachine(TaskStyle):
     def demand(self, job: Job[Problem, SearchParameters]) -> Demand:
         """The directions; logic of the whole state machine, which is an upper bound."""
         problem, part = job.problem, job.chip
-        bits = resources.address_bits(*problem.shape)
+        bits = resources.address_bits(*problem.shape, job.parameters.address)
         rams = resources.block_rams(1 << bits, resources.DIRECTION_BITS, part)
         law = f"{1 << bits:,} words of {resources.DIRECTION_BITS} bits"
         bound = "upper bound: the whole state machine"

@@ -1,11 +1,17 @@
 """Cycles of the state machine.
 
-    cycles = c_init·cells + b·(V - 1) + c_path·(L + 1) + c_0
+    cycles = c_init·words + b·(V - 1) + c_path·(L + 1) + c_0
 
-V popped cells with the goal, L steps of the path, cells = rows × columns. Own RTL follows this exactly: c_init = 1
-(CopyMem clears one cell a cycle), c_path = 2 (MarkPath reads a direction, then marks the cell), and b = 14 where a
-neighbour takes 3 cycles, 9 where it takes 2, 6 where the four are pipelined. The constant of the RTL was not kept;
-c_0 is assumed from the states: see ``CONSTANT``.
+V popped cells with the goal, L steps of the path. The RTL of this package follows this exactly, and so do its events
+(``hwsw verify``):
+
+- c_init = 1: CopyMem takes a cell a cycle from the stream that brings the map. With linear addresses it also writes
+  the wall after every row but the last. Pipelined, the last cell is written two cycles later.
+- b = 14 where a neighbour takes 3 cycles, 9 where it takes 2, 6 where the four are pipelined. One more cycle shows
+  that the popped cell is the goal, or that the queue is empty: then there are b·V cycles before it.
+- c_path = 2: MarkPath reads a direction, then marks the cell. One more cycle shows that the cell is the start.
+
+So c_0 is 2, pipelined 4. A search for a field ends with the empty queue, and has no state Path.
 
 Every access to an external memory adds its latency: a queue word for each pop, a queue word and a direction for each
 push, a direction for each cell of the path. Where the cells are external too, each pop reads four of them, and each
@@ -15,10 +21,15 @@ latency. All of this is assumed: the paper has no figure.
 
 from __future__ import annotations
 
-from codesign.planners.breadth_first.plan.parameters import MemoryPlace, MicroArchitecture
+from codesign.planners.breadth_first.plan.parameters import (
+    Address,
+    MemoryPlace,
+    MicroArchitecture,
+    SearchParameters,
+)
 
 INIT_CYCLES = 1
-"""c_init: cycles for each cell of the map."""
+"""c_init: cycles for each word of the memory of the cells."""
 PATH_CYCLES = 2
 """c_path: cycles for each cell of the path."""
 
@@ -29,18 +40,31 @@ EXPANSION_CYCLES = {
 }
 """b: cycles from one pop to the next."""
 
+PUSH_CYCLES = {
+    MicroArchitecture.THREE_CYCLES: (3, 6, 9, 12),
+    MicroArchitecture.TWO_CYCLES: (3, 5, 7, 8),
+    MicroArchitecture.PIPELINED: (2, 3, 4, 5),
+}
+"""Cycles from a pop to the push of its northern, southern, western and eastern neighbour."""
+
 SEARCH_ADDRESSES = {
     MicroArchitecture.THREE_CYCLES: 1,
     MicroArchitecture.TWO_CYCLES: 1,
     MicroArchitecture.PIPELINED: 2,
 }
-"""Addresses that the memory of the cells gets in a cycle. Pipelined, one neighbour is read while the previous one is
-marked."""
+"""Addresses that the memory of the cells gets in a cycle. Pipelined, one neighbour is read while another is marked."""
 
-INIT_CHANGES, SEARCH_CHANGES, PATH_CHANGES = 1, 3, 2
-"""Standby to Init; Init to BF, the push of the start and the pop of the goal; BF to Path, and back to Standby."""
-CONSTANT = INIT_CHANGES + SEARCH_CHANGES + PATH_CHANGES
-"""c_0, assumed."""
+DRAIN_CYCLES = {
+    MicroArchitecture.THREE_CYCLES: 0,
+    MicroArchitecture.TWO_CYCLES: 0,
+    MicroArchitecture.PIPELINED: 2,
+}
+"""Cycles of state Init after the last cell. Pipelined, the port that writes gets its address through two registers."""
+
+SEARCH_CHANGES = 1
+"""Cycles of state BF besides its expansions: the goal, or the empty queue, is seen."""
+PATH_CHANGES = 1
+"""Cycles of state Path after its last cell: the start is seen."""
 
 ACCESSES_A_POP = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 1, MemoryPlace.EXTERNAL: 5}
 ACCESSES_A_PUSH = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 2, MemoryPlace.EXTERNAL: 3}
@@ -48,9 +72,20 @@ ACCESSES_A_PATH_CELL = {MemoryPlace.BLOCK_RAM: 0, MemoryPlace.PROCESS_EXTERNAL: 
 """Accesses to the external memory."""
 
 
-def init_cycles(cells: int) -> int:
-    """Cycles of state Init."""
-    return INIT_CYCLES * cells + INIT_CHANGES
+def cell_words(shape: tuple[int, int], address: Address) -> int:
+    """Words that state Init writes for a map of (rows, columns): its cells, and the walls of linear addresses.
+
+    >>> cell_words((130, 130), Address.SIDE_BY_SIDE), cell_words((130, 130), Address.LINEAR)
+    (16900, 17029)
+    """
+    rows, columns = shape
+    return rows * columns + (rows - 1 if address is Address.LINEAR else 0)
+
+
+def init_cycles(shape: tuple[int, int], parameters: SearchParameters) -> int:
+    """Cycles of state Init for a map of (rows, columns)."""
+    words = cell_words(shape, parameters.address)
+    return INIT_CYCLES * words + DRAIN_CYCLES[parameters.micro_architecture]
 
 
 def path_cycles(path_cells: int, place: MemoryPlace, external_cycles: int) -> int:
@@ -61,21 +96,16 @@ def path_cycles(path_cells: int, place: MemoryPlace, external_cycles: int) -> in
 
 
 def ending_cycles(place: MemoryPlace, external_cycles: int) -> int:
-    """Cycles of state BF outside of its expansions: push of the start, pop of the goal (or an empty queue)."""
+    """Cycles of state BF outside of its expansions: pop of the goal, or an empty queue."""
     return SEARCH_CHANGES + (0 if place is MemoryPlace.BLOCK_RAM else 2 * external_cycles)
 
 
-def total_cycles(
-    cells: int,
-    popped: int,
-    path_steps: int,
-    micro_architecture: MicroArchitecture = MicroArchitecture.THREE_CYCLES,
-) -> int:
+def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameters: SearchParameters) -> int:
     """The law for a search that reaches its goal, all memories on the chip.
 
-    >>> total_cycles(100 * 100, 4075, 300)
-    67644
+    >>> total_cycles((100, 100), 4075, 300, SearchParameters())
+    67640
     """
     # The goal is popped but not expanded: V - 1 expansions. A path of L steps marks L + 1 cells.
-    expansions = EXPANSION_CYCLES[micro_architecture] * (popped - 1)
-    return INIT_CYCLES * cells + expansions + PATH_CYCLES * (path_steps + 1) + CONSTANT
+    expansions = EXPANSION_CYCLES[parameters.micro_architecture] * (popped - 1) + SEARCH_CHANGES
+    return init_cycles(shape, parameters) + expansions + path_cycles(path_steps + 1, MemoryPlace.BLOCK_RAM, 0)

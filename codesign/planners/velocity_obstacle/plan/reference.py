@@ -134,6 +134,22 @@ def brake(numbers: Arithmetic, velocity: tuple[Number, Number]) -> tuple[Number,
     return x, y
 
 
+def change_to(numbers: Arithmetic, robot: RobotState, candidate: int) -> tuple[Number, Number] | None:
+    """The change of velocity to a candidate, or None where the acceleration does not allow it in one step."""
+    speed, direction = divmod(candidate, numbers.directions)
+    wanted = numbers.velocities[speed][direction]
+    x, y = wanted[0] - robot.velocity[0], wanted[1] - robot.velocity[1]
+    return None if x * x + y * y > numbers.change_squared else (x, y)
+
+
+def take(
+    numbers: Arithmetic, robot: RobotState, change: tuple[Number, Number]
+) -> tuple[tuple[Number, Number], tuple[Number, Number]]:
+    """Position and velocity of a robot after a step with the acceleration of a ``change`` of velocity."""
+    x, y = (numbers.rescale(component * numbers.inverse_step, "change_inverse_step") for component in change)
+    return pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
+
+
 def choose(
     numbers: Arithmetic, robots: Sequence[RobotState], index: int, parameters: AvoidParameters
 ) -> Choice:
@@ -152,17 +168,12 @@ def choose(
     ]
     checks = trials = 0
     for candidate in candidates(numbers, to_goal(numbers, robot)):
-        speed, direction = divmod(candidate, numbers.directions)
-        wanted = numbers.velocities[speed][direction]
-        change = wanted[0] - robot.velocity[0], wanted[1] - robot.velocity[1]
         checks += 1
-        if change[0] * change[0] + change[1] * change[1] > numbers.change_squared:
+        change = change_to(numbers, robot, candidate)
+        if change is None:
             continue
         trials += 1
-        x, y = (
-            numbers.rescale(component * numbers.inverse_step, "change_inverse_step") for component in change
-        )
-        position, velocity = pos_vel_update(numbers, robot.position, robot.velocity, (x, y))
+        position, velocity = take(numbers, robot, change)
         if fits(numbers, *position) and not any(
             _on_course(numbers, robot.velocity, position, velocity, other, parameters) for other in others
         ):

@@ -1,14 +1,17 @@
 """Cycles of all modules, and the clock.
 
 The cycles of pos_vel_update and coll_detect are published, and follow from their products (``schedule``). The paper
-says of the other modules only that their cycles do not depend on the number of robots. They are counted alike, one
-product a cycle and one cycle to sum up or compare, and assumed:
+says of the other modules only that their cycles do not depend on the number of robots. Theirs are those of the RTL of
+this package (``rtl``), which ``hwsw verify`` holds against these laws cycle for cycle. One multiplier serves them in
+turn, one product a cycle:
 
-- target check: two squares of the distance to the target;
-- velocity selector: the direction by halving an octant, two products each time, once an update; then one cycle a
-  candidate to read it from the array;
-- acceleration check: two squares, and for a candidate that passes two products, the acceleration itself;
-- PID control: three products an axis.
+- load: the target, then position and velocity of each robot, a word a cycle;
+- target check: two squares of the distance to the target, and a cycle to compare;
+- velocity selector: the direction by halving an octant, two products each time, and a cycle to mirror it, once an
+  update; then one cycle a candidate to read it from the array;
+- acceleration check: two squares and a cycle to compare, and for a candidate that passes two more cycles for the
+  acceleration itself;
+- PID control: three products an axis, and a cycle to sum up.
 
 A trial of the paper (Table II) is one candidate. The number of trials of an update follows from a run only.
 """
@@ -30,14 +33,15 @@ from codesign.planners.velocity_obstacle.published import CLOCK, FAMILY, PAPER, 
 from codesign.planners.velocity_obstacle.styles.resources import units_of
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
 
-TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
+LOAD, TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
+    "load",
     "target_check",
     "velocity_selector",
     "acceleration_check",
     "verify",
     "pid",
 )
-PHASES = (TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID)
+PHASES = (LOAD, TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID)
 """The phases of an update, in order; ``verify`` is pos_vel_update and coll_detect, the cycles of Table II."""
 
 FASTEST_SHOWN = 100_000_000
@@ -48,6 +52,7 @@ FASTEST_SHOWN = 100_000_000
 class UpdateCosts:
     """Cycles of one update: once, for each candidate, and for each trial."""
 
+    load: int
     target_check: int
     select_once: int
     select_candidate: int
@@ -65,12 +70,13 @@ class UpdateCosts:
         once = np.where(candidates > 0, self.select_once, 0)
         each = (self.select_candidate + self.check_candidate) * candidates
         return np.asarray(
-            self.target_check + once + each + (self.check_trial + self.trial) * tried + self.pid
+            self.load + self.target_check + once + each + (self.check_trial + self.trial) * tried + self.pid
         )
 
     def phases(self, checks: int, trials: int) -> dict[str, int]:
         """The cycles of each phase of one update of one robot."""
         return {
+            LOAD: self.load,
             TARGET_CHECK: self.target_check,
             SELECT: (self.select_once if checks else 0) + self.select_candidate * checks,
             ACCELERATION_CHECK: self.check_candidate * checks + self.check_trial * trials,
@@ -93,15 +99,19 @@ def module_latencies(parameters: AvoidParameters) -> tuple[int, int]:
     )
 
 
+def halvings(parameters: AvoidParameters) -> int:
+    """How often the selector halves an octant: its directions // 8 bounds part it into as many directions and one."""
+    return math.ceil(math.log2(parameters.directions // 8 + 1))
+
+
 def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
     """The costs of an update in a style."""
-    # Directions // 8 bounds part an octant into as many directions and one more: its logarithm in halvings.
-    halvings = math.ceil(math.log2(parameters.directions // 8 + 1))
     return UpdateCosts(
-        # A product a cycle and a cycle to sum up or compare. Target check: x², y². Acceleration check: cx², cy², and
-        # for a trial cx / t, cy / t. PID: three gains on two axes. All assumed; only ``trial`` is Table II.
+        # The target's word, and two words a robot. Target check: x², y², compare. Acceleration check: cx², cy², compare;
+        # cx / t is formed while the squares are compared, so a trial takes two cycles more. PID: three gains on two axes.
+        load=2 * robots + 1,
         target_check=3,
-        select_once=2 * halvings + 1,
+        select_once=2 * halvings(parameters) + 1,
         select_candidate=1,
         check_candidate=3,
         check_trial=2,

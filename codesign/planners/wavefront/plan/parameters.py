@@ -32,7 +32,17 @@ class Course(StrEnum):
     COMPLETE = "complete"
 
 
+class ReadOut(StrEnum):
+    """How the potentials leave the array."""
+
+    ADDRESSED = "addressed"
+    CHAIN = "chain"
+
+
 Delay = Annotated[int, Field(ge=1, le=MAX_DELAY)]
+MAX_ELEMENT_CELLS = 1024
+"""Rows of one memory."""
+
 MAX_TILES = 16_384
 """Each visit of a tile costs this program tens of microseconds, whatever its size."""
 
@@ -89,6 +99,22 @@ class PropagateParameters(TaskParameters):
         tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")
     ] = DELAYS
     penalty: Annotated[Penalty | None, Field(description="extra delay near obstacles")] = None
+    read_out: Annotated[
+        ReadOut,
+        Field(
+            description="addressed: a node is read by row and column, like a RAM; chain: the registers shift the"
+            " potentials out after the wave, one a cycle, into a memory"
+        ),
+    ] = ReadOut.ADDRESSED
+    element_cells: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=MAX_ELEMENT_CELLS,
+            description="cells of a column that share one processing element of style delay_line: a step of the wave"
+            " takes as many cycles",
+        ),
+    ] = 1
     tile: Annotated[
         tuple[Side, Side] | None,
         Field(description="rows and columns of the array of style tiled; by default the whole map"),

@@ -1,0 +1,158 @@
+"""Synthesise and place designs of this package, and record the rows that laws are fitted to.
+
+python -m benchmarks.measure resources ROOM [FAMILY ...]
+python -m benchmarks.measure clocks ROOM [PART ...]
+
+Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
+design takes its place. The designs stand in ``benchmarks/designs/ROOM.py``.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import codesign
+from benchmarks.designs import Design, Placed
+from codesign.files import write_atomically
+from codesign.planners.circuits import Circuit, CircuitStyle
+from codesign.planners.job import Job
+from codesign.planners.measured import ClockRow, ResourceRow, Row, clock_rows, resource_rows, rows_text
+from codesign.rtl.cells import FAMILIES
+from codesign.rtl.design import digest_of_circuit
+from codesign.rtl.place import Placement, device_of, place
+from codesign.rtl.synthesis import Synthesis, synthesise
+from codesign.rtl.tools import version_of
+
+
+def designs_module(room: str) -> Any:
+    return import_module(f"benchmarks.designs.{room}")
+
+
+def file_of(room: str, kind: str) -> Path:
+    return Path(codesign.__file__).parent / "planners" / room / "measured" / f"{kind}.json"
+
+
+def read(room: str, kind: str, styles: Sequence[CircuitStyle]) -> list[Row]:
+    reader = resource_rows if kind == "resources" else clock_rows
+    reader.cache_clear()
+    return [row for each in styles for row in reader(room, each.style, each.task)]
+
+
+def put(room: str, kind: str, styles: Sequence[CircuitStyle], row: Row) -> None:
+    """Write a row into the file of its room, in the place of one of the same key."""
+    rows = [other for other in read(room, kind, styles) if other.key != row.key]
+    path = file_of(room, kind)
+    path.parent.mkdir(exist_ok=True)
+    rows = sorted([*rows, row], key=lambda each: each.key)
+    write_atomically(path, rows_text(rows).encode())
+
+
+def designs_of(room: str, designs: Sequence[Design]) -> Iterator[tuple[CircuitStyle, Circuit]]:
+    """The circuit of each design, with its style."""
+    plug_in = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN
+    planner = plug_in.planner
+    for design in designs:
+        style = next(
+            each for each in plug_in.circuits if (each.style, each.task) == (design.style, design.task)
+        )
+        parameters = planner.tasks[planner.planning_task].model_validate(design.parameters)
+        yield style, style.circuit(Job(design.problem(), parameters, **design.job))
+
+
+def variables_of(circuit: Circuit) -> dict[str, int]:
+    return {name: value for name, value in circuit.parameters.items() if isinstance(value, int)}
+
+
+def resource_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis) -> ResourceRow:
+    return ResourceRow(
+        style=style.style,
+        task=style.task,
+        family=synthesis.family,
+        digest=digest_of_circuit(circuit),
+        variables=variables_of(circuit),
+        pieces={
+            piece: {kind: amount for kind, amount in counts.by_resource().items() if amount}
+            for piece, counts in synthesis.pieces.items()
+        },
+        tools=version_of("pyosys"),
+    )
+
+
+def measure_resources(room: str, families: Sequence[str]) -> None:
+    styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    for style, circuit in designs_of(room, designs_module(room).RESOURCES):
+        for family in families:
+            begun = time.monotonic()
+            synthesis = synthesise(circuit, family)
+            put(room, "resources", styles, resource_row(style, circuit, synthesis))
+            took = time.monotonic() - begun
+            print(
+                f"{room} {style.style} {variables_of(circuit)} {family}: {synthesis.total}, {took:.1f} s",
+                flush=True,
+            )
+
+
+def clock_row(
+    style: CircuitStyle, circuit: Circuit, synthesis: Synthesis, placements: Sequence[Placement]
+) -> ClockRow:
+    by_clock = sorted(placements, key=lambda each: each.clock)
+    median = by_clock[(len(by_clock) - 1) // 2]
+    path = median.path
+    device, _ = device_of(median.part)
+    return ClockRow(
+        style=style.style,
+        task=style.task,
+        family=synthesis.family,
+        part=median.part,
+        digest=digest_of_circuit(circuit),
+        variables=variables_of(circuit),
+        totals=synthesis.total.by_resource(),
+        clocks=[each.clock for each in placements],
+        source=path.source,
+        source_ns=path.source_ns,
+        levels=path.levels,
+        logic_ns=path.logic_ns,
+        routing_ns=path.routing_ns,
+        setup_ns=path.setup_ns,
+        path=path.words,
+        tools=f"{version_of('pyosys')}, {version_of(device.tool)}",
+    )
+
+
+def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]) -> None:
+    styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
+    for placed in placements:
+        if parts and placed.part not in parts:
+            continue
+        [(style, circuit)] = designs_of(room, [placed.design])
+        synthesis = synthesise(circuit, device_of(placed.part)[0].family)
+        done: list[Placement] = []
+        for seed in placed.seeds:
+            done.append(place(circuit, placed.part, seed))
+            put(room, "clocks", styles, clock_row(style, circuit, synthesis, done))
+            clock, path, took = done[-1].clock / 1e6, done[-1].path.words, done[-1].seconds
+            print(
+                f"{room} {style.style} {placed.part} {variables_of(circuit)} "
+                f"seed {seed}: {clock:.1f} MHz, {took:.0f} s, {path}",
+                flush=True,
+            )
+
+
+def main(words: list[str]) -> None:
+    match words:
+        case ["resources", room, *families]:
+            # No block RAM of the iCE40 has two ports that write.
+            measure_resources(room, families or [name for name in FAMILIES if FAMILIES[name].true_two_ports])
+        case ["clocks", room, *parts]:
+            measure_clocks(room, designs_module(room).CLOCKS, parts)
+        case _:
+            raise SystemExit(__doc__)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,170 @@
+"""``hwsw verify`` and ``hwsw rtl``: circuits against the model, and their Verilog in a folder."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from codesign.cli.options import debug_option, debug_step, set_option, settings_of
+from codesign.cli.specs import specs_of
+from codesign.errors import EXIT_FAILED, InputError, choose_hint, printable
+from codesign.units import counted
+
+if TYPE_CHECKING:
+    from codesign.rtl.campaign import Asked, Checked, StyleChecked
+
+_BACKENDS = ("cxxrtl", "icarus", "verilator")
+
+
+@click.command(short_help="Compare circuits in Verilog with the model, cycle for cycle.")
+@click.argument("specs", nargs=-1, metavar="[PLATFORM WORKLOAD | STUDY]")
+@click.option(
+    "--point", type=int, metavar="INDEX", help="Verify this point of STUDY, a file of hwsw explore."
+)
+@set_option
+@click.option(
+    "--all", "every", is_flag=True, help="Verify random design points of every style that has a circuit."
+)
+@click.option("--planner", "planners", multiple=True, help="With --all: only the circuits of this planner.")
+@click.option(
+    "--points",
+    type=click.IntRange(1, 10_000),
+    metavar="N",
+    help="With --all: points of each style.  [default: 3]",
+)
+@click.option("--seed", type=click.IntRange(0), metavar="S", help="With --all: the first seed.  [default: 0]")
+@click.option(
+    "--backend", type=click.Choice(_BACKENDS), default=_BACKENDS[0], show_default=True, help="The simulator."
+)
+@click.option(
+    "--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Points verified at a time."
+)
+@click.option(
+    "--waves",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write the waveform around the first difference (VCD, for GTKWave).",
+)
+@debug_option
+@click.option("--json", "as_json", is_flag=True, help="Print every point as JSON.")
+def verify(
+    specs: tuple[str, ...],
+    point: int | None,
+    settings: tuple[str, ...],
+    every: bool,
+    planners: tuple[str, ...],
+    points: int | None,
+    seed: int | None,
+    backend: str,
+    jobs: int,
+    waves: Path | None,
+    as_json: bool,
+) -> None:
+    """Simulate the circuit of WORKLOAD on PLATFORM, and compare all that it reports with the model.
+
+    Every event is compared in its kind, its value and its cycle, and every phase in its cycles. A difference is printed
+    with its first cycle.
+
+    With --all, random design points on random maps are verified. Sample S is the same for the same seed S.
+
+    The exit code is 1 where a circuit differs from the model, or a run fails.
+    """
+    from codesign.cli.outputs import check_outputs
+    from codesign.cli.progress import Advance, progress_shown
+    from codesign.rtl.campaign import verify_all
+
+    check_outputs({"--waves": waves}, specs, plain=["--waves"])
+    asked = _samples(specs, point, settings, planners, points, seed) if every else None
+    if asked is None:
+        _refuse_options(
+            {"--planner": bool(planners), "--points": points is not None, "--seed": seed is not None}
+        )
+        asked = [_design_point(specs, point, settings)]
+    debug_step("files read and checked")
+    begun, done = time.monotonic(), 0
+    with progress_shown(quiet=as_json) as show:
+
+        def progress(checked: Checked) -> None:
+            nonlocal done
+            done += 1
+            left = (time.monotonic() - begun) / done * (len(asked) - done)
+            show(Advance(done, len(asked), f"points verified, {checked.planner} {checked.style}", left))
+
+        styles = verify_all(asked, backend, jobs, progress if every else None, waves)
+    debug_step("verified")
+    _print(styles, waves, as_json)
+    if not all(each.equal for each in styles):
+        raise click.exceptions.Exit(EXIT_FAILED)
+
+
+def _samples(
+    specs: tuple[str, ...],
+    point: int | None,
+    settings: tuple[str, ...],
+    planners: tuple[str, ...],
+    points: int | None,
+    seed: int | None,
+) -> list[Asked]:
+    """Random points of all circuits, or of those of some planners."""
+    from codesign.rtl.campaign import samples
+    from codesign.system import catalog
+
+    if specs or settings or point is not None:
+        hint = "leave PLATFORM, WORKLOAD, --set and --point out, or leave --all out"
+        raise InputError("--all draws its design points itself", "verify --all", hint)
+    circuits = catalog.circuits()
+    for name in planners:
+        if name not in {owner for owner, *_ in circuits}:
+            hint = choose_hint(name, {owner for owner, *_ in circuits})
+            raise InputError(f"no planner named {name!r} has circuits", "--planner", hint)
+    styles = [style for (owner, *_), style in circuits.items() if not planners or owner in planners]
+    if not styles:
+        raise InputError("no planner has circuits", "verify --all", "install a planner with circuits")
+    first = seed or 0
+    return samples(styles, range(first, first + (points or 3)))
+
+
+def _refuse_options(given: dict[str, bool]) -> None:
+    for option, present in given.items():
+        if present:
+            raise InputError("is for --all only", option, "add --all, or leave it out")
+
+
+def _design_point(specs: tuple[str, ...], point: int | None, settings: tuple[str, ...]) -> Asked:
+    """The design point of platform and workload, or of a study."""
+    from codesign.rtl.campaign import Asked
+    from codesign.rtl.placed import placed
+    from codesign.system import point_of
+
+    platform, workload, _ = specs_of(specs, point)
+    design = placed(*point_of(platform, workload, settings_of(settings)))
+    return Asked(design.style, f"{platform.name} {workload.name}", lambda: design.job)
+
+
+def _print(styles: Sequence[StyleChecked], waves: Path | None, as_json: bool) -> None:
+    from codesign.report import render_text
+    from codesign.report.verification_tables import difference_text, verification_table
+
+    if as_json:
+        click.echo(json.dumps([asdict(each) | {"equal": each.equal} for each in styles], indent=2))
+        return
+    click.echo(render_text(verification_table(styles)))
+    wrong = [point for each in styles for point in each.points if not point.equal]
+    for point in wrong:
+        click.echo(printable(difference_text(point), None))
+    for each in styles:
+        if not each.equal and all(point.equal for point in each.points):
+            click.echo(f"{each.planner} {each.style}: the cycles deviate by more than contention excuses")
+    if waves is not None:
+        seen = any(point.verified is not None for point in wrong)
+        click.echo(
+            f"waveform: {printable(str(waves), None)}" if seen else "no difference: no waveform is written"
+        )
+    count = sum(len(each.points) for each in styles)
+    if not wrong:
+        click.echo(f"{counted(count, 'design point')}: every event equals the model in kind, value and cycle")

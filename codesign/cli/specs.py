@@ -1,0 +1,41 @@
+"""Platform and workload of a command: two files or names, or a point of a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from codesign.errors import InputError
+
+if TYPE_CHECKING:
+    from codesign.inputs import Constraint, Platform, Workload
+
+
+def specs_of(specs: tuple[str, ...], point: int | None) -> tuple[Platform, Workload, Sequence[Constraint]]:
+    """Platform and workload, of two sources or of a point of a study; and the constraints that are asked for."""
+    import codesign
+    from codesign.units import counted
+
+    if point is None:
+        if len(specs) != 2:
+            hint = "name a platform and a workload, or a file of hwsw explore with --point INDEX"
+            raise InputError(f"{counted(len(specs), 'argument')}", _command(), hint)
+        workload = codesign.load_workload(specs[1])
+        section = workload.explore
+        return codesign.load_platform(specs[0]), workload, () if section is None else section.constraints
+    if len(specs) != 1:
+        hint = "name the file of hwsw explore alone: the study holds platform and workload"
+        raise InputError(f"{counted(len(specs), 'argument')}", f"{_command()} --point", hint)
+    from codesign.exploration import load_study
+
+    study = load_study(specs[0])
+    platform, workload = study.point(point).specs()
+    if study.specs is not None and study.specs.note:
+        click.echo(f"note: {study.specs.note}", err=True)
+    return platform, workload, study.constraints
+
+
+def _command() -> str:
+    return click.get_current_context().info_name or ""

@@ -1,0 +1,199 @@
+"""The circuit of style ``state_machine``, and what a run of it has to report.
+
+Values of events follow from the plan, cycles from ``styles.timing``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from codesign.errors import Fault, UnsuitedError
+from codesign.models import Task
+from codesign.planners import circuits
+from codesign.planners.breadth_first.plan.parameters import (
+    Address,
+    MemoryPlace,
+    SearchParameters,
+    VgaController,
+)
+from codesign.planners.breadth_first.plan.search import BreadthFirstPlan
+from codesign.planners.breadth_first.rtl.samples import random_job
+from codesign.planners.breadth_first.styles import resources, timing
+from codesign.planners.breadth_first.styles.state_machine import StateMachine
+from codesign.planners.breadth_first.styles.steps import (
+    INIT,
+    PATH,
+    SEARCH,
+    TRACK,
+    discoverers,
+    expansions,
+)
+from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.interface import Problem
+from codesign.planners.job import Job
+
+OBSTACLE, FREE, GOAL, START = range(4)
+"""A word of the load stream: a cell of the map, row by row."""
+
+POP, PUSH, PATH_CELL, EMPTY, OVERFLOW = range(5)
+KINDS = ("pop", "push", "path", "empty", "overflow")
+"""Events; the head of ``breadth_first_top.v`` says what their values are."""
+
+HERE = Path(__file__).parent
+SHARED = Path(circuits.__file__).parent / "verilog"
+MODULES = ("breadth_first_top", "breadth_first_move", "breadth_first_schedule", "breadth_first_queue")
+
+SearchJob = Job[Problem, SearchParameters]
+
+
+def unsuited(key: str, what: str, hint: str) -> UnsuitedError:
+    """The error about a parameter that no circuit has."""
+    return UnsuitedError([Fault("circuit", 0, 0, key, what, hint)])
+
+
+def refuse(job: SearchJob) -> None:
+    """Raise UnsuitedError where no circuit of the state machine does the job."""
+    problem, parameters = job.problem, job.parameters
+    if parameters.memory is not MemoryPlace.BLOCK_RAM or job.external is not None:
+        raise unsuited("search.memory", "no circuit has an external memory", "take block_ram")
+    if parameters.display is not VgaController.NONE:
+        raise unsuited("search.display", "no circuit has a display", "take none")
+    if not job.does(TRACK):
+        raise unsuited("track", "no circuit sends the directions away", "place track where search is placed")
+    if problem.task is not Task.FIELD and problem.starts[0] in problem.goals:
+        raise unsuited(
+            "problem.starts", "two bits a cell cannot say both start and goal", "name another start"
+        )
+
+
+def addresses(
+    cells: NDArray[np.integer], shape: tuple[int, int], parameters: SearchParameters
+) -> NDArray[np.uint64]:
+    """Uint64: the addresses of ``cells``, row × columns + column, in the memories of the circuit."""
+    rows, columns = np.divmod(cells.astype(np.uint64), np.uint64(shape[1]))
+    stride = shape[1] + 1
+    if parameters.address is Address.SIDE_BY_SIDE:
+        stride = 1 << resources.side_bits(shape[1])
+    return rows * np.uint64(stride) + columns
+
+
+def stream(problem: Problem) -> NDArray[np.uint64]:
+    """Uint64: the map as the circuit takes it. A search for a field starts at its goal and ends at none."""
+    words = problem.free.astype(np.uint64)
+    if problem.task is Task.FIELD:
+        words[problem.goals[0]] = START
+    else:
+        for goal in problem.goals:
+            words[goal] = GOAL
+        words[problem.starts[0]] = START
+    return words.ravel()
+
+
+class StateMachineCircuit(CircuitStyle):
+    """States Standby, Init, BF and Path, with their memories in block RAM."""
+
+    planner = "breadth_first"
+    style = "state_machine"
+
+    def circuit(self, job: SearchJob) -> Circuit:
+        """The circuit for a map of this size.
+
+        Raises:
+            UnsuitedError: as ``refuse`` says.
+        """
+        refuse(job)
+        problem, parameters = job.problem, job.parameters
+        bits = resources.address_bits(*problem.shape, parameters.address)
+        words = parameters.queue_words or 1 << bits
+        return Circuit(
+            top="breadth_first_top",
+            sources=(*(HERE / f"{name}.v" for name in MODULES), SHARED / "ram_1w1r.v"),
+            parameters={
+                "ROWS": problem.rows,
+                "COLUMNS": problem.columns,
+                "ROW_BITS": resources.side_bits(problem.rows),
+                "COLUMN_BITS": resources.side_bits(problem.columns),
+                "ADDRESS_BITS": bits,
+                "LINEAR": int(parameters.address is Address.LINEAR),
+                "CYCLES": timing.EXPANSION_CYCLES[parameters.micro_architecture],
+                "QUEUE_WORDS": words,
+                "POINTER_BITS": resources.side_bits(words),
+                "CHECKED": int(words < problem.free.size),
+            },
+            stream=Image(2, stream(problem)),
+            phases=(INIT, SEARCH, PATH),
+            kinds=KINDS,
+            event_bits=bits + 2,
+            pieces={"state machine": MODULES},
+        )
+
+    def expected(self, job: SearchJob) -> Expected:
+        """Every pop, push and cell of the path."""
+        refuse(job)
+        parameters = job.parameters
+        cycles, plan = phase_cycles(StateMachine().work(job))
+        begin = cycles[INIT]
+        bits = resources.address_bits(*job.problem.shape, parameters.address)
+        parts = [*_search(plan, parameters, begin), *_path(plan, begin + cycles[SEARCH])]
+        cycle, kind, side, cell = (np.concatenate(each) for each in zip(*parts, strict=True))
+        order = np.argsort(cycle, kind="stable")
+        value = side.astype(np.uint64) << np.uint64(bits) | addresses(cell, job.problem.shape, parameters)
+        events = Events(cycle[order], kind[order].astype(np.uint8), value[order])
+        end = _overflow(plan, events, parameters)
+        if end is None:
+            return Expected(events, cycles)
+        events.kind[end] = OVERFLOW
+        events = Events(events.cycle[: end + 1], events.kind[: end + 1], events.value[: end + 1])
+        return Expected(events, {INIT: begin, SEARCH: int(events.cycle[-1]) + 1 - begin})
+
+    def sample(self, seed: int) -> SearchJob:
+        """A random design point: see ``random_job``."""
+        return random_job(seed)
+
+
+Part = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+"""Events: cycle, kind, side and cell (row × columns + column), int64."""
+
+
+def _events(kind: int, cycle: NDArray[np.int64], side: NDArray[np.int64], cell: NDArray[np.int64]) -> Part:
+    return cycle, np.full(len(cycle), kind, np.int64), side, cell
+
+
+def _search(plan: BreadthFirstPlan, parameters: SearchParameters, begin: int) -> Iterator[Part]:
+    """State BF: a pop begins an expansion; its pushes follow side by side; the goal or the empty queue ends it."""
+    micro_architecture = parameters.micro_architecture
+    each = timing.EXPANSION_CYCLES[micro_architecture]
+    pushed = plan.pushed.astype(np.int64)
+    pops = np.arange(plan.popped_cells, dtype=np.int64)
+    yield _events(POP, begin + each * pops, np.zeros_like(pops), pushed[: plan.popped_cells])
+    by = discoverers(plan)
+    side = plan.directions.ravel()[pushed[1:]].astype(np.int64) ^ 1
+    later = np.array(timing.PUSH_CYCLES[micro_architecture], np.int64)[side]
+    yield _events(PUSH, begin + each * by + later, side, pushed[by])
+    if expansions(plan) == plan.popped_cells:
+        end = np.array([begin + each * plan.popped_cells], np.int64)
+        yield _events(EMPTY, end, np.zeros_like(end), pushed[plan.popped_cells - 1 : plan.popped_cells])
+
+
+def _path(plan: BreadthFirstPlan, begin: int) -> Iterator[Part]:
+    """State Path: each cell from the goal back to the start, with the side that led there."""
+    if plan.everywhere or not plan.reached:
+        return
+    rows, columns = plan.path[::-1].T.astype(np.int64)
+    cycle = begin + timing.PATH_CYCLES * (np.arange(len(rows), dtype=np.int64) + 1) - 1
+    side = plan.directions[rows, columns].astype(np.int64)
+    yield _events(
+        PATH_CELL, cycle, np.concatenate(([0], side[:-1])), rows * plan.directions.shape[1] + columns
+    )
+
+
+def _overflow(plan: BreadthFirstPlan, events: Events, parameters: SearchParameters) -> int | None:
+    """The index of the first push that finds the queue full; None where each finds room."""
+    if parameters.queue_words is None or plan.queue_depth <= parameters.queue_words:
+        return None
+    waiting = 1 + np.cumsum((events.kind == PUSH).astype(np.int64) - (events.kind == POP))
+    return int(np.argmax((events.kind == PUSH) & (waiting > parameters.queue_words)))

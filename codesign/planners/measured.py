@@ -1,0 +1,217 @@
+"""What was synthesised, placed and routed of the circuits of this package: the one record that laws are fitted to.
+
+Each room keeps its rows in ``planners/ROOM/measured``: ``resources.json`` and ``clocks.json``, one row a line. Only
+``python -m benchmarks.measure`` writes them. The variables of a row are the parameters of its top module, whole numbers
+by their names in the Verilog. A law is a sum of terms of these variables, fitted to some rows and held against others.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+PARTS = {
+    "Virtex-II": "xc2v",
+    "Virtex-II Pro": "xc2vp",
+    "Spartan-3E": "xc3se",
+    "Virtex-4": "xc4v",
+    "Artix-7": "xc7",
+    "Zynq-7000": "xc7",
+    "ECP5": "ecp5",
+    "GW2A": "gowin",
+    "GW1N": "gowin",
+    "iCE40 HX": "ice40",
+    "iCE40 UltraPlus": "ice40",
+}
+"""The family of rows that counts for each family of parts."""
+
+NEAREST = {"Zynq UltraScale+": "xc7", "PolarFire": "ecp5", "PolarFire SoC": "ecp5"}
+"""The nearest family of rows for parts that no open tool synthesises for: with LUT of as many inputs."""
+
+
+@dataclass(frozen=True)
+class ResourceRow:
+    """A synthesis: ``pieces`` has the count by resource of each line of the demand, "" what no line counts.
+
+    ``digest``: of the circuit, as ``rtl.design`` takes it. ``tools``: what synthesised it.
+    """
+
+    style: str
+    task: str
+    family: str
+    digest: str
+    variables: Mapping[str, int]
+    pieces: Mapping[str, Mapping[str, int]]
+    tools: str
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What it is a row of: a second one takes its place."""
+        return self.style, self.task, self.family, json.dumps(self.variables, sort_keys=True)
+
+    def count(self, piece: str, resource: str) -> int:
+        """The count of a line of the demand; 0 where the circuit has none of it."""
+        return self.pieces.get(piece, {}).get(resource, 0)
+
+
+@dataclass(frozen=True)
+class ClockRow:
+    """Placements of one design on one part. ``clocks``: Hz by seed, from 1 on.
+
+    The critical path of the median seed, ns: ``source_ns`` from the clock to the output of ``source`` (``memory`` or
+    ``flip-flop``), ``logic_ns`` of ``levels`` LUT and carries, ``routing_ns``, ``setup_ns``. ``path``: in words.
+    """
+
+    style: str
+    task: str
+    family: str
+    part: str
+    digest: str
+    variables: Mapping[str, int]
+    totals: Mapping[str, int]
+    clocks: Sequence[int]
+    source: str
+    source_ns: float
+    levels: int
+    logic_ns: float
+    routing_ns: float
+    setup_ns: float
+    path: str
+    tools: str
+
+    @property
+    def key(self) -> tuple[str, ...]:
+        """What it is a row of: a second one takes its place."""
+        return self.style, self.task, self.part, json.dumps(self.variables, sort_keys=True)
+
+    @property
+    def clock(self) -> float:
+        """The median of the seeds, Hz."""
+        return float(np.median(self.clocks))
+
+    @property
+    def period_ns(self) -> float:
+        """The period of the median, ns."""
+        return 1e9 / self.clock
+
+
+Row = ResourceRow | ClockRow
+
+
+def family_of(part_family: str) -> tuple[str, bool]:
+    """The family of rows for a family of parts, and whether it is its own; ("", False) where none is near.
+
+    >>> family_of("Zynq-7000"), family_of("PolarFire"), family_of("assumed array chip")
+    (('xc7', True), ('ecp5', False), ('', False))
+    """
+    return PARTS.get(part_family) or NEAREST.get(part_family, ""), part_family in PARTS
+
+
+@cache
+def resource_rows(room: str, style: str, task: str = "") -> tuple[ResourceRow, ...]:
+    """The syntheses of a style of a room, in the order of the file; none where the room has no file."""
+    rows = (ResourceRow(**row) for row in _read(room, "resources"))
+    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+
+
+@cache
+def clock_rows(room: str, style: str, task: str = "") -> tuple[ClockRow, ...]:
+    """The placements of a style of a room, in the order of the file; none where the room has no file."""
+    rows = (ClockRow(**row) for row in _read(room, "clocks"))
+    return tuple(row for row in rows if (row.style, row.task) == (style, task))
+
+
+def _read(room: str, kind: str) -> list[dict[str, Any]]:
+    file = files("codesign.planners") / room / "measured" / f"{kind}.json"
+    rows: list[dict[str, Any]] = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else []
+    return rows
+
+
+def rows_text(rows: Sequence[Row]) -> str:
+    """Rows as a file holds them: JSON, one row a line."""
+    return "[\n" + ",\n".join(json.dumps(asdict(row), ensure_ascii=False) for row in rows) + "\n]\n"
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A sum of terms, each with its coefficient, that rows are fitted with by least squares of the relative error.
+
+    ``residuals``: relative, fitted over measured less 1, of the rows that it was fitted to; ``held_out``: of the
+    others.
+    """
+
+    coefficients: tuple[float, ...]
+    residuals: tuple[float, ...]
+    held_out: tuple[float, ...]
+
+    def value(self, terms: Sequence[float]) -> float:
+        """The sum for these terms."""
+        return float(np.dot(self.coefficients, terms))
+
+    @property
+    def mean(self) -> float:
+        """The mean of the sizes of the relative errors on rows held out; of the residuals where none was."""
+        return float(np.mean(np.abs(self.held_out or self.residuals)))
+
+    @property
+    def worst(self) -> float:
+        """The largest relative error of all rows."""
+        return float(np.max(np.abs(self.residuals + self.held_out)))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measured value with the terms of its row. ``held``: whether it is held out of the fit."""
+
+    terms: Sequence[float]
+    value: float
+    held: bool = False
+
+
+def fit(points: Sequence[Point]) -> Fit:
+    """Fit the coefficients of the terms to the points that are not held out.
+
+    Values are weighted by 1 / max(1, value), so that the relative error counts; the least solution where rows leave a
+    coefficient open.
+    """
+    taken = [point for point in points if not point.held]
+    weights = np.array([1 / max(1.0, abs(point.value)) for point in taken])
+    terms = np.array([point.terms for point in taken], np.float64)
+    values = np.array([point.value for point in taken], np.float64)
+    coefficients = np.linalg.lstsq(terms * weights[:, None], values * weights, rcond=None)[0]
+    errors = [
+        (float(np.dot(coefficients, point.terms)) - point.value) / max(1.0, abs(point.value))
+        for point in points
+    ]
+    return Fit(
+        tuple(float(value) for value in coefficients),
+        tuple(error for error, point in zip(errors, points, strict=True) if not point.held),
+        tuple(error for error, point in zip(errors, points, strict=True) if point.held),
+    )
+
+
+def fit_rows(
+    rows: Sequence[ResourceRow],
+    family: str,
+    piece: str,
+    resource: str,
+    terms: Callable[[Mapping[str, int]], Sequence[float]],
+    held: Callable[[Mapping[str, int]], bool] = lambda _: False,
+) -> Fit:
+    """Fit the count of one line of a demand in one family.
+
+    ``terms``: of the variables of a row. ``held``: whether a row of these variables is held out.
+    """
+    return fit(
+        [
+            Point(terms(row.variables), row.count(piece, resource), held(row.variables))
+            for row in rows
+            if row.family == family
+        ]
+    )

@@ -1,0 +1,62 @@
+"""The record of measured rows, and the fits of laws to it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from codesign.planners.measured import ClockRow, Point, ResourceRow, family_of, fit, fit_rows, rows_text
+
+
+def row(rows: int, columns: int, lut4: int, family: str = "ecp5") -> ResourceRow:
+    pieces = {"nodes": {"lut4": lut4}}
+    return ResourceRow("style", "", family, "digest", {"ROWS": rows, "COLUMNS": columns}, pieces, "tools")
+
+
+def test_a_fit_finds_the_law_and_holds_rows_out() -> None:
+    sizes = [(3, 6), (6, 12), (12, 12), (12, 24)]
+    rows = [row(n, m, 9 * n * m + 4 * (n + m) + 7) for n, m in sizes]
+    rows += [row(24, 24, 2 * (9 * 24 * 24 + 4 * 48 + 7)), row(6, 6, 1, "xc7")]
+    law = fit_rows(
+        rows,
+        "ecp5",
+        "nodes",
+        "lut4",
+        lambda variables: (
+            variables["ROWS"] * variables["COLUMNS"],
+            variables["ROWS"] + variables["COLUMNS"],
+            1,
+        ),
+        held=lambda variables: variables["ROWS"] == 24,
+    )
+    assert law.coefficients == pytest.approx((9, 4, 7))
+    assert max(map(abs, law.residuals)) < 1e-9
+    assert law.held_out == (pytest.approx(-0.5),)
+    assert law.worst == law.mean == pytest.approx(0.5)
+
+
+def test_a_fit_weighs_small_values_as_much_as_large_ones() -> None:
+    law = fit([Point((1,), 10), Point((1,), 1000)])
+    assert law.value((1,)) < 30
+
+
+def test_a_line_that_a_row_lacks_counts_nothing() -> None:
+    assert row(1, 1, 5).count("decision", "lut4") == row(1, 1, 5).count("nodes", "block_rams") == 0
+
+
+def test_rows_are_read_as_they_are_written() -> None:
+    placed = ClockRow(
+        "style", "", "ecp5", "LFE5U-85F-8", "digest", {"ROWS": 1}, {"lut4": 7}, [180_000_000, 190_000_000, 100_000_000],
+        "memory", 3.6, 2, 0.5, 1.2, 0.1, "a path", "tools",
+    )  # fmt: skip
+    assert ClockRow(**json.loads(rows_text([placed]))[0]) == placed
+    assert placed.clock == 180e6
+    assert replace(placed, clocks=[1]).key == placed.key
+    assert [ResourceRow(**each) for each in json.loads(rows_text([row(1, 2, 3)]))] == [row(1, 2, 3)]
+
+
+def test_families_of_parts_have_rows_of_their_own_or_the_nearest() -> None:
+    assert family_of("Virtex-4") == ("xc4v", True)
+    assert family_of("Zynq UltraScale+") == ("xc7", False)

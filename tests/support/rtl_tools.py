@@ -1,0 +1,16 @@
+"""The tools that tests of circuits need, and skip without."""
+
+from __future__ import annotations
+
+import pytest
+
+from codesign.rtl import tools
+
+NEEDS = {"cxxrtl": "pyosys", "icarus": "iverilog", "verilator": "verilator"}
+"""The tool of each simulator."""
+
+
+def needs(backend: str) -> None:
+    """Skip where the tools of a simulator are not installed."""
+    if tools.command_of(NEEDS[backend]) is None:
+        pytest.skip(f"{NEEDS[backend]} is not installed")
