@@ -13,7 +13,7 @@ from codesign import __version__
 from codesign.calibrate.design import DesignPoint
 from codesign.calibrate.fit import factor_of, fitted_term
 from codesign.calibrate.reports import Report
-from codesign.errors import InputError, SpecError
+from codesign.errors import InputError, SpecError, WrittenFloat
 from codesign.figures import Figure, label
 from codesign.files import date_of_writing
 from codesign.inputs.calibration_file import LEAST_FACTOR, MOST_FACTOR, CalibrationFile, FittedTerm, Sample
@@ -169,3 +169,6 @@ class _Plain(yaml.SafeDumper):
     def ignore_aliases(self, _data: Any) -> bool:
         """Write the same value out each time."""
         return True
+
+
+_Plain.add_representer(WrittenFloat, lambda dumper, value: dumper.represent_float(float(value)))

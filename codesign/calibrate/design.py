@@ -19,6 +19,7 @@ from codesign.inputs.part_file import PARTS
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.rtl.design import PREFIX, top_name
+from codesign.rtl.placed import placed
 from codesign.scenarios import bind
 from codesign.system import System, catalog, point_of
 from codesign.system.calibrated import Laws
@@ -62,15 +63,11 @@ class DesignPoint:
     @cached_property
     def top(self) -> str | None:
         """The name of the top module of its circuit; None where its style has no circuit."""
-        style = self.system.architecture
-        for plug_in in catalog.plug_ins():
-            for circuits in plug_in.circuits:
-                if (circuits.planner, circuits.style, circuits.task) == (style.planner, style.style, ""):
-                    try:
-                        return top_name(circuits.circuit(self.system.job))
-                    except UnsuitedError:
-                        return None
-        return None
+        try:
+            circuit = placed(self.system.platform, self.system.workload)
+            return None if circuit.style.task else top_name(circuit.style.circuit(circuit.job))
+        except UnsuitedError:
+            return None
 
     def predicted(self, term: str) -> Figure:
         """A resource, the clock limit (Hz) or the static power (W), by the law."""
