@@ -163,7 +163,7 @@ def exported_point(path: Path) -> DesignPoint:
 def check_design(report: Report, point: DesignPoint, expected: str | None) -> str | None:
     """A note where nothing proves that a report is of a design point; None where its name does.
 
-    ``expected``: the top module of the design.
+    ``expected``: the top module of the design. A manifest names the point so, too.
 
     Raises:
         InputError: the report is of another design, or of another part.
@@ -177,7 +177,8 @@ def check_design(report: Report, point: DesignPoint, expected: str | None) -> st
     if expected is not None and report.top.startswith(PREFIX) and report.top != expected:
         what = f"is of design {clip(report.top, 40)}, and the design point makes {expected}"
         raise InputError(what, report.file, "name the report of this design, or its own PLATFORM WORKLOAD")
-    if report.top and report.top == expected:
+    by_manifest = expected == point.name and not report.top
+    if by_manifest or (report.top and report.top == expected):
         return None
     named = (
         f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"

@@ -11,6 +11,7 @@ from codesign.calibrate.design import DesignPoint, check_design, exported_point,
 from codesign.calibrate.fit import Errors, errors_of
 from codesign.calibrate.reports import ClockReading, Reading, Report, Stage, read_report
 from codesign.errors import InputError, choose_hint
+from codesign.figures import label
 from codesign.inputs.calibration_file import CLOCK, DYNAMIC, STATIC, CalibrationFile
 
 MOST_REPORTS = 1000
@@ -93,6 +94,9 @@ def compare_reports(
     calibration = fit_calibration(reports, rows, added_to, name)
     terms = {} if calibration is None else calibration.terms
     errors = {term: errors_of(fitted.samples) for term, fitted in terms.items()}
+    notes += [
+        _no_help(term, error) for term, error in errors.items() if (error.held_out or 0.0) > error.before
+    ]
     return Comparison(rows, errors, calibration, tuple(dict.fromkeys(notes)))
 
 
@@ -215,4 +219,11 @@ def _bound(told: _Told) -> str:
     return (
         f"{told.report.file}: the constraint was met, so the tool did not go on: {told.reading.value / 1e6:.1f} MHz is"
         " a lower bound. A tighter constraint says more"
+    )
+
+
+def _no_help(term: str, error: Errors) -> str:
+    return (
+        f"{label(term)}: the factor does not carry over to other designs: {error.held_out:.1%} on those held out,"
+        f" {error.before:.1%} by the law alone. Calibrate the design that you build by itself"
     )

@@ -18,7 +18,7 @@ def calibration_tables(compared: Comparison) -> tuple[Table, ...]:
     rows = tuple(_row(each) for each in compared.rows)
     columns = (
         *left("term", "design"),
-        *right("predicted", "reported", "reported / predicted"),
+        *right("predicted", "reported", "ratio"),
         *left("in law", "report"),
     )
     tables = [Table("Predicted against reported", columns, rows)]

