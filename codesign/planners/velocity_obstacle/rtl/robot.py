@@ -15,9 +15,8 @@ from typing import Any, overload
 
 import numpy as np
 
-from codesign import planners
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image
 from codesign.planners.velocity_obstacle.plan import reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
@@ -34,7 +33,6 @@ KINDS = ("too far", "collides", "taken", "velocity", "acceleration")
 """Events: the verdict on a candidate, with its place in the array; the velocity to reach; the acceleration."""
 
 HERE = Path(__file__).parent
-SHARED = Path(planners.__file__).parent / "verilog"
 UPDATE_MODULES = ("pos_vel_update", "pos_vel_update_serial", "pos_vel_update_parallel")
 DETECT_MODULES = ("coll_detect", "coll_detect_serial", "coll_detect_cross", "coll_detect_parallel")
 REST_MODULES = (
