@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map
 
 
 def array(side: int, style: str = "delay_line", **parameters: Any) -> Design:
+    """An array for a free map of ``side`` × ``side`` cells."""
     return Design(style, parameters, partial(free_map, side, side))
 
 
