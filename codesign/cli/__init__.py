@@ -69,6 +69,10 @@ COMMANDS = {
         "codesign.cli.rtl:verify",
         "Compare circuits in Verilog with the model, cycle for cycle.",
     ),
+    "synth": (
+        "codesign.cli.synth:synth",
+        "Synthesise a circuit with open tools, place and route it, and compare it with the laws.",
+    ),
     "check": (
         "codesign.cli.inspect:check",
         "Check platform and workload files, and report all faults at once.",

@@ -65,6 +65,7 @@ def _bench_text(circuit: Circuit, expected: Expected) -> str:
         contention=expected.contention,
         in_range=range_of(circuit.stream.width),
         event_range=range_of(circuit.event_bits),
+        pins={name: range_of(width) for name, width in circuit.pins.items()},
         kinds=circuit.kinds,
         phases=circuit.phases,
         cycles_by_phase=[expected.cycles.get(phase, 0) for phase in circuit.phases],
