@@ -70,7 +70,8 @@ class BitSerial(Architecture):
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
-        return timing.clock_limit(*job.parameters.block_shape(*problem.shape), job.chip)
+        block = job.parameters.block_shape(*problem.shape)
+        return timing.clock_limit(*block, job.chip, job.parameters.pipeline)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
         """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4)."""
