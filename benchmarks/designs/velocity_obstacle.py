@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import Design
+from benchmarks.designs import FEW, Design, Placed
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
 
 NARROW = 15
@@ -37,3 +37,10 @@ RESOURCES = (
     *(design("sequential", 4, width) for width in (16,)),
     *(design("hybrid", 2, width, **options) for options in VARIANTS[1:] for width in WIDTHS[:5]),
 )
+
+CLOCKS = [
+    Placed(design("sequential", 2, 16), "LFE5U-85F-8", FEW),
+    Placed(design("hybrid", 4, 16), "LFE5U-85F-8", FEW),
+    Placed(design("pipelined", 4, 16), "LFE5U-85F-8"),
+    Placed(design("sequential", 2, 16), "GW2A-18-7", FEW),
+]

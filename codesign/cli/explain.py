@@ -74,6 +74,8 @@ def _of_study(store: str, index: str, settings: tuple[str, ...], conditions: tup
 
     if settings:
         raise InputError("the axes of a design are those of the study", "--set", "leave it out")
+    if not Path(store).is_file():
+        raise InputError("no such file", store, "hwsw explore makes one")
     chosen = settings_of(conditions, "--condition")
     if len(index) > _DIGITS:
         raise InputError(f"there is no design {index[:_DIGITS]}...", hint="hwsw report STUDY -v lists them")

@@ -68,15 +68,17 @@ def canonical_digest(value: Any) -> str:
 
 
 def platform_digest(platform: Platform) -> str:
-    """SHA-256 over a platform, and over all parts and hosts that it may have."""
+    """SHA-256 over a platform, and over all parts, hosts and calibrations that it may have."""
     from codesign.inputs import list_parts, load_part
+    from codesign.inputs.calibration_file import all_digests
     from codesign.inputs.host_file import HOSTS
 
     folder = platform.document.folder
     folders, hosts = (folder / "parts",), HOSTS.names((folder / "hosts",))
     parts = [load_part(name, folders).model_dump(mode="json") for name in list_parts(folders)]
     costs = {name: HOSTS.load(path).digest() for name, path in hosts.items()}
-    return canonical_digest([platform.digest(), parts, costs])
+    calibrations = all_digests(folder)
+    return canonical_digest([platform.digest(), parts, costs, *([calibrations] if calibrations else [])])
 
 
 def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
@@ -101,15 +103,16 @@ def contents_of(explored: Explored) -> dict[str, dict[str, str]]:
 
 
 def files_read(explored: Explored) -> dict[Path, str]:
-    """The files that points are made of beside the specs, by what they hold now: parts, hosts, and maps of axes.
+    """The files that points are made of beside the specs, by what they hold now.
 
-    The part and host files of a package do not change.
+    They are parts, hosts, calibrations, and maps of axes. The part and host files of a package do not change.
     """
+    from codesign.inputs.calibration_file import calibration_folders
     from codesign.inputs.library import FOLDERS
 
-    folders = dict.fromkeys(
-        platform.document.folder / name for platform in explored.platforms.values() for name in FOLDERS
-    )
+    places = dict.fromkeys(platform.document.folder for platform in explored.platforms.values())
+    folders = dict.fromkeys(place / name for place in places for name in FOLDERS)
+    folders |= dict.fromkeys(folder for place in places for folder in calibration_folders(place))
     files = [path for folder in folders for path in sorted(folder.glob("*.yaml"))]
     for values in _map_files(explored.workload).values():
         files += [file for _, read in values for file in read]

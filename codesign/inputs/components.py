@@ -8,6 +8,7 @@ from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, field_valid
 
 from codesign.errors import InputError, SpecError
 from codesign.figures import Figure, Status
+from codesign.inputs.calibration_file import CalibrationFile, load_calibration
 from codesign.inputs.fields import (
     AccelerationFigure,
     CountFigure,
@@ -41,12 +42,24 @@ class FpgaComponent(SpecModel):
     clock: FrequencyFigure = Field(
         description="Clock of the design, at most the part's block RAM limit (its high, where that is given)."
     )
+    calibration: Name | None = Field(
+        default=None,
+        description="Name of a calibration, which hwsw calibrate fpga fits to reports of your tool. The laws of its"
+        " style are multiplied by its factors. It is looked for in the folder calibrations beside the platform file,"
+        " then in that of the current folder.",
+    )
     _chip: Part = PrivateAttr()
+    _calibrated: CalibrationFile | None = PrivateAttr(default=None)
 
     @property
     def chip(self) -> Part:
         """The part, loaded."""
         return self._chip
+
+    @property
+    def calibrated(self) -> CalibrationFile | None:
+        """The calibration, loaded."""
+        return self._calibrated
 
     @field_validator("part", mode="after")
     @classmethod
@@ -67,6 +80,8 @@ class FpgaComponent(SpecModel):
             what = f"{format_frequency(self.clock.value)} is above the {format_frequency(limit)} limit"
             hint = "lower the clock, or choose a faster part"
             raise RefusalError(f"{what} of part {self.part}", hint, ("clock",))
+        if self.calibration is not None:
+            self._calibrated = load_calibration(self.calibration, self._chip, info)
         return self
 
 

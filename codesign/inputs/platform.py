@@ -77,7 +77,21 @@ class Platform(Spec):
         ]
         identity = super()._identity()
         del identity["board"]
-        return {**identity, "chips": chips}
+        for component in identity["components"].values():
+            # A platform without calibrations has the digest that it had before there were any.
+            if component.get("calibration", "") is None:
+                del component["calibration"]
+        calibrations = self.calibrations
+        return {**identity, "chips": chips, **({"calibrations": calibrations} if calibrations else {})}
+
+    @property
+    def calibrations(self) -> dict[str, str]:
+        """The digest of each calibration by the name of the FPGA that names it."""
+        return {
+            name: component.calibrated.digest()
+            for name, component in self.components.items()
+            if isinstance(component, FpgaComponent) and component.calibrated is not None
+        }
 
 
 def _link_faults(document: Document) -> list[Fault]:

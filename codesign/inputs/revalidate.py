@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from codesign.errors import Fault, SpecError
 from codesign.inputs.base import Spec, with_sources
+from codesign.inputs.calibration_file import calibration_state
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.document import Document
 from codesign.inputs.faults import Keep, Teller, context_of, translate
@@ -126,9 +127,10 @@ def _alone(spec: Spec, section: str, name: str, raw: Any, document: Document) ->
 
 def _state(raw: Mapping[str, Any], folder: Path) -> tuple[object, ...]:
     """When the files that a component names were changed."""
-    part, host = raw.get("part"), raw.get("host")
+    part, host, calibration = raw.get("part"), raw.get("host"), raw.get("calibration")
     parts = PARTS.state([name_and_grade(part)[0]], (folder / "parts",)) if isinstance(part, str) else ()
-    return (*parts, *(host_state(host, (folder / "hosts",)) if isinstance(host, str) else ()))
+    hosts = host_state(host, (folder / "hosts",)) if isinstance(host, str) else ()
+    return (*parts, *hosts, *(calibration_state(calibration, folder) if isinstance(calibration, str) else ()))
 
 
 @functools.lru_cache(maxsize=1024)

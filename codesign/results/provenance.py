@@ -19,6 +19,10 @@ class Provenance(ResultModel):
     workload_digest: str | None = Field(
         default=None, description="SHA-256 of the workload: of all that can change a result"
     )
+    calibration_digests: dict[str, str] = Field(
+        default={},
+        description="SHA-256 of the calibration of each FPGA that names one, as PLATFORM.COMPONENT",
+    )
     map_digest: str | None = Field(
         default=None,
         description="SHA-256 of the cells of the map; null without one, or where an axis moves it",

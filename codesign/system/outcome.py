@@ -17,6 +17,7 @@ from codesign.results.mission import LinkUse
 from codesign.results.result import DisplayUse, Power, Reason, Times
 from codesign.system.bind import System
 from codesign.system.build import Machine
+from codesign.system.calibrated import calibration_notes, laws_of
 from codesign.system.chain import Answer
 from codesign.system.energy import board_powers, energy, idle_boards
 from codesign.system.fit import TellLevers, clock_notes, fit
@@ -68,19 +69,20 @@ class SystemFit:
 def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
     """Hold the design against its parts. ``tell`` puts the levers of its planning task into words."""
     job, part = system.job, system.part
-    demand = system.architecture.demand(job)
     fields, reasons, powers = _apart(system)
     fields["notes"] = system.notes + fields.get("notes", ())
-    if part is None:
-        held = fit(demand, None, system.clock, None, tell)
-        fields = {"processor": _processor_figures(system), **fields}
-    else:
-        limit = system.architecture.clock_limit(job)
-        held = fit(demand, part, system.clock, limit, tell)
+    spec = system.platform.components[system.component]
+    if isinstance(spec, FpgaComponent):
+        laws = laws_of(system.architecture, spec)
+        held = fit(laws.demand(job), part, system.clock, laws.clock_limit(job), tell)
         fields["notes"] += clock_notes(system.component, held)
-        static, dynamic = system.architecture.power(demand, system.clock, part)
+        fields["notes"] += calibration_notes(system.component, spec, system.architecture)
+        static, dynamic = laws.power(job, system.clock)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
+    else:
+        held = fit(system.architecture.demand(job), None, system.clock, None, tell)
+        fields = {"processor": _processor_figures(system), **fields}
     boards = board_powers(system, powers)
     fields["idle_fpgas"] = {name: boards[name].static for name in idle_boards(system)}
     return SystemFit(fields, held.reasons + reasons, boards)
@@ -98,15 +100,15 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
             continue
         part, clock = spec.chip, int(spec.clock.value)
         job = Job(system.problem, system.planning, part=part)
-        demand = style.demand(job)
-        held = fit(demand, part, clock, style.clock_limit(job))
-        static, dynamic = style.power(demand, clock, part)
+        laws = laws_of(style, spec, task)
+        held = fit(laws.demand(job), part, clock, laws.clock_limit(job))
+        static, dynamic = laws.power(job, clock)
         powers[name] = power = Power(static=static, dynamic=dynamic)
         fields = {
             "resources": held.resources,
             "clock": held.clock,
             "power": power,
-            "notes": clock_notes(name, held),
+            "notes": clock_notes(name, held) + calibration_notes(name, spec, style, task),
         }
         reasons += held.reasons
     return fields, reasons, powers

@@ -18,10 +18,16 @@ def provenance_of(platforms: Iterable[Platform], workload: Workload) -> Provenan
     Raises:
         MapError: the map cannot be read or made.
     """
+    platforms = tuple(platforms)
     axes = workload.explore.every_axis if workload.explore else {}
     grid = None if any(moves(axis, PROBLEM) for axis in axes) else grid_of(workload)
     return Provenance(
         platform_digests={platform.name: platform.digest() for platform in platforms},
+        calibration_digests={
+            f"{platform.name}.{component}": digest
+            for platform in platforms
+            for component, digest in platform.calibrations.items()
+        },
         workload_digest=workload.digest(),
         map_digest=None if grid is None else grid.digest,
         seeds={

@@ -144,7 +144,8 @@ def test_a_point_of_other_code_has_a_note(hwsw: Run, store: str) -> None:
         (("explain", STORE, "9" * 40), 2, "there is no design 9999"),
         (("explain", STORE, "first"), 2, "'first' is no index of a design"),
         (("explain", "board.yaml", "3"), 1, "is not a file of explored points"),
-        (("explain", "none.sqlite", "3"), 1, "no such file"),
+        (("explain", ".", "3"), 2, ".: no such file"),
+        (("explain", "none.sqlite", "3"), 2, "none.sqlite: no such file"),
         (
             ("explain", STORE, "0", "--set", "fpga.clock=1 MHz"),
             2,

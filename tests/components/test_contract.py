@@ -58,3 +58,5 @@ def test_no_record_is_built_when_nobody_listens(build: Build, monkeypatch: pytes
 
     monkeypatch.setattr(Component, "emit", refuse)
     simulate(build)
+    with pytest.raises(AssertionError, match="a record was emitted"):
+        simulate(build, (lambda _: None,))

@@ -29,7 +29,11 @@ def example(kind: str) -> str:
 def test_the_examples_load_and_fit_each_other(tmp_path: Path) -> None:
     (tmp_path / "p.yaml").write_text(example("platform"))
     (tmp_path / "w.yaml").write_text(example("workload"))
-    cross_check(load_platform(tmp_path / "p.yaml"), load_workload(tmp_path / "w.yaml", catalog.task_models()))
+    workload = load_workload(tmp_path / "w.yaml", catalog.task_models())
+    cross_check(load_platform(tmp_path / "p.yaml"), workload)
+    (tmp_path / "p.yaml").write_text(example("platform").replace("fabric: fpga, ", ""))
+    with pytest.raises(SpecError, match="fabric"):
+        cross_check(load_platform(tmp_path / "p.yaml"), workload)
 
 
 def test_the_faults_are_real(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

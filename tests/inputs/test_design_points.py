@@ -147,7 +147,10 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         ({"fpga.clock": 100}, "point: fpga.clock: 100 has no unit"),
         ({"fpga.part": "XC2V6000"}, "point: fpga.part: part XC2V6000 has several speed grades"),
-        ({"fpga.colour": "red"}, "point: fpga.colour: unknown key\n  hint: accepted: clock, part"),
+        (
+            {"fpga.colour": "red"},
+            "point: fpga.colour: unknown key\n  hint: accepted: calibration, clock, part",
+        ),
     ],
 )
 def test_bad_points(tmp_path: Path, values: dict[str, Any], expected: str) -> None:
@@ -221,7 +224,7 @@ def test_platform_and_workload_that_go_together(tmp_path: Path) -> None:
         (
             ("    fpga.clock: [", "    fpga.clok: ["),
             "w.yaml:17:5: explore.axes.fpga.clok: unknown key\n"
-            "  hint: did you mean clock? accepted: clock, part",
+            "  hint: did you mean clock? accepted: calibration, clock, part",
         ),
         (
             ("[100 MHz, 150 MHz]", "[100, 600 MHz]"),

@@ -66,7 +66,6 @@ def test_one_wrong_value_anywhere(tmp_path: Path, data: st.DataObject) -> None:
     file.write_text(text, encoding="utf-8")
     for fault in faults_of(lambda: load(file)):
         assert fault.line == 1
-        assert len(str(fault)) < 1000
 
 
 @quietly

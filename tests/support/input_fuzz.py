@@ -45,12 +45,20 @@ trees = st.recursive(
 
 
 def faults_of(action: Callable[[], object]) -> tuple[Fault, ...]:
-    """The faults of an action that may succeed; any other exception is let through."""
+    """The faults of an action that may succeed, each short and with its place; any other exception is let through."""
     try:
         action()
     except SpecError as error:
-        return error.faults
-    return ()
+        faults = error.faults
+    else:
+        return ()
+    assert faults
+    for fault in faults:
+        assert fault.file
+        assert fault.what
+        assert min(fault.line, fault.column) >= 0
+        assert len(str(fault)) < 1000
+    return faults
 
 
 def paths(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

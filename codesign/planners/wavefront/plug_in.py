@@ -6,6 +6,7 @@ from codesign.planners.plug_in import PlugIn, Samples
 from codesign.planners.reproduction import Progress, Reproduction
 from codesign.planners.wavefront.paper.settings import WavefrontSettings
 from codesign.planners.wavefront.plan.planner import PLANNER
+from codesign.planners.wavefront.rtl import CIRCUITS
 from codesign.planners.wavefront.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.wavefront.styles.probes import PROBES
 
@@ -22,6 +23,7 @@ PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
+    circuits=CIRCUITS,
     probes=PROBES,
     reproduce=_reproduce,
     settings=WavefrontSettings,

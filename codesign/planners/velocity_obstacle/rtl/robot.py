@@ -16,7 +16,7 @@ from typing import Any, overload
 import numpy as np
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image
 from codesign.planners.velocity_obstacle.plan import reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
@@ -40,7 +40,6 @@ KINDS = ("too far", "collides", "taken", "velocity", "acceleration")
 """Events: the verdict on a candidate, with its place in the array; the velocity to reach; the acceleration."""
 
 HERE = Path(__file__).parent
-SHARED = HERE.parents[1] / "verilog"
 MODULES = (
     "velocity_obstacle",
     "target_check",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY, tile_count
@@ -32,7 +32,17 @@ class Course(StrEnum):
     COMPLETE = "complete"
 
 
+class ReadOut(StrEnum):
+    """How the potentials leave the array."""
+
+    ADDRESSED = "addressed"
+    CHAIN = "chain"
+
+
 Delay = Annotated[int, Field(ge=1, le=MAX_DELAY)]
+MAX_ELEMENT_CELLS = 1024
+"""Rows of one memory."""
+
 MAX_TILES = 16_384
 """Each visit of a tile costs this program tens of microseconds, whatever its size."""
 
@@ -49,6 +59,13 @@ class Penalty(SpecModel):
         int, Field(ge=1, le=65_535, description="largest obstacle potential of a penalised cell, 2 a cell")
     ]
     delay: Annotated[int, Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")]
+
+
+def _power_of_two(cells: int) -> int:
+    if cells & (cells - 1):
+        below = 1 << (cells.bit_length() - 1)
+        raise ValueError(f"{cells} is no power of two, such as {below} or {2 * below}")
+    return cells
 
 
 class PropagateParameters(TaskParameters):
@@ -89,6 +106,23 @@ class PropagateParameters(TaskParameters):
         tuple[Delay, Delay], Field(description="cycles of a straight and of a diagonal step")
     ] = DELAYS
     penalty: Annotated[Penalty | None, Field(description="extra delay near obstacles")] = None
+    read_out: Annotated[
+        ReadOut,
+        Field(
+            description="addressed: a node is read by row and column, like a RAM; chain: the registers shift the"
+            " potentials out after the wave, one a cycle, into a memory"
+        ),
+    ] = ReadOut.ADDRESSED
+    element_cells: Annotated[
+        int,
+        Field(
+            ge=1,
+            le=MAX_ELEMENT_CELLS,
+            description="cells of a column that share one processing element of style delay_line: a step of the wave"
+            " takes as many cycles; a power of two",
+        ),
+        AfterValidator(_power_of_two),
+    ] = 1
     tile: Annotated[
         tuple[Side, Side] | None,
         Field(description="rows and columns of the array of style tiled; by default the whole map"),

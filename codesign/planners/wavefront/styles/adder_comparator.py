@@ -20,23 +20,26 @@ from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.grid import check_cells
 from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, WaveEnd
 from codesign.planners.wavefront.plan.plan import plan_key, problem_map
-from codesign.planners.wavefront.plan.wave import obstacle_map
+from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, updates
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, read_out_steps, updates
 
 _waves = Memo(max_bytes=2**20)
 
 
 class AdderComparator(ArrayStyle):
-    """An update a cycle: as many as the longest shortest path has steps, and a last one without a change."""
+    """An update a cycle: as many as the longest shortest path has steps, and one before and after them."""
 
     style = "adder_comparator"
     description = "a node with adders and comparators for every cell (Hassoun and Sanghvi)"
 
     def settled(self, parameters: PropagateParameters) -> PropagateParameters:
-        """With ``stop: whole_map``: the potential of a start is final only when no potential changes any more."""
-        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP})
+        """With ``stop: whole_map``: the potential of a start is final only when no potential changes any more.
+
+        Nodes are not shared.
+        """
+        return parameters.model_copy(update={"stop": WaveEnd.WHOLE_MAP, "element_cells": 1})
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
         """A note where the parameters ask for a stop at the starts, which this style cannot do."""
@@ -50,7 +53,11 @@ class AdderComparator(ArrayStyle):
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest potential of the whole map: nothing stops the updates before. Of a replan both maps count."""
         maps = dict.fromkeys((job.problem, job.problem.changed))
-        return max(self._whole(replace(job, problem=each))[0] for each in maps)
+        largest = max(self._whole(replace(job, problem=each))[0] for each in maps)
+        # One register for both: p^d of safe paths is computed by the same adders.
+        if job.parameters.paths is Paths.SAFE:
+            largest = max(largest, longest_distance(job.problem.shape, job.parameters.delays))
+        return largest
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
         """Nodes, counter, select lines, and the tree that detects a changed potential."""
@@ -67,8 +74,10 @@ class AdderComparator(ArrayStyle):
         if parameters.paths is Paths.SAFE:
             key = ("wavefront obstacle updates", problem.map_digest, parameters.delays)
             count = job.shared(key, lambda: obstacle_updates(problem, parameters))
-            yield one_step(OBSTACLES, count + 1)
-        yield one_step(PROPAGATE, self._whole(job)[1] + 1)
+            yield one_step(OBSTACLES, timing.adder_cycles(count))
+            yield from read_out_steps(job)
+        yield one_step(PROPAGATE, timing.adder_cycles(self._whole(job)[1]))
+        yield from read_out_steps(job)
 
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock: five operations over R bits are chained in a cycle."""

@@ -15,7 +15,7 @@ from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Designs, Step, slice_power
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters
+from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
@@ -54,6 +54,13 @@ class ArrayStyle(Architecture):
         """Rows and columns of the array: those of the map."""
         return job.problem.shape
 
+    def chained_distance(self, job: Job[Problem, PropagateParameters]) -> int:
+        """The largest p^d that the register of a chain must hold; 0 where p^d has a register of its own or none."""
+        parameters = job.parameters
+        if parameters.paths is not Paths.SAFE or parameters.read_out is not ReadOut.CHAIN:
+            return 0
+        return longest_distance(job.problem.shape, parameters.delays)
+
     def bits(self, job: Job[Problem, PropagateParameters]) -> int:
         """Bits of a register: as given, or as many as the problem needs."""
         given = job.parameters.register_bits
@@ -62,7 +69,7 @@ class ArrayStyle(Architecture):
     def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
         """The sizes that decide the demand of the array."""
         problem, parameters, obstacle_bits = job.problem, job.parameters, 0
-        if parameters.paths is Paths.SAFE:
+        if parameters.paths is Paths.SAFE and parameters.read_out is ReadOut.ADDRESSED:
             longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
         return ArrayLayout(
@@ -102,7 +109,8 @@ class ArrayStyle(Architecture):
         return timing.clock_limit(rows * columns, job.chip)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
-        """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``) and ``track``.
+        """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,
+        and ``track``.
 
         Every wave begins anew: ``start`` changes nothing.
         """
@@ -110,9 +118,8 @@ class ArrayStyle(Architecture):
             job, parameters=self.settled(job.parameters), memo=Memo() if job.memo is None else job.memo
         )
         plan = planned(job)
-        # Safe paths load the map twice: obstacles as sources first (all nodes free), then the free space.
-        passes = 2 if plan.obstacle_potentials is not None else 1
-        yield one_step(LOAD, passes * timing.load_cycles(job.problem.free.size))
+        # Safe paths load the map once: in the wave from the obstacles every node takes its F for Z, and is free.
+        yield one_step(LOAD, timing.load_cycles(job.problem.shape, job.parameters.element_cells))
         yield from self.wave_steps(job)
         if job.does(TRACK):
             yield self.tracking(job, plan)
@@ -120,7 +127,8 @@ class ArrayStyle(Architecture):
 
     def tracking(self, job: Job[Problem, PropagateParameters], plan: WavefrontPlan) -> Step:
         """The first steps of the path of the first start, or all of them, after the plan."""
-        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), job.parameters.paths))
+        latency = timing.read_latency(job.parameters.element_cells)
+        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), latency))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""

@@ -10,11 +10,11 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.planners.wavefront.plan.plan import sizing_plan
-from codesign.planners.wavefront.plan.wave import longest_distance, stop_cycle
+from codesign.planners.wavefront.plan.plan import sizing_plan, waits
+from codesign.planners.wavefront.plan.wave import longest_distance
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, planned
+from codesign.planners.wavefront.styles.steps import OBSTACLES, PROPAGATE, planned, read_out_steps
 
 
 class DelayLine(ArrayStyle):
@@ -25,20 +25,23 @@ class DelayLine(ArrayStyle):
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """D_stop of the farthest start, or the largest potential of the map where the wave runs to its end."""
-        return sizing_plan(job.problem, job.parameters).largest_potential
+        largest = sizing_plan(job.problem, job.parameters).largest_potential
+        return max(largest, self.chained_distance(job))
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
-        """Nodes, counter, select lines."""
+        """Nodes, counter, select lines; where the wave does not wait for a start, the tree that detects its end."""
         layout = self.layout(job)
-        return resources.array_items(resources.delay_line_node(layout), layout)
+        items = resources.array_items(resources.delay_line_node(layout), layout)
+        if waits(job.problem, job.parameters):
+            return items
+        return (*items, *resources.or_tree_items(layout.nodes, "silence detection"))
 
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
-        """D_stop + 1 cycles; with no stop until the counter is full; for p^d, to the longest distance of the map."""
-        plan = planned(job)
+        """D + 1 steps: of the stop, or of the farthest cell; for p^d, of the longest distance of the map."""
+        plan, cells = planned(job), job.parameters.element_cells
         if plan.obstacle_potentials is not None:
             longest = longest_distance(job.problem.shape, job.parameters.delays)
-            yield one_step(OBSTACLES, stop_cycle(longest))
-        if plan.stop_potential is None:
-            yield one_step(PROPAGATE, timing.whole_map_cycles(self.bits(job)))
-        else:
-            yield one_step(PROPAGATE, stop_cycle(plan.stop_potential))
+            yield one_step(OBSTACLES, timing.wave_cycles(longest, cells))
+            yield from read_out_steps(job)
+        yield one_step(PROPAGATE, timing.wave_cycles(plan.largest_potential, cells))
+        yield from read_out_steps(job)

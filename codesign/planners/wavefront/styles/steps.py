@@ -2,23 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
+from codesign.planners.host import one_step
 from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
+from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.grid import WaveMap
-from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters
+from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import WavefrontPlan, cached_plan, plan_key
 from codesign.planners.wavefront.plan.wave import run_wave
+from codesign.planners.wavefront.styles import timing
 
-LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK = "load", "propagate_obstacles", "propagate", "exchange", "track"
+LOAD, OBSTACLES, PROPAGATE, EXCHANGE = "load", "propagate_obstacles", "propagate", "exchange"
+READ_OUT, TRACK = "read_out", "track"
 """The phases to which cycles are booked."""
 
 
 def planned(job: Job[Problem, PropagateParameters]) -> WavefrontPlan:
     """The plan, once for all design points that have it in common."""
     return job.shared(plan_key(job.problem, job.parameters), lambda: cached_plan(job.problem, job.parameters))
+
+
+def read_out_steps(job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
+    """The shift of a chain after a wave; an addressed array takes none."""
+    if job.parameters.read_out is ReadOut.CHAIN:
+        yield one_step(READ_OUT, timing.read_out_cycles(job.problem.free.size))
 
 
 def tracked_steps(

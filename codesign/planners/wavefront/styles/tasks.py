@@ -35,7 +35,7 @@ CONTROL_LUT4, CONTROL_FLIP_FLOPS = 30, 12
 
 
 class Tracker(TaskStyle):
-    """9 cycles a step, 17 for a safe path, as in the arrays, with the potentials in block RAM beside it. All assumed.
+    """9 cycles a step, and one before, as in the arrays; the potentials are in block RAM beside it.
 
     In a drive with a local course the tracker runs at every turn, inside the array or placed by itself.
     """
@@ -79,7 +79,7 @@ class Tracker(TaskStyle):
 
     def steps(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, Path]:
         """The path from the position; a local course costs its first steps only."""
-        yield one_step(TRACK, timing.track_cycles(_steps(job), job.parameters.paths))
+        yield one_step(TRACK, timing.track_cycles(_steps(job)))
         return PLANNER.path_from(job.problem, job.plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:

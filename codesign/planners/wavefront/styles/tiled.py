@@ -19,7 +19,7 @@ from codesign.planners.interface import Cell, Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Designs, Memory, Step, beyond_map
 from codesign.planners.wavefront.plan.grid import check_cells, tile_count
-from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters
+from codesign.planners.wavefront.plan.parameters import MAX_TILES, Paths, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import (
     plan_key,
     problem_map,
@@ -43,6 +43,10 @@ class Tiled(ArrayStyle):
 
     style = "tiled"
     description = "delay-line nodes for one tile, which visits the tiles of a larger map"
+
+    def settled(self, parameters: PropagateParameters) -> PropagateParameters:
+        """Addressed, and without shared nodes: the potentials are in the memories of the columns."""
+        return parameters.model_copy(update={"read_out": ReadOut.ADDRESSED, "element_cells": 1})
 
     def largest_potential(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest that a register ever holds: potentials of the plan and of the visits, and p^d."""

@@ -1,7 +1,8 @@
 """Cycles and clocks of the arrays.
 
-Published: D_stop + 1 cycles for the wave. The paper does not count the loading of the map, the tracking of the path, or
-the storage of p^d while p^t is computed. This module has the assumed costs of these, in phases of their own.
+Published: D_stop + 1 cycles for the wave. The paper does not count the loading of the map, the end of a wave without a
+stop, the read-out, or the tracking of the path. The RTL of this package (``rtl/``) does: ``hwsw verify`` compares
+every cycle of it with these laws. Assumed is only the exchange of tiles.
 
 Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
 like the array of harmonic control. So its law of the clock over the number of nodes is borrowed (``assumed``; interval
@@ -18,16 +19,16 @@ from codesign.part import Part
 from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
 from codesign.planners.wavefront import published
-from codesign.planners.wavefront.plan.parameters import Paths
+from codesign.planners.wavefront.plan.wave import stop_cycle
 
 LOAD_CELLS = 32
-"""Cells written a cycle: the array is addressed "like a RAM memory" (Conclusion), one word of 32 nodes. Assumed."""
+"""Cells of a word of the load stream: F and Z of each, and where nodes are penalised P. Words move through the array."""
 
-SHORTEST_STEP = 9
-"""Cycles of one step of equation 2: the eight neighbours read one a cycle, and one to choose. Assumed."""
+NEIGHBOURS = 8
+"""A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
 
-SAFE_STEP = 17
-"""Cycles of one step of equations 4 and 5: two passes over the neighbours, and one to choose. Assumed."""
+READ_LATENCY, ELEMENT_READ_LATENCY = 1, 2
+"""Edges from the address of a node to its word: a register, and with shared elements also their memory."""
 
 TRACK_CLOCK = 185_000_000
 """Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
@@ -40,24 +41,62 @@ LEVEL_NS, CARRY_NS = 1.2, 0.05
 """An addition, three levels of minimum and one more comparison; ns each, and a bit of carry. Assumed."""
 
 
-def load_cycles(cells: int) -> int:
-    """Cycles to write one bit of every node."""
-    return -(-cells // LOAD_CELLS)
+def load_cycles(shape: tuple[int, int], element_cells: int = 1) -> int:
+    """Cycles to load a map: a word with the start, then the words of the map.
 
+    With elements of k cells the words of each of k rows of cells follow each other. The last of these rows reaches the
+    memories one edge after its last word.
 
-def whole_map_cycles(bits: int) -> int:
-    """Cycles of a wave with no stop: until the counter of R bits is full, which is infinity.
-
-    >>> whole_map_cycles(11)
-    2047
+    >>> load_cycles((256, 256)), load_cycles((256, 256), 16)
+    (2049, 2050)
     """
-    # The counter runs from 0 to 2^R - 1, and its last value is infinity for registers that are still open.
-    return (1 << bits) - 1
+    if element_cells == 1:
+        return 1 + -(-shape[0] * shape[1] // LOAD_CELLS)
+    elements = -(-shape[0] // element_cells) * shape[1]
+    return 1 + element_cells * -(-elements // LOAD_CELLS) + 1
 
 
-def track_cycles(steps: int, paths: Paths) -> int:
-    """Cycles to track ``steps`` steps of a path."""
-    return steps * (SAFE_STEP if paths is Paths.SAFE else SHORTEST_STEP)
+def wave_cycles(largest: int, element_cells: int = 1) -> int:
+    """Cycles of a wave up to the potential ``largest``: D + 1 steps.
+
+    A wave ends at its stop, or where no wave is on its way to any node. In a step each element takes its cells one
+    after the other.
+
+    >>> wave_cycles(1355), wave_cycles(1355, 16)
+    (1356, 21696)
+    """
+    return element_cells * stop_cycle(largest)
+
+
+def adder_cycles(updates: int) -> int:
+    """Cycles of the adder/comparator array: sources to 0 and all others to infinity, updates, and one more in which
+    no potential changes.
+    """
+    return 1 + updates + 1
+
+
+def read_out_cycles(cells: int) -> int:
+    """Cycles in which a chain shifts the potentials of all cells into a memory."""
+    return cells
+
+
+def read_latency(element_cells: int = 1) -> int:
+    """Edges from an address to the word of its node."""
+    return READ_LATENCY if element_cells == 1 else ELEMENT_READ_LATENCY
+
+
+def step_cycles(latency: int = READ_LATENCY) -> int:
+    """Cycles of one step of a path: eight addresses, and the words of the last ones."""
+    return NEIGHBOURS + latency
+
+
+def track_cycles(steps: int, latency: int = READ_LATENCY) -> int:
+    """Cycles to track ``steps`` steps of a path; before them the potential of the first cell is read.
+
+    >>> track_cycles(1), track_cycles(10)
+    (10, 91)
+    """
+    return latency + steps * step_cycles(latency)
 
 
 def exchange_cycles(rows: int, tiles: int) -> int:

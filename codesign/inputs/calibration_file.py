@@ -1,0 +1,172 @@
+"""Calibration files: how far the laws of a style are from the reports of a user's own tool.
+
+``hwsw calibrate fpga`` writes them. The FPGA of a platform names one with the key ``calibration``; the laws of that
+style are then multiplied by its factors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from codesign.errors import InputError, SpecError, clip
+from codesign.figures import RESOURCES
+from codesign.inputs.base import Spec
+from codesign.inputs.fields import FactorFigure, Name
+from codesign.inputs.library import Library
+from codesign.models import RefusalError, SpecModel
+from codesign.part import Part
+
+CLOCK, STATIC, DYNAMIC = "clock", "static_power", "dynamic_power"
+TERMS = (*RESOURCES, CLOCK, STATIC, DYNAMIC)
+"""What a report says that a law says too: the resources, the clock limit, and the power."""
+
+UNITS: Mapping[str, str] = {CLOCK: "Hz", STATIC: "W", DYNAMIC: "W"}
+"""The units of the terms that are no counts."""
+
+LEAST_FACTOR, MOST_FACTOR = 1 / 20, 20.0
+"""Beyond these a report is of another design, or of another part."""
+
+Amount = Annotated[float, Field(gt=0, le=1e12)]
+
+
+class Sample(SpecModel):
+    """One number of a report beside that of the law, both in Hz, W or counts."""
+
+    design: Annotated[str, Field(min_length=1, max_length=256)] = Field(
+        description="The design: its top module, or platform and workload."
+    )
+    predicted: Amount = Field(description="By the law, without a calibration: Hz, W or a count.")
+    reported: Amount = Field(description="By the report, in the same unit.")
+    report: Annotated[str, Field(min_length=1, max_length=512)] = Field(
+        description="The tool, and file and line of the report."
+    )
+
+
+class FittedTerm(SpecModel):
+    """One term: the factor of its law, and what it was fitted to."""
+
+    factor: FactorFigure = Field(description="What the law is multiplied by, with its interval.")
+    held_out: Annotated[float, Field(ge=0)] | None = Field(
+        default=None,
+        description="Mean relative error on each design in turn, fitted to the others; left out for one design.",
+    )
+    samples: Annotated[tuple[Sample, ...], Field(min_length=1, max_length=10_000)] = Field(
+        description="What the factor was fitted to."
+    )
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Self:
+        factor = self.factor.value
+        if not LEAST_FACTOR <= factor <= MOST_FACTOR:
+            what = f"a factor of {factor:g} is of another design or part"
+            raise RefusalError(what, f"from {LEAST_FACTOR:g} to {MOST_FACTOR:g}", ("factor",))
+        ratios = [sample.reported / sample.predicted for sample in self.samples]
+        if not min(ratios) * (1 - 1e-3) <= factor <= max(ratios) * (1 + 1e-3):
+            what = f"a factor of {factor:g} is outside of its samples, {min(ratios):.3g} to {max(ratios):.3g}"
+            raise RefusalError(what, "write the file again with hwsw calibrate fpga", ("factor",))
+        return self
+
+
+class CalibrationFile(Spec):
+    """A calibration file: factors for the laws of one style on one family, fitted to reports."""
+
+    kind: Literal["calibration"] = Field(description="This file is a calibration.")
+    name: Name = Field(description="Name of the calibration, which is that of its file.")
+    description: str = Field(default="", description="What it is, for readers.")
+    planner: Name = Field(description="Planner whose laws it is for.")
+    style: Name = Field(description="Style whose laws it is for.")
+    task: str = Field(default="", description="Task that is placed by itself; empty for the planning task.")
+    family: Annotated[str, Field(min_length=1)] = Field(description="Family of the chip, such as ECP5.")
+    part: Annotated[str, Field(min_length=1)] = Field(
+        description="Part of the reports, with its speed grade."
+    )
+    tools: Annotated[tuple[str, ...], Field(min_length=1)] = Field(description="Tools and their versions.")
+    reports: dict[str, str] = Field(description="SHA-256 of each report file, by its name.")
+    codesign: str = Field(description="Version of hwsw that wrote it.")
+    date: str = Field(description="The day on which it was written, UTC.")
+    terms: Annotated[dict[Literal[TERMS], FittedTerm], Field(min_length=1)] = Field(  # type: ignore[valid-type]
+        description="The terms that it corrects: slices, lut4, flip_flops, block_rams, multipliers, clock,"
+        " static_power, dynamic_power."
+    )
+
+    def contradiction(self, part: Part) -> str | None:
+        """Why its reports cannot be of a chip like ``part``; None where they can."""
+        if self.family != part.family:
+            return f"was fitted on {self.family}, and {part.name} is a {part.family}"
+        if self.part.rpartition("-")[0] != part.name:
+            return None
+        limit = part.block_ram_clock.interval[1]
+        for term, fitted in self.terms.items():
+            most = part.resources[term].interval[1] if term in part.resources else None
+            for sample in fitted.samples:
+                if term == CLOCK and self.part == part.full_name and sample.reported > limit:
+                    what = (
+                        f"{sample.reported / 1e6:.1f} MHz ({sample.report}) is above the {limit / 1e6:g} MHz"
+                    )
+                    return f"{what} that a block RAM of {part.full_name} reaches"
+                if most is not None and sample.reported > most:
+                    return f"{sample.reported:,.0f} {term} ({sample.report}) are more than {part.name} has, {most:,}"
+        return None
+
+
+CALIBRATIONS = Library("calibration", CalibrationFile)
+"""Calibration files. None ships."""
+
+
+def calibration_folders(folder: Path) -> tuple[Path, ...]:
+    """Where a platform file in ``folder`` finds its calibrations: beside it, then in the current folder."""
+    return folder / "calibrations", Path("calibrations")
+
+
+def load_calibration(name: str, part: Part, info: ValidationInfo) -> CalibrationFile:
+    """The calibration that an FPGA of a platform names.
+
+    Raises:
+        RefusalError: there is none of that name, or it cannot be of the part.
+        SpecError: a faulty file.
+    """
+    document = (info.context or {}).get("document")
+    folders = calibration_folders(document.folder if document else Path())
+    try:
+        calibration = CALIBRATIONS.find(name, folders)
+    except SpecError:
+        raise
+    except InputError as error:
+        hint = (
+            error.hint
+            if CALIBRATIONS.names(folders)
+            else "hwsw calibrate fpga -o calibrations/NAME.yaml writes one"
+        )
+        raise RefusalError(error.what, hint, ("calibration",)) from None
+    contradiction = calibration.contradiction(part)
+    if contradiction is not None:
+        what, hint = (
+            f"calibration {clip(name, 40)} {contradiction}",
+            "name one of this part, or leave the key out",
+        )
+        raise RefusalError(what, hint, ("calibration",))
+    return calibration
+
+
+def calibration_state(name: str, folder: Path) -> tuple[object, ...]:
+    """When the file of a calibration was changed; see ``Library.state``."""
+    return CALIBRATIONS.state([name], calibration_folders(folder))
+
+
+def all_digests(folder: Path) -> dict[str, str]:
+    """The digest of each calibration that a platform file in ``folder`` may name, but those that are faulty."""
+    return _digests(calibration_folders(folder))
+
+
+def _digests(folders: Sequence[Path]) -> dict[str, str]:
+    digests = {}
+    for name, path in CALIBRATIONS.names(folders).items():
+        try:
+            digests[name] = CALIBRATIONS.load(path).digest()
+        except SpecError:
+            continue
+    return digests
