@@ -49,7 +49,10 @@ def errors_of(samples: Sequence[Sample]) -> Errors:
     held_out = None
     if len(designs) > 1:
         held_out = _mean(
-            _error(sample, factor_of([*chain.from_iterable(designs[other] for other in designs if other != name)]))
+            _error(
+                sample,
+                factor_of([*chain.from_iterable(designs[other] for other in designs if other != name)]),
+            )
             for name, group in designs.items()
             for sample in group
         )
@@ -82,7 +85,9 @@ def fitted_term(term: str, samples: Sequence[Sample], law: tuple[float, float]) 
     low, high = min(low, *ratios), max(high, *ratios)
     digits = 9 - math.ceil(math.log10(factor))
     value = round(factor, digits)
-    figure = Figure(value, "1", Status.CALIBRATED, how, min(round(low, digits), value), max(round(high, digits), value))
+    figure = Figure(
+        value, "1", Status.CALIBRATED, how, min(round(low, digits), value), max(round(high, digits), value)
+    )
     return FittedTerm(factor=figure, held_out=errors_of(samples).held_out, samples=tuple(samples))
 
 

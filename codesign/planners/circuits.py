@@ -32,6 +32,9 @@ from numpy.typing import NDArray
 
 from codesign.planners.job import Job
 
+SHARED = Path(__file__).parent / "verilog"
+"""The folder of the Verilog that several rooms use."""
+
 MOST_KINDS = 16
 """The kinds of events, and the phases, that four bits tell apart."""
 

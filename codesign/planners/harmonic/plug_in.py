@@ -5,6 +5,7 @@ from __future__ import annotations
 from codesign.planners.harmonic.paper.reproduce import harmonic
 from codesign.planners.harmonic.paper.settings import HarmonicSettings
 from codesign.planners.harmonic.plan.planner import PLANNER
+from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.harmonic.styles import ARCHITECTURES, TASK_STYLES
 from codesign.planners.harmonic.styles.probes import PROBES
 from codesign.planners.plug_in import PlugIn, Samples
@@ -13,6 +14,7 @@ PLUG_IN = PlugIn(
     planner=PLANNER,
     styles=ARCHITECTURES,
     task_styles=TASK_STYLES,
+    circuits=CIRCUITS,
     probes=PROBES,
     reproduce=harmonic,
     settings=HarmonicSettings,

@@ -25,7 +25,7 @@ module ram_1w1r #(
     reg [WIDTH-1:0] word;
 
     generate
-        if (HAS_IMAGE) begin : image
+        if (HAS_IMAGE != 0) begin : image
             initial $readmemh(IMAGE, words);
         end
     endgenerate
@@ -36,7 +36,7 @@ module ram_1w1r #(
     end
 
     generate
-        if (OUTPUT_REGISTER) begin : registered
+        if (OUTPUT_REGISTER != 0) begin : registered
             reg [WIDTH-1:0] output_word;
             always @(posedge clk) output_word <= word;
             assign read_data = output_word;

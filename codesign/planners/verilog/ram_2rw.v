@@ -29,7 +29,7 @@ module ram_2rw #(
     reg [WIDTH-1:0] word_a, word_b;
 
     generate
-        if (HAS_IMAGE) begin : image
+        if (HAS_IMAGE != 0) begin : image
             initial $readmemh(IMAGE, words);
         end
     endgenerate
@@ -44,7 +44,7 @@ module ram_2rw #(
     end
 
     generate
-        if (OUTPUT_REGISTER) begin : registered
+        if (OUTPUT_REGISTER != 0) begin : registered
             reg [WIDTH-1:0] output_word_a, output_word_b;
             always @(posedge clk) begin
                 output_word_a <= word_a;

@@ -97,6 +97,27 @@ def _mantissa(value: Any, top: int) -> Any:
 
 
 @njit(cache=True, nogil=True)
+def choose_side(
+    limbs: Any, row: int, column: int, axis: int, chosen: Any, other: Any, only_ascending: bool
+) -> Any:
+    """The side (north or south for axis 0, else east or west) of the greater |h' - h|, and the sign of h' - h.
+
+    ``chosen`` gets |h' - h|; ``other`` is overwritten. Ties go to north and to east.
+    """
+    first, second = (0, 2) if axis == 0 else (1, 3)
+    sign = _difference(limbs, row, column, first, chosen)
+    other_sign = _difference(limbs, row, column, second, other)
+    if only_ascending and sign < 0:
+        chosen[:] = np.uint64(0)
+    if only_ascending and other_sign < 0:
+        other[:] = np.uint64(0)
+    if _exceeds(other, chosen):
+        chosen[:] = other
+        return second, other_sign
+    return first, sign
+
+
+@njit(cache=True, nogil=True)
 def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only_ascending: bool) -> Any:
     """Float64 rows × columns × 2: unit vectors (row, column) of the triangle rule; 0 where flat or obstacle.
 
@@ -122,17 +143,7 @@ def triangle_directions(limbs: NDArray[np.uint64], free: NDArray[np.bool_], only
                 continue
             for axis in range(2):
                 chosen = vertical if axis == 0 else horizontal
-                first, second = (0, 2) if axis == 0 else (1, 3)
-                sign = _difference(limbs, row, column, first, chosen)
-                other_sign = _difference(limbs, row, column, second, other)
-                if only_ascending and sign < 0:
-                    chosen[:] = np.uint64(0)
-                if only_ascending and other_sign < 0:
-                    other[:] = np.uint64(0)
-                side = first
-                if _exceeds(other, chosen):
-                    chosen[:] = other
-                    sign, side = other_sign, second
+                side, sign = choose_side(limbs, row, column, axis, chosen, other, only_ascending)
                 # Ascent goes towards a higher neighbour and away from a lower one.
                 directions[row, column, axis] = sign * (ROW_STEP[side] + COLUMN_STEP[side])
             # Only the ratio of the two counts for a unit vector, so limbs that are 0 in both are left out.

@@ -60,6 +60,21 @@ def directions(
     return result
 
 
+def chosen_triangle(field: Field, row: int, column: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """The corners of the triangle that the published rule takes at a cell: the vertical, then the horizontal one.
+
+    Each as (side, sign): 0..3 = north, east, south, west, and the sign of h' - h, 0 where the two are equal.
+    """
+    from codesign.planners.harmonic.plan import ascent_kernels
+
+    chosen, other = np.empty((2, field.limbs.shape[2]), np.uint64)
+    corners = []
+    for axis in range(2):
+        side, sign = ascent_kernels.choose_side(field.limbs, row, column, axis, chosen, other, False)
+        corners.append((int(side), int(sign) if chosen.any() else 0))
+    return corners[0], corners[1]
+
+
 def best_neighbours(field: Field, free: NDArray[np.bool_]) -> NDArray[np.int8]:
     """Int8 rows × columns: the greatest strictly greater neighbour, 0..3 = north, east, south, west; else -1.
 

@@ -52,7 +52,7 @@ class Engine:
         self._precision = arguments.start.precision
         self._limbs = self._turned(arguments.start.limbs)
         self._movable = self._turned(arguments.movable)
-        self._candidates = self._turned(arguments.reachable & arguments.movable)
+        self._candidates = self._movable
         bits, negative = limbs.residual_bits(self._limbs, self._movable)
         self._signed = bool(negative)
         # r always has its two low planes, and a sign in two's complement.

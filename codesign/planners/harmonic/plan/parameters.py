@@ -86,6 +86,10 @@ class RelaxParameters(TaskParameters):
         Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
     ] = Termination.SOUND
     stop: Annotated[Stop, Field(description=STOP_DESCRIPTION)] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+    pipeline: Annotated[
+        int,
+        Field(ge=0, le=1, description="1: registers after the memory, on the streams and before the memory"),
+    ] = 0
 
     @field_validator("schedule", mode="before")
     @classmethod
@@ -135,8 +139,13 @@ class RelaxParameters(TaskParameters):
 
     def block_count(self, rows: int, columns: int) -> int:
         """The number of blocks that cover a map of ``rows`` × ``columns``."""
+        down, across = self.block_grid(rows, columns)
+        return down * across
+
+    def block_grid(self, rows: int, columns: int) -> tuple[int, int]:
+        """The numbers of blocks down and across that cover a map of ``rows`` × ``columns``."""
         height, width = self.block_shape(rows, columns)
-        return -(-rows // height) * -(-columns // width)
+        return -(-rows // height), -(-columns // width)
 
 
 class DecideParameters(TaskParameters):

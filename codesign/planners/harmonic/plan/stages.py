@@ -17,7 +17,7 @@ class Stage:
     Attributes:
         precision: fractional bits p.
         sweeps, visits, iterations: their numbers, over all blocks.
-        local_maxima: reachable free cells, goals left out, with no strictly greater neighbour at the end.
+        local_maxima: free cells, goals left out, with no strictly greater neighbour at the end.
     """
 
     precision: int

@@ -239,7 +239,9 @@ module harmonic #(
     wire [COLUMNS+1:0] row_line;
     wire [ROWS+1:0] column_line;
     wire [ROW_BITS-1:0] row_now;
-    harmonic_delay #(.BITS(ROW_BITS), .CYCLES(STREAM_DELAY - 1)) row_delay (.clk(clk), .value(row), .later(row_now));
+    harmonic_delay #(.BITS(ROW_BITS), .CYCLES(STREAM_DELAY - 1)) row_delay (
+        .clk(clk), .reset(1'b0), .value(row), .later(row_now)
+    );
     genvar index;
     generate
         for (index = 0; index < ROWS; index = index + 1) begin : row_selects
@@ -298,10 +300,10 @@ module harmonic #(
             wire west_bit = row_bits[0], east_bit = row_bits[2];
             wire unused = &{1'b0, column_bits, row_bits};
             harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 2)) first_delay (
-                .clk(clk), .value(pre), .later(first_bit)
+                .clk(clk), .reset(reset), .value(pre), .later(first_bit)
             );
             harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 3)) last_delay (
-                .clk(clk), .value(finishes && phase == 4'd3), .later(last_bit)
+                .clk(clk), .reset(reset), .value(finishes && phase == 4'd3), .later(last_bit)
             );
             harmonic_decision vertical_axis (
                 .clk(clk), .first(first_bit),
@@ -331,11 +333,13 @@ module harmonic #(
         else assign shown_row = row_line[COLUMNS:1];
     endgenerate
     harmonic_delay #(.BITS(CHUNK_BITS), .CYCLES(STREAM_DELAY + 1)) chunk_delay (
-        .clk(clk), .value(read_chunk), .later(chunk)
+        .clk(clk), .reset(1'b0), .value(read_chunk), .later(chunk)
     );
-    harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 1)) shown_delay (.clk(clk), .value(shows), .later(shown));
+    harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 1)) shown_delay (
+        .clk(clk), .reset(reset), .value(shows), .later(shown)
+    );
     harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 2)) last_delay (
-        .clk(clk), .value(finishes && phase == 4'd4), .later(last_shown)
+        .clk(clk), .reset(reset), .value(finishes && phase == 4'd4), .later(last_shown)
     );
     assign finished = decided | last_shown;
 

@@ -47,7 +47,7 @@ module harmonic_control #(
     output wire                      open,
     output wire                      advance,
     output wire                      home,
-    output wire                      wrap,
+    output reg                       wrap,
     output reg                       pre,
     output reg                       zero,
     output wire                      reads,       // slots 0 to p
@@ -104,7 +104,6 @@ module harmonic_control #(
     reg [COLUMN_BITS-1:0] block_column;
     reg [LINE_BITS-1:0] block_line;
     assign home = phase == LOAD | homes;
-    assign wrap = block == LAST_BLOCK;
     assign sides = phase == DECIDE ? robot_sides : {
         block_line != 0, block_column != LAST_COLUMN, block_line != LAST_LINE, block_column != 0
     };
@@ -113,12 +112,11 @@ module harmonic_control #(
     reg [ITERATION_BITS-1:0] iteration, ended_iteration;
     reg full, ended_full, ended_last;
     reg [BLOCK_BITS-1:0] ended_block;
-    wire row_over = chunk == LAST_CHUNK;
-    wire rows_over = row_over && row == LAST_ROW;
+    reg row_over, rows_over;  // a cycle late, which does not matter: a pass takes more
     wire block_over = phase == READ ? rows_over : full | checks;
     wire sweep_ends = slot_end & wrap & block_over;
     wire halts_sweep = phase == RELAX && (checks || (SOUND == 0 && BLOCKS > 1));
-    assign advance = ~slot_end | block_over;
+    assign advance = slot_end ? block_over : ~(stops & ended_full);  // after a full visit it has advanced already
     assign finishes = phase == DECIDE ? slot_end : sweep_ends && phase == READ;
 
     // The answer of the OR trees for the pass before.
@@ -157,8 +155,12 @@ module harmonic_control #(
         answers <= {answers[ANSWER-2:0], pre & ended};
 
         // Blocks, rows and chunks in raster order.
+        wrap <= block == LAST_BLOCK;
+        row_over <= chunk == LAST_CHUNK;
+        rows_over <= chunk == LAST_CHUNK && row == LAST_ROW;
         if (home) begin
             block <= LAST_BLOCK;
+            wrap <= 1'b1;
             block_column <= LAST_COLUMN;
             block_line <= LAST_LINE;
             row <= {ROW_BITS{1'b0}};
@@ -182,7 +184,7 @@ module harmonic_control #(
             ended_last <= wrap;
             ended_block <= block;
         end
-        if (home | begins | (slot_end & block_over)) begin
+        if (home | begins | (slot_end & (full | checks))) begin
             iteration <= FIRST;
             full <= ITERATIONS == 1;
         end else if (slot_end) begin
@@ -254,6 +256,11 @@ module harmonic_control #(
             ended <= 1'b0;
             asks <= 1'b0;
             answers <= {ANSWER{1'b0}};
+            homes <= 1'b0;
+            opens <= 1'b0;
+            visit_event <= 1'b0;
+            stage_ends <= 1'b0;
+            stage_event <= 1'b0;
         end
     end
 

@@ -30,20 +30,21 @@ module harmonic_load #(
     localparam integer REST_WORDS = STRIDE - 1;
     localparam [ADDRESS_BITS:0] REST = REST_WORDS[ADDRESS_BITS:0];
 
-    reg clears, stores, fresh, highest;
+    reg clears, stores, fresh, highest, last_word;
     reg [ADDRESS_BITS:0] address;
     reg [COUNT_BITS-1:0] remaining;
     reg [MEMORIES-1:0] token;
     wire [MEMORIES:0] ring = {token, fresh | token[MEMORIES-1]};
     wire takes = in_ready & in_valid;
 
-    assign over = takes && remaining == 1;
+    assign over = takes & last_word;
     assign writes = clears | stores;
     assign write_address = address[ADDRESS_BITS-1:0];
     assign write_enable = {MEMORIES{clears}} | (token & {MEMORIES{stores}});
 
     always @(posedge clk) begin
         stores <= takes;
+        last_word <= takes ? remaining == 2 : remaining == 1;
         if (clears) begin
             address <= address == LAST_ADDRESS ? {(ADDRESS_BITS + 1){1'b0}} : address + 1'b1;
             if (address == LAST_ADDRESS) begin

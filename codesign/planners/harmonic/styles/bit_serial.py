@@ -5,15 +5,26 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from codesign.figures import Figure
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
-from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles import levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
-from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, Costs, block_notes, relax_steps
+from codesign.planners.harmonic.styles.steps import (
+    DECIDE,
+    LOAD,
+    READ,
+    Costs,
+    Visits,
+    block_notes,
+    relax_steps,
+)
 from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -71,36 +82,59 @@ class BitSerial(Architecture):
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
 
+        Where another component decides, phase ``read`` takes the place of ``decide``: the field is read out.
+
         A ``LowerBound`` as start is written into the block RAMs first. Any other start is already in them, from the
         last plan. Then loading the map changes only the values of goals and obstacles.
         """
         problem, parameters, start = job.problem, job.parameters, job.start
         rows, columns = parameters.block_shape(*problem.shape)
         blocks = parameters.block_count(*problem.shape)
-        cells, last = problem.rows * problem.columns, parameters.precisions[-1]
+        last = parameters.precisions[-1]
+        memories = resources.memories(rows, columns, *parameters.block_grid(*problem.shape))
         if start is None:
-            load = timing.load_cycles(cells, blocks, last)
+            load = timing.load_cycles(memories, blocks, last)
         elif isinstance(start, LowerBound):
-            load = timing.load_start_cycles(cells, resources.cluster_count(rows, columns), blocks, last)
+            load = timing.load_start_cycles(memories, blocks, last)
         else:
-            load = timing.reload_cycles(cells)
+            load = timing.reload_cycles(memories, blocks)
         yield one_step(LOAD, load, ram_addresses=1)
 
-        costs = Costs(
-            lambda precision, _block, iterations: iterations * timing.iteration_cycles(precision),
-            visit=timing.switch_cycles(rows * columns, blocks),
-            stage_end=timing.stage_end_cycles(rows * columns),
-            ram_addresses=2,
-        )
-        plan = yield from relax_steps(job, costs)
+        plan = yield from relax_steps(job, relax_costs(job))
+        pipeline = parameters.pipeline
         if job.does(DECIDE):
-            yield self.decision(plan)
+            yield one_step(DECIDE, timing.decision_cycles(plan.precision, pipeline), ram_addresses=1)
+        else:
+            read = timing.read_cycles(rows, columns, blocks, plan.precision, pipeline)
+            yield one_step(READ, read, ram_addresses=1)
         return plan
-
-    def decision(self, plan: HarmonicPlan) -> Step:
-        """One decision after planning: the direction from one cell."""
-        return one_step(DECIDE, timing.decision_cycles(plan.precision), ram_addresses=1)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
+
+
+def relax_costs(job: Job[Problem, RelaxParameters]) -> Costs:
+    """p + 2 cycles an iteration, and the passes that are dropped: see ``timing``."""
+    problem, parameters = job.problem, job.parameters
+    shape, blocks = parameters.block_shape(*problem.shape), parameters.block_count(*problem.shape)
+    dropped = timing.dropped_pass_cycles(*shape, parameters.pipeline)
+    published = parameters.termination is Termination.PUBLISHED
+
+    def visits_cost(precision: int, visits: Visits) -> NDArray[np.int64]:
+        # After the published test the next pass could write, so the circuit waits after each sweep.
+        ends_sweep = (visits.block == blocks - 1) & published
+        drops = np.where(ends_sweep, visits.count, visits.early) if blocks > 1 else 0
+        return visits.iterations * timing.iteration_cycles(precision) + dropped * drops
+
+    def stage_end(precision: int) -> int:
+        if blocks == 1:
+            return dropped
+        if not published:
+            # The visits of the last sweep take one iteration each: full ones where I = 1.
+            return dropped if parameters.iterations == 1 else 0
+        # Blocks that were visited before their neighbours are tested for local maxima again.
+        checks = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+        return blocks * timing.iteration_cycles(precision) + dropped if checks else 0
+
+    return Costs(visits_cost, stage_end, ram_addresses=2)

@@ -49,13 +49,22 @@ def border_nodes(rows: int, columns: int) -> int:
     return 2 * (rows + columns)
 
 
-def border_rams(rows: int, columns: int) -> int:
-    """Block RAMs of the borders, 18 border nodes each.
+def border_rams(rows: int, columns: int, down: int = 2, across: int = 2) -> int:
+    """Block RAMs of the borders, 18 nodes of one side each: each side is read at the address of another block.
 
-    >>> border_rams(36, 66)
-    12
+    Of the ``down`` × ``across`` blocks of a map, one row has no sides to the north and south that another block reads,
+    and one column none to the west and east.
+
+    >>> border_rams(36, 66), border_rams(6, 12), border_rams(48, 96), border_rams(6, 12, 1, 1)
+    (12, 4, 18, 0)
     """
-    return -(-border_nodes(rows, columns) // RAM_WIDTH)
+    vertical = 2 * -(-columns // RAM_WIDTH) if down > 1 else 0
+    return vertical + (2 * -(-rows // RAM_WIDTH) if across > 1 else 0)
+
+
+def memories(rows: int, columns: int, down: int, across: int) -> int:
+    """Block RAMs of clusters and borders of a map of ``down`` × ``across`` blocks."""
+    return cluster_count(rows, columns) + border_rams(rows, columns, down, across)
 
 
 def decision_slices(precision: int) -> int:

@@ -21,7 +21,7 @@ from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
-from codesign.planners.harmonic.styles.steps import DECIDE, Costs, block_notes, relax_steps
+from codesign.planners.harmonic.styles.steps import DECIDE, Costs, Visits, block_notes, relax_steps
 from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -76,10 +76,8 @@ class Software(HostStyle):
         map_shape = problem.shape
         cells = block_cells(map_shape, parameters.block_shape(*map_shape))
 
-        def iteration_cost(
-            precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
-        ) -> NDArray[np.int64]:
-            return iterations * cells[block] * self.units(precision)
+        def iteration_cost(precision: int, visits: Visits) -> NDArray[np.int64]:
+            return visits.iterations * cells[visits.block] * self.units(precision)
 
         plan = yield from relax_steps(job, Costs(iteration_cost))
         if job.does(DECIDE):

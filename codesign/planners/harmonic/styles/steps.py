@@ -22,8 +22,8 @@ from codesign.planners.job import Job
 from codesign.planners.styles import Exchange, Step, beyond_map
 from codesign.records import StageRecord, VisitsRecord
 
-LOAD, RELAX, DECIDE = "load", "relax", "decide"
-"""The phases of the cycles, named as the tasks."""
+LOAD, RELAX, DECIDE, READ = "load", "relax", "decide", "read"
+"""The phases of the cycles. The first three are named as the tasks; the last is the read-out of the field."""
 
 STAGE_END = "stage_end"
 """The name of the work at the end of a stage in records; its cycles count in phase ``relax``."""
@@ -41,36 +41,51 @@ def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...
     return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
 
 
+@dataclass(frozen=True, eq=False)
+class Visits:
+    """Visits one by one, or the sums of the visits of each block: arrays of one length.
+
+    ``block``: int32. ``iterations``: int64. ``count``: int64, how many visits. ``early``: int64, how many of them ended
+    before their last iteration.
+    """
+
+    block: NDArray[np.int32]
+    iterations: NDArray[np.int64]
+    count: NDArray[np.int64]
+    early: NDArray[np.int64]
+
+
 class VisitCost(Protocol):
     """The cost of visits, in cycles or in units of the kernel of a processor."""
 
-    def __call__(
-        self, precision: int, block: NDArray[np.int32], iterations: NDArray[np.int64]
-    ) -> NDArray[np.int64]:
-        """The cost of visits of ``iterations`` iterations each, int64: linear in the iterations, without a constant."""
+    def __call__(self, precision: int, visits: Visits) -> NDArray[np.int64]:
+        """The cost of each entry, int64: linear in ``iterations``, ``count`` and ``early``, without a constant."""
+
+
+def _no_cost(_precision: int) -> int:
+    return 0
 
 
 @dataclass(frozen=True)
 class Costs:
-    """The costs of a style: of the iterations of a visit, of a visit itself, and of the end of a stage.
+    """The costs of a style: of visits, and of the end of a stage at a precision.
 
     So a stage costs the same visit by visit and from its sums. ``ram_addresses``: addresses that each block RAM gets in
     every cycle (an iteration reads one word and writes another).
     """
 
-    iterations: VisitCost
-    visit: int = 0
-    stage_end: int = 0
+    visits: VisitCost
+    stage_end: Callable[[int], int] = _no_cost
     ram_addresses: int = 0
 
 
 @dataclass(frozen=True, eq=False)
 class _StageSums:
-    """A stage without its single visits: ``iterations`` are the sums of each block (int64)."""
+    """A stage without its single visits: the sums of each block."""
 
     stage: Stage
     field: Field
-    iterations: NDArray[np.int64]
+    visits: Visits
     fault: str
 
 
@@ -148,24 +163,24 @@ def _each_visit(run: _Run, costs: Costs, detect: bool) -> _StageSteps:
     stages: list[Stage] = []
     clock = _StageClock()
     field, fault = run.start, ""
-    blocks = run.parameters.block_count(*run.problem.shape)
     for item in _work(run, run.precisions, run.start):
         if isinstance(item, VisitBatch) and detect:
-            yield from _each_sweep(item, costs, clock, blocks)
+            yield from _each_sweep(run, item, costs, clock)
         elif isinstance(item, VisitBatch):
-            yield _visits_step(item, costs, clock)
+            yield _visits_step(run, item, costs, clock)
         else:
             stages.append(item.stage)
             field, fault = item.field, item.fault
-            if costs.stage_end:
-                yield replace(one_step(STAGE_END, costs.stage_end, costs.ram_addresses), phase=RELAX)
+            if stage_end := costs.stage_end(item.stage.precision):
+                yield replace(one_step(STAGE_END, stage_end, costs.ram_addresses), phase=RELAX)
             yield Step(RELAX, np.zeros(0, np.int64), _stage_record(item, clock))
     assert field is not None, "a schedule has at least one stage"
     return stages, field, fault
 
 
-def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int) -> Iterator[Step]:
+def _each_sweep(run: _Run, batch: VisitBatch, costs: Costs, clock: _StageClock) -> Iterator[Step]:
     """The visits of a batch cut at the ends of sweeps, a round trip to the task ``detect`` after each sweep."""
+    blocks = run.parameters.block_count(*run.problem.shape)
     # A sweep begins at block 0 and ends at the last block, so a batch shows the ends of its sweeps.
     ends = np.flatnonzero(batch.block == blocks - 1) + 1
     first = 0
@@ -174,15 +189,25 @@ def _each_sweep(batch: VisitBatch, costs: Costs, clock: _StageClock, blocks: int
         *([len(batch.block)] if not len(ends) or ends[-1] < len(batch.block) else []),
     ]:
         part = replace(batch, block=batch.block[first:last], iterations=batch.iterations[first:last])
-        yield _visits_step(part, costs, clock)
+        yield _visits_step(run, part, costs, clock)
         if part.block[-1] == blocks - 1:
             yield Exchange(to=DETECT)
         first = last
 
 
-def _visits_step(batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
-    cycles = costs.iterations(batch.precision, batch.block, batch.iterations.astype(np.int64)) + costs.visit
+def _visits_step(run: _Run, batch: VisitBatch, costs: Costs, clock: _StageClock) -> Step:
+    cycles = costs.visits(batch.precision, single_visits(run.parameters, batch))
     return Step(RELAX, cycles, _visits_record(batch, clock), costs.ram_addresses)
+
+
+def single_visits(parameters: RelaxParameters, batch: VisitBatch) -> Visits:
+    """The visits of a batch one by one."""
+    return Visits(
+        batch.block,
+        batch.iterations.astype(np.int64),
+        np.ones(len(batch.block), np.int64),
+        (batch.iterations < parameters.iterations).astype(np.int64),
+    )
 
 
 def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
@@ -204,10 +229,8 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
             start = None if field is None else field.digest()
             key = ("harmonic stage", problem.map_digest, *partition, start, run.below, precision)
             sums = memo.get(key, compute)
-        block = np.arange(len(sums.iterations), dtype=np.int32)
-        cycles = int(costs.iterations(precision, block, sums.iterations).sum())
-        total = np.array([cycles + costs.visit * sums.stage.visits + costs.stage_end], np.int64)
-        yield Step(RELAX, total, ram_addresses=costs.ram_addresses)
+        cycles = int(costs.visits(precision, sums.visits).sum()) + costs.stage_end(precision)
+        yield Step(RELAX, np.array([cycles], np.int64), ram_addresses=costs.ram_addresses)
         stages.append(sums.stage)
         field, fault = sums.field, sums.fault
         first = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA and sums.stage.local_maxima == 0
@@ -219,11 +242,15 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
 
 def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
     """Run one stage from the field of an earlier one."""
-    iterations = np.zeros(run.parameters.block_count(*run.problem.shape), np.int64)
+    blocks = run.parameters.block_count(*run.problem.shape)
+    iterations, count, early = np.zeros((3, blocks), np.int64)
     for item in _work(run, (precision,), start):
         if isinstance(item, StageEnd):
-            return _StageSums(item.stage, item.field, iterations, item.fault)
-        iterations += np.bincount(item.block, item.iterations, len(iterations)).astype(np.int64)
+            visits = Visits(np.arange(blocks, dtype=np.int32), iterations, count, early)
+            return _StageSums(item.stage, item.field, visits, item.fault)
+        iterations += np.bincount(item.block, item.iterations, blocks).astype(np.int64)
+        count += np.bincount(item.block, minlength=blocks)
+        early += np.bincount(item.block[item.iterations < run.parameters.iterations], minlength=blocks)
     raise AssertionError("a stage has an end")
 
 

@@ -1,15 +1,15 @@
 """Cycles and clock of the bit-serial circuit.
 
 Cycles
-    An iteration takes p + 2 (section 5.4) for any block: the bits pass serially, and the write address
-    follows two cycles behind the read address. The same pass finds the local maxima, least significant bit
-    first.
+    All are counted in the RTL of this package (``rtl``), and ``hwsw verify`` holds them against it edge by edge.
 
-    The paper counts nothing else. In our own RTL the end of a visit adds 1 cycle to change the block, and the latency
-    of the OR tree that detects a changed bit. Within a block the next iteration starts before the tree has answered: at
-    worst it repeats an iteration that changed nothing. So the circuit waits only when it leaves a block or a stage
-    ends, and with one block only at the end of a stage. A tree over N nodes is log4 N levels of 4-input LUT deep, 4
-    levels to a pipeline stage: 2 stages for 4,608 nodes, in the middle of the 1 to 3 of synthesis at 150 MHz.
+    An iteration takes p + 2 (section 5.4) for any block: the bits pass serially, and the write address
+    follows behind the read address. The same pass finds the local maxima, least significant bit first.
+
+    The paper counts nothing else. The OR trees over the block answer during the next pass whether an iteration changed
+    a bit. A visit of I iterations does not wait for the answer: the next block begins at once. A visit that ends
+    early, with an iteration that changed nothing, has begun another pass, and drops it: ``dropped_pass_cycles``. With
+    one block that pass is the first iteration of the next visit, and is dropped only where the stage ends.
 
     Raising the precision moves no data: words are addressed from their most significant bit, and the bits
     below have been zero since the memory was cleared.
@@ -32,8 +32,19 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import on_family
 from codesign.planners.harmonic import published
+from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count
 
-LEVELS_A_PIPELINE_STAGE = 4
+TREE_GROUP = 288
+"""Nodes to a register of the OR trees without a pipeline: 5 levels of 4 inputs."""
+
+PIPELINE_TREE_GROUP = 16
+"""Clusters to a register of the OR trees with a pipeline, after a register for each cluster."""
+
+PREPARATION_CYCLES = 3
+"""Cycles before the first slot of a read-out or a decision: block, address, and the slot in which flags are read."""
+
+READ_OUT_COLUMNS = 64
+"""The most nodes of a row that one cycle of the read-out shows."""
 
 FORMS: dict[str, Callable[[float], float]] = {
     "log2 N": math.log2,
@@ -52,59 +63,89 @@ def iteration_cycles(precision: int) -> int:
     return precision + 2
 
 
-def or_tree_stages(nodes: int) -> int:
-    """Pipeline stages of the OR tree over a block.
+def or_tree_stages(rows: int, columns: int, pipeline: int = 0) -> int:
+    """Pipeline stages of the OR trees over a block.
 
-    >>> or_tree_stages(1), or_tree_stages(18), or_tree_stages(4608)
-    (0, 1, 2)
+    >>> or_tree_stages(6, 12), or_tree_stages(48, 96), or_tree_stages(6, 12, 1), or_tree_stages(48, 96, 1)
+    (1, 2, 2, 3)
     """
-    # An OR of 4 inputs a level: 4^levels bits come together.
-    levels = 0
-    while 4**levels < nodes:
-        levels += 1
-    return -(-levels // LEVELS_A_PIPELINE_STAGE)
+    clusters = cluster_count(rows, columns)
+    # Without a pipeline the last register is that of the control. With it each cluster has a register first.
+    inputs, group = (clusters, PIPELINE_TREE_GROUP) if pipeline else (RAM_WIDTH * clusters, TREE_GROUP)
+    stages = 1 + pipeline
+    while inputs > group:
+        inputs = -(-inputs // group)
+        stages += 1
+    return stages
 
 
-def switch_cycles(nodes: int, blocks: int) -> int:
-    """Cycles between two visits: none with one block only (see the module)."""
-    return 0 if blocks == 1 else 1 + or_tree_stages(nodes)
+def stream_delay(pipeline: int) -> int:
+    """Cycles from the read address of a bit to the bit on the streams: the registers of memory and stream."""
+    return 1 + 2 * pipeline
 
 
-def stage_end_cycles(nodes: int) -> int:
-    """Cycles between two stages: the test for a local maximum, and the change of precision."""
-    # One cycle for the decision of ``Control``, after the tree of ``Cvg`` (section 5.2) has answered.
-    return 1 + or_tree_stages(nodes)
+def answer_cycles(rows: int, columns: int, pipeline: int = 0) -> int:
+    """Cycles from the end of the read addresses of a pass to the answer of the OR trees."""
+    # Without a pipeline the answer is used in the cycle in which the last stage computes it.
+    return stream_delay(pipeline) + or_tree_stages(rows, columns, pipeline) + pipeline
 
 
-def load_cycles(cells: int, blocks: int, precision: int) -> int:
-    """Cycles to load a map: clear p + 1 words for each block in all RAMs at once, then one cell a cycle.
+def dropped_pass_cycles(rows: int, columns: int, pipeline: int = 0) -> int:
+    """Cycles of a pass that has begun in vain: S + 2 with S stages of the OR tree; with a pipeline S + 5.
 
-    Assumed. In section 5.2 one node at a time is selected (Sel) and gets its constant (Sat).
+    >>> dropped_pass_cycles(6, 12), dropped_pass_cycles(48, 96), dropped_pass_cycles(6, 12, 1)
+    (3, 4, 7)
     """
-    return blocks * (precision + 1) + cells
+    return answer_cycles(rows, columns, pipeline) + 1
 
 
-def load_start_cycles(cells: int, clusters: int, blocks: int, precision: int) -> int:
-    """Cycles to load a map and its start values: a word of 18 bits of the RAM of one cluster each cycle.
+def least_precision(rows: int, columns: int, pipeline: int = 0) -> int:
+    """The least bits of a stage: the answer for a pass comes before the next one ends."""
+    return answer_cycles(rows, columns, pipeline)
 
-    Assumed, as ``load_cycles``: p + 1 words of every cluster for each block, one RAM after the other.
+
+def load_cycles(memories: int, blocks: int, precision: int) -> int:
+    """Cycles to load a map: clear p + 1 words for each block in all RAMs at once, then two words a RAM for each block.
+
+    The two words are the flags and the highest bits of 18 nodes. ``memories``: RAMs of clusters and borders.
     """
-    return clusters * blocks * (precision + 1) + cells
+    return blocks * (precision + 1) + reload_cycles(memories, blocks)
 
 
-def reload_cycles(cells: int) -> int:
-    """Cycles to load a map where the values of the last plan stay: one cell a cycle, nothing to clear. Assumed."""
-    return cells
+def load_start_cycles(memories: int, blocks: int, precision: int) -> int:
+    """Cycles to load a map and its start values: a word of the RAM of one cluster or border each cycle.
 
-
-def decision_cycles(precision: int) -> int:
-    """Cycles of one decision: 17p + 10.
-
-    Assumed. The module "acts as a sequential program" (section 5.3), with room for three words of p bits: p +
-    2 to read the node and its four neighbours and subtract them serially, 2p for each of four squares on one
-    serial multiplier, 2p + 1 to add and compare each of the four triangles, and 4 between these steps.
+    Assumed: p + 1 words of every RAM for each block, one RAM after the other.
     """
-    return (precision + 2) + 4 * 2 * precision + 4 * (2 * precision + 1) + 4
+    return memories * blocks * (precision + 1)
+
+
+def reload_cycles(memories: int, blocks: int) -> int:
+    """Cycles to load a map where the values of the last plan stay: two words a RAM for each block, nothing to clear.
+
+    Assumed for a map that keeps old values; counted as the end of ``load_cycles``.
+    """
+    return 2 * memories * blocks
+
+
+def decision_cycles(precision: int, pipeline: int = 0) -> int:
+    """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
+    return 1 + PREPARATION_CYCLES + precision + 2 + stream_delay(pipeline) + 1
+
+
+def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0) -> int:
+    """Cycles to read the field out: p + 2 for each row of a block, or for 64 columns of it."""
+    return (
+        PREPARATION_CYCLES
+        + read_passes(rows, columns, blocks) * iteration_cycles(precision)
+        + stream_delay(pipeline)
+        + 1
+    )
+
+
+def read_passes(rows: int, columns: int, blocks: int) -> int:
+    """Passes of a read-out: one for each row of each block, and for each 64 columns of it."""
+    return blocks * rows * -(-columns // READ_OUT_COLUMNS)
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,10 @@ def _time_findings(samples: tuple[Sample, ...]) -> tuple[Finding, ...]:
     unit = unit_seconds(samples)
     reached = [sample.reached for sample in samples]
     wave, cells = published.STOP_CYCLE / published.CLOCK, published.SIDE**2
-    load, slow_load = timing.load_cycles((published.SIDE, published.SIDE)) / published.CLOCK, cells / published.CLOCK
+    load, slow_load = (
+        timing.load_cycles((published.SIDE, published.SIDE)) / published.CLOCK,
+        cells / published.CLOCK,
+    )
     slow_speed_up = published.SOFTWARE_SECONDS / (wave + slow_load)
     return (
         Finding(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import Circuit, CircuitStyle, Expected
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
@@ -20,7 +20,6 @@ from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
-SHARED = HERE.parents[1] / "verilog"
 MACHINE = (
     *("wavefront_machine", "select_word", "path_tracker", "delay_line_array", "delay_line_node"),
     *("adder_array", "adder_node", "element_array", "wave_element"),
@@ -30,7 +29,9 @@ MACHINE = (
 DELAY_LINE, ADDER_COMPARATOR, ELEMENTS = 0, 1, 2
 """The arrays that the machine knows, by their number."""
 
-TRACKER_NOTE = "The first step of the tracked path begins with the start that the first word of the stream names."
+TRACKER_NOTE = (
+    "The first step of the tracked path begins with the start that the first word of the stream names."
+)
 
 
 class ArrayCircuit(CircuitStyle):
@@ -81,6 +82,7 @@ class ArrayCircuit(CircuitStyle):
                 "OBSTACLE_BITS": words.obstacle_bits,
                 "LONGEST": words.longest,
                 "ELEMENT_CELLS": words.element_cells,
+                "ELEMENT_BITS": max(1, (words.element_cells - 1).bit_length()),
                 "FLAGS": words.flags,
                 "LOAD_CELLS": words.load_cells,
                 "LOAD_WORDS": len(stream.words) - 1,
@@ -106,7 +108,7 @@ class ArrayCircuit(CircuitStyle):
         return expected_run(self.model, job, words)
 
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
-        """A random map of at most 12 × 12 cells with random parameters."""
+        """A random small map with random parameters."""
         return random_job(seed, self.style)
 
 

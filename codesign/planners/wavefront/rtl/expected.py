@@ -46,7 +46,9 @@ def _parts(
 ) -> Iterator[Part]:
     """The events in the order of their cycles: a chain reports before the path is tracked, an array after it."""
     flags = cell_flags(job.problem, job.parameters)
-    potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(np.int64)
+    potentials = np.where(plan.potentials >= 0, plan.potentials, infinity(style, plan, words)).astype(
+        np.int64
+    )
     distances = None
     if plan.obstacle_potentials is not None:
         distances = plan.obstacle_potentials.astype(np.int64)
@@ -77,9 +79,7 @@ def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
     return plan.largest_potential + 1
 
 
-def _steps(
-    job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int
-) -> Part:
+def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int) -> Part:
     """The cells of the path behind the start; each is chosen in the last cycle of its step."""
     start = job.problem.starts[0] if job.problem.starts else (0, 0)
     path = np.zeros((0, 2), np.int64)

@@ -85,7 +85,10 @@ class Words:
         return min(timing.LOAD_CELLS, self.elements[0] * self.elements[1])
 
     def packed(
-        self, potentials: NDArray[np.int64], distances: NDArray[np.int64] | None, problem_flags: NDArray[np.uint8]
+        self,
+        potentials: NDArray[np.int64],
+        distances: NDArray[np.int64] | None,
+        problem_flags: NDArray[np.uint8],
     ) -> NDArray[np.uint64]:
         """The words of all cells as they are read out, in raster order."""
         words = potentials.astype(np.uint64).ravel()
@@ -127,6 +130,9 @@ def _packed_words(flags: NDArray[np.uint8], words: Words) -> list[int]:
     """The flags of all elements in words, the last word first."""
     begins = range(0, len(flags), words.load_cells)
     return [
-        sum(int(flag) << words.flags * place for place, flag in enumerate(flags[begin : begin + words.load_cells]))
+        sum(
+            int(flag) << words.flags * place
+            for place, flag in enumerate(flags[begin : begin + words.load_cells])
+        )
         for begin in reversed(begins)
     ]

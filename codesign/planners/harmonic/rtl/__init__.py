@@ -1,0 +1,7 @@
+"""The circuits of harmonic control: Verilog, and what the model expects a run of them to report."""
+
+from codesign.planners.harmonic.rtl.circuit import BitSerialCircuit
+
+CIRCUITS = (BitSerialCircuit(),)
+
+__all__ = ["CIRCUITS"]
