@@ -6,7 +6,7 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
@@ -106,6 +106,53 @@ def write_atomically(path: Path, content: bytes) -> None:
             raise RunError(
                 f"cannot write: {_reason(error)}", str(path), "free some space, or name another file"
             ) from error
+
+
+def write_folder(folder: Path, files: Mapping[str, bytes], stale: Iterable[str] = ()) -> None:
+    """Write all files into a folder, or none: they are written beside it, and the folder takes its place at once.
+
+    Other files of the folder remain. ``stale``: names of files that do not.
+
+    Raises:
+        RunError: the folder cannot be made or written to, or the disk is full.
+    """
+    target = landing(folder)
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        part = Path(tempfile.mkdtemp(prefix=f".{target.name[:16]}.", suffix=".part", dir=target.parent))
+    except (OSError, ValueError) as error:
+        hint = "name a folder that can be made and written to"
+        raise RunError(f"cannot write: {_reason(error)}", str(folder), hint) from error
+    with passing(part), passing(part.with_suffix(".old")) as old:
+        try:
+            for name, content in files.items():
+                (part / name).write_bytes(content)
+            part.chmod(_folder_mode())
+            replaced = {*files, *stale}
+            kept = [each for each in target.iterdir() if each.name not in replaced] if target.is_dir() else []
+            for each in kept:
+                _copy(each, part / each.name)
+            if target.is_dir():
+                target.rename(old)
+            part.rename(target)
+        except OSError as error:
+            if old.exists() and not target.exists():
+                old.rename(target)
+            hint = "free some space, or name another folder"
+            raise RunError(f"cannot write: {_reason(error)}", str(folder), hint) from error
+
+
+def _copy(source: Path, target: Path) -> None:
+    if source.is_dir() and not source.is_symlink():
+        shutil.copytree(source, target, symlinks=True)
+    else:
+        shutil.copy2(source, target, follow_symlinks=False)
+
+
+def _folder_mode() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o777 & ~mask
 
 
 def _write_through(path: Path, content: bytes) -> None:

@@ -7,6 +7,7 @@ from codesign.figures import RESOURCES, Figure, Status
 from codesign.memo import Memo
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.part import Part
+from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image
 from codesign.planners.clock_law import on_family
 from codesign.planners.demand import Demand, Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw, Traffic
@@ -47,9 +48,13 @@ __all__ = [
     "POSE",
     "RESOURCES",
     "Architecture",
+    "Circuit",
+    "CircuitStyle",
     "Demand",
     "Designs",
+    "Events",
     "Exchange",
+    "Expected",
     "ExternalMemoryLaw",
     "FieldRecord",
     "Figure",
@@ -58,6 +63,7 @@ __all__ = [
     "Flow",
     "HostStyle",
     "HostTask",
+    "Image",
     "Job",
     "Lever",
     "Line",

@@ -31,6 +31,10 @@ class Design:
     job: Mapping[str, Any] = field(default_factory=dict)
 
 
+FEW = 1, 2, 3
+"""Seeds of a design that a law is fitted to: five are for those that it is held against."""
+
+
 @dataclass(frozen=True)
 class Placed:
     """A design on a part, with the seeds that it is placed with."""

@@ -58,12 +58,20 @@ COMMANDS = {
         "Compare the model with the published tables, row by row.",
     ),
     "calibrate": (
-        "codesign.cli.reproduce:calibrate",
-        "Measure the costs of the planners' kernels on this machine.",
+        "codesign.cli.calibrate:calibrate",
+        "Fit costs to this machine, or laws to the reports of your FPGA tool.",
+    ),
+    "rtl": (
+        "codesign.cli.rtl:rtl",
+        "Write the Verilog of a design point, with its test bench and memory images.",
     ),
     "verify": (
         "codesign.cli.rtl:verify",
         "Compare circuits in Verilog with the model, cycle for cycle.",
+    ),
+    "synth": (
+        "codesign.cli.synth:synth",
+        "Synthesise a circuit with open tools, place and route it, and compare it with the laws.",
     ),
     "check": (
         "codesign.cli.inspect:check",

@@ -168,3 +168,75 @@ def _print(styles: Sequence[StyleChecked], waves: Path | None, as_json: bool) ->
     count = sum(len(each.points) for each in styles)
     if not wrong:
         click.echo(f"{counted(count, 'design point')}: every event equals the model in kind, value and cycle")
+
+
+@click.command(short_help="Write the Verilog of a design point.")
+@click.argument("specs", nargs=-1, required=True, metavar="PLATFORM WORKLOAD | STUDY")
+@click.option("--point", type=int, metavar="INDEX", help="Take this point of STUDY, a file of hwsw explore.")
+@set_option
+@click.option(
+    "-o",
+    "--output",
+    "folder",
+    required=True,
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Write into this folder, which is made.",
+)
+@click.option(
+    "--force",
+    is_flag=True,
+    help="Write into a folder that is not empty: replace the files of this command there.",
+)
+@debug_option
+def rtl(
+    specs: tuple[str, ...], point: int | None, settings: tuple[str, ...], folder: Path, force: bool
+) -> None:
+    """Write the circuit of WORKLOAD on PLATFORM into the folder DIR, as Verilog that any tool takes.
+
+    The folder has the Verilog of the design point, a self-checking test bench for Icarus and Verilator, the images of
+    its memories, the stream with the map, the clock constraint for the tools of the part, golden vectors with a test
+    for cocotb, a core file for FuseSoC, and a README. The same design point gives the same bytes.
+
+    The folder is written whole or not at all.
+    """
+    from codesign.files import write_folder
+    from codesign.rtl.export import MANIFEST, Origin, export_files
+    from codesign.rtl.placed import placed, refuse_what_does_not_fit
+    from codesign.system import point_of
+
+    stale = _stale(folder, force, MANIFEST)
+    values = settings_of(settings)
+    platform, workload, _ = specs_of(specs, point)
+    design = placed(*point_of(platform, workload, values))
+    refuse_what_does_not_fit(design)
+    debug_step("files read and checked")
+    if point is None:
+        origin = Origin(specs[0], specs[1], values)
+    else:
+        origin = Origin(platform.name, workload.name, values, specs[0], point)
+    files = export_files(design, origin)
+    debug_step("circuit and expected events made")
+    write_folder(folder, {name: text.encode() for name, text in files.items()}, stale)
+    top = json.loads(files[MANIFEST])["top"]
+    click.echo(f"written: {printable(str(folder), None)} ({counted(len(files), 'file')}, top module {top})")
+    click.echo("next: README.md there says how to simulate and to build it")
+
+
+def _stale(folder: Path, force: bool, manifest: str) -> list[str]:
+    """The files that an earlier run wrote into the folder.
+
+    Raises:
+        InputError: it is no folder, or not empty without ``force``.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder} is no folder", "-o", "name a folder")
+    if not folder.is_dir() or not any(folder.iterdir()):
+        return []
+    if not force:
+        raise InputError(f"{folder} is not empty", "-o", "name another folder, or add --force")
+    try:
+        names = json.loads((folder / manifest).read_text(encoding="utf-8"))["files"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []
+    return [str(name) for name in names] if isinstance(names, dict) else []

@@ -65,6 +65,7 @@ class Circuit:
     - ``pieces``: for each name of a ``Line`` of the style's demand, the Verilog modules that it counts. A module that
       stands in none is counted with the module that contains it.
     - ``notes``: what a reader of the exported folder must know, sentences.
+    - ``pins``: further outputs of the top, width by name, such as those of a display. A bench does not look at them.
     """
 
     top: str
@@ -77,6 +78,7 @@ class Circuit:
     images: Mapping[str, Image] = field(default_factory=dict)
     pieces: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    pins: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

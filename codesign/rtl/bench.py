@@ -28,7 +28,7 @@ def template(name: str) -> Any:
         undefined=jinja2.StrictUndefined, keep_trailing_newline=True, autoescape=False
     )
     folder = files("codesign.rtl") / "templates"
-    return environment.from_string((folder / name).read_text(encoding="utf-8"))
+    return environment.from_string((folder / f"{name}.jinja").read_text(encoding="utf-8"))
 
 
 def bench_files(circuit: Circuit, expected: Expected) -> dict[str, str]:
@@ -65,6 +65,7 @@ def _bench_text(circuit: Circuit, expected: Expected) -> str:
         contention=expected.contention,
         in_range=range_of(circuit.stream.width),
         event_range=range_of(circuit.event_bits),
+        pins={name: range_of(width) for name, width in circuit.pins.items()},
         kinds=circuit.kinds,
         phases=circuit.phases,
         cycles_by_phase=[expected.cycles.get(phase, 0) for phase in circuit.phases],

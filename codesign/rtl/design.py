@@ -64,6 +64,7 @@ def ports_of(circuit: Circuit) -> tuple[tuple[str, str, int], ...]:
         ("output", "event_kind", 4),
         ("output", "event_data", circuit.event_bits),
         ("output", "done", 1),
+        *(("output", name, width) for name, width in circuit.pins.items()),
     )
 
 

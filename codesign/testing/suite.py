@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from codesign.planners.plug_in import PlugIn
-from codesign.testing import members, paths, styles
+from codesign.testing import circuits, members, paths, styles
 from codesign.testing import planner as planners
 from codesign.testing.case import Case, Rule
 
-RULES: tuple[Rule, ...] = (*members.RULES, *planners.RULES, *paths.RULES, *styles.RULES)
+RULES: tuple[Rule, ...] = (*members.RULES, *planners.RULES, *paths.RULES, *styles.RULES, *circuits.RULES)
 """Every rule; rules of declarations come first."""
 
 

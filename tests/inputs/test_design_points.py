@@ -147,7 +147,10 @@ def test_any_figure_of_a_component_is_an_axis(tmp_path: Path) -> None:
         ),
         ({"fpga.clock": 100}, "point: fpga.clock: 100 has no unit"),
         ({"fpga.part": "XC2V6000"}, "point: fpga.part: part XC2V6000 has several speed grades"),
-        ({"fpga.colour": "red"}, "point: fpga.colour: unknown key\n  hint: accepted: calibration, clock, part"),
+        (
+            {"fpga.colour": "red"},
+            "point: fpga.colour: unknown key\n  hint: accepted: calibration, clock, part",
+        ),
     ],
 )
 def test_bad_points(tmp_path: Path, values: dict[str, Any], expected: str) -> None:

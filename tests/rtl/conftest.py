@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from toy_styles import installed
+
+__all__ = ["installed"]
 
 
 @pytest.fixture(autouse=True)

@@ -12,24 +12,13 @@ import pytest
 from click.testing import Result
 from rtl_tools import needs
 from toy_circuit import ToyCircuit
+from toy_styles import Flipped, Install, OnHarmonic
 
 from codesign.errors import RunError
-from codesign.planners.circuits import Circuit, Expected, Image
+from codesign.planners.circuits import Expected
 from codesign.planners.job import Job
-from codesign.system import catalog
 
 Run = Callable[..., Result]
-
-
-class Flipped(ToyCircuit):
-    """One bit of a memory image is not what the model expects."""
-
-    style = "flipped"
-
-    def circuit(self, job: Job[Any, Any], /) -> Circuit:
-        circuit = super().circuit(job)
-        image = circuit.images["constant.hex"]
-        return replace(circuit, images={"constant.hex": Image(image.width, [int(image.words[0]) ^ 1])})
 
 
 class Failing(ToyCircuit):
@@ -56,31 +45,7 @@ class Contending(ToyCircuit):
         return replace(expected, cycles=cycles, contention="a test says so")
 
 
-class OnHarmonic(ToyCircuit):
-    """A circuit of a style that workloads can name."""
-
-    planner = "harmonic"
-    style = "bit_serial"
-
-    def circuit(self, job: Job[Any, Any], /) -> Circuit:
-        return super().circuit(self.sample(0))
-
-    def expected(self, job: Job[Any, Any], /) -> Expected:
-        return super().expected(self.sample(0))
-
-
-@pytest.fixture
-def installed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """Let these be the circuits that are installed."""
-
-    def install(*styles: ToyCircuit) -> None:
-        circuits = {(style.planner, style.style, style.task): style for style in styles}
-        monkeypatch.setattr(catalog, "circuits", lambda: circuits)
-
-    return install
-
-
-def test_samples_of_every_circuit_are_verified(hwsw: Run, installed: Callable[..., None]) -> None:
+def test_samples_of_every_circuit_are_verified(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(ToyCircuit())
     result = hwsw("verify", "--all", "--points", 2, "--seed", 1, "--jobs", 2)
@@ -94,9 +59,7 @@ def test_samples_of_every_circuit_are_verified(hwsw: Run, installed: Callable[..
     assert row[-5:] == ["2", str(events), str(cycles), "0", "0"]
 
 
-def test_one_flipped_bit_fails_and_leaves_a_waveform(
-    hwsw: Run, installed: Callable[..., None], tmp_path: Path
-) -> None:
+def test_one_flipped_bit_fails_and_leaves_a_waveform(hwsw: Run, installed: Install, tmp_path: Path) -> None:
     needs("cxxrtl")
     installed(ToyCircuit(), Flipped())
     waves = tmp_path / "difference.vcd"
@@ -108,7 +71,7 @@ def test_one_flipped_bit_fails_and_leaves_a_waveform(
     assert waves.read_text(encoding="utf-8").startswith("$timescale")
 
 
-def test_json_has_every_point(hwsw: Run, installed: Callable[..., None]) -> None:
+def test_json_has_every_point(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(Flipped())
     result = hwsw("verify", "--all", "--points", 1, "--json")
@@ -121,9 +84,7 @@ def test_json_has_every_point(hwsw: Run, installed: Callable[..., None]) -> None
     assert point["verified"]["first"]["cycle"] == 77
 
 
-def test_a_point_that_fails_does_not_keep_others_from_being_verified(
-    hwsw: Run, installed: Callable[..., None]
-) -> None:
+def test_a_point_that_fails_does_not_keep_others_from_being_verified(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(Failing())
     result = hwsw("verify", "--all", "--points", 4)
@@ -134,7 +95,7 @@ def test_a_point_that_fails_does_not_keep_others_from_being_verified(
     assert (row[-5], row[-2], row[-1]) == ("4", "0", "2")
 
 
-def test_contention_excuses_one_per_cent_in_the_mean(hwsw: Run, installed: Callable[..., None]) -> None:
+def test_contention_excuses_one_per_cent_in_the_mean(hwsw: Run, installed: Install) -> None:
     needs("cxxrtl")
     installed(Contending())
     result = hwsw("verify", "--all", "--points", 1)
@@ -155,7 +116,7 @@ def test_contention_excuses_one_per_cent_in_the_mean(hwsw: Run, installed: Calla
     ],
 )
 def test_a_wrong_command_line_is_refused(
-    hwsw: Run, installed: Callable[..., None], words: tuple[str, ...], text: str
+    hwsw: Run, installed: Install, words: tuple[str, ...], text: str
 ) -> None:
     installed(ToyCircuit())
     result = hwsw("verify", *words)
@@ -163,9 +124,7 @@ def test_a_wrong_command_line_is_refused(
     assert text in result.output
 
 
-def test_a_design_point_is_verified(
-    hwsw: Run, installed: Callable[..., None], specs: tuple[Path, Path]
-) -> None:
+def test_a_design_point_is_verified(hwsw: Run, installed: Install, specs: tuple[Path, Path]) -> None:
     needs("cxxrtl")
     installed(OnHarmonic())
     result = hwsw("verify", *specs)
@@ -174,7 +133,7 @@ def test_a_design_point_is_verified(
 
 
 def test_a_design_on_a_processor_has_no_circuit(
-    hwsw: Run, installed: Callable[..., None], specs: tuple[Path, Path]
+    hwsw: Run, installed: Install, specs: tuple[Path, Path]
 ) -> None:
     installed(OnHarmonic())
     result = hwsw("verify", *specs, "--set", "relax.component=host", "--set", "decide.component=host")
@@ -182,9 +141,7 @@ def test_a_design_on_a_processor_has_no_circuit(
     assert "task relax is on host, a processor: it has no circuit" in result.output
 
 
-def test_a_style_without_a_circuit_is_named(
-    hwsw: Run, installed: Callable[..., None], specs: tuple[Path, Path]
-) -> None:
+def test_a_style_without_a_circuit_is_named(hwsw: Run, installed: Install, specs: tuple[Path, Path]) -> None:
     installed()
     result = hwsw("verify", *specs)
     assert result.exit_code == 2
@@ -192,7 +149,7 @@ def test_a_style_without_a_circuit_is_named(
 
 
 def test_a_missing_tool_ends_the_command_with_its_remedy(
-    hwsw: Run, installed: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+    hwsw: Run, installed: Install, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from codesign.rtl import tools
 

@@ -6,14 +6,19 @@ import copy
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from codesign.planners.breadth_first.plug_in import PLUG_IN
+from codesign.planners.breadth_first.plug_in import PLUG_IN as INSTALLED
+from codesign.planners.circuits import Events, Expected, Image
 from codesign.planners.styles import Step
 from codesign.plugin import Flow, Job, Lever, Line, PlugIn, Problem, Status
 
+# Circuits are simulated, which takes seconds: only the rules that concern them get some.
+(CIRCUIT,) = INSTALLED.circuits
+PLUG_IN = replace(INSTALLED, circuits=())
 PLANNER: Any = PLUG_IN.planner
 COUNTER = count()
 ONE_CYCLE = np.ones(1, np.int64)
@@ -39,6 +44,26 @@ def styles(**members: Any) -> PlugIn:
 def tasks(**members: Any) -> PlugIn:
     changed = [altered(style, {**members, "original": style}) for style in PLUG_IN.task_styles]
     return replace(PLUG_IN, task_styles=tuple(changed))
+
+
+def circuits(**members: Any) -> PlugIn:
+    """The plug-in with a circuit of other members: ``original`` is the circuit that it is made of."""
+    return replace(PLUG_IN, circuits=(altered(CIRCUIT, {**members, "original": CIRCUIT}),))
+
+
+def circuit(**members: Any) -> PlugIn:
+    """Other members of what is built."""
+    return circuits(circuit=lambda self, job: replace(self.original.circuit(job), **members))
+
+
+def expected(change: Callable[[Expected], Expected]) -> PlugIn:
+    """``change`` is given what the model expects."""
+    return circuits(expected=lambda self, job: change(self.original.expected(job)))
+
+
+def events(change: Callable[[Events], Events]) -> PlugIn:
+    """``change`` is given the events that the model expects."""
+    return expected(lambda model: replace(model, events=change(model.events)))
 
 
 def flows(change: Callable[[tuple[Flow, ...]], tuple[Flow, ...]]) -> PlugIn:
@@ -303,6 +328,32 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         "tasks_by_themselves_are_those_of_the_planner",
         "less than one cycle",
         tasks(again=lambda *_: (step for step in [Step("track", 0 * ONE_CYCLE)])),
+    ),
+    ("circuits_belong_to_styles_on_an_fpga", "no style of planner", circuits(style="another")),
+    ("circuits_belong_to_styles_on_an_fpga", "twice", replace(PLUG_IN, circuits=(CIRCUIT,) * 2)),
+    (
+        "circuits_and_expectations_are_sound",
+        "from run to run",
+        circuits(sample=lambda self, seed: self.original.sample(next(COUNTER))),
+    ),
+    ("circuits_and_expectations_are_sound", "not there", circuit(sources=(Path("nowhere.v"),))),
+    ("circuits_and_expectations_are_sound", "has 0 kinds", circuit(kinds=())),
+    ("circuits_and_expectations_are_sound", "bits", circuit(event_bits=65)),
+    ("circuits_and_expectations_are_sound", "has images", circuit(images={"map.hex": Image(1, [0])})),
+    (
+        "circuits_and_expectations_are_sound",
+        "out of order",
+        events(lambda model: replace(model, cycle=model.cycle[::-1].copy())),
+    ),
+    (
+        "circuits_and_expectations_are_sound",
+        "no phases",
+        expected(lambda model: replace(model, cycles={"dream": 1})),
+    ),
+    (
+        "circuits_report_what_the_model_expects",
+        "differs from the model: cycle",
+        events(lambda model: replace(model, cycle=model.cycle + 1)),
     ),
 ]
 """The rule, words of the sentence that reports it, and the plug-in that breaks it."""

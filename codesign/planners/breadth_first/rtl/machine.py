@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from codesign.errors import Fault, UnsuitedError
 from codesign.models import Task
+from codesign.planners import circuits
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
+    MicroArchitecture,
     SearchParameters,
     VgaController,
 )
@@ -31,7 +33,7 @@ from codesign.planners.breadth_first.styles.steps import (
     discoverers,
     expansions,
 )
-from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
+from codesign.planners.circuits import Circuit, CircuitStyle, Events, Expected, Image, phase_cycles
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 
@@ -40,10 +42,16 @@ OBSTACLE, FREE, GOAL, START = range(4)
 
 POP, PUSH, PATH_CELL, EMPTY, OVERFLOW = range(5)
 KINDS = ("pop", "push", "path", "empty", "overflow")
-"""Events; the head of ``breadth_first_top.v`` says what their values are."""
+"""Events; the head of ``breadth_first_machine.v`` says what their values are."""
+
+PIXELS = "A pixel of the display lasts two clocks: 65 MHz where the design runs at 130 MHz."
 
 HERE = Path(__file__).parent
-MODULES = ("breadth_first_top", "breadth_first_move", "breadth_first_schedule", "breadth_first_queue")
+SHARED = Path(circuits.__file__).parent / "verilog"
+MODULES = tuple(f"breadth_first_{name}" for name in ("machine", "memory", "move", "queue", "schedule"))
+TOP, SCREEN_TOP, DISPLAY = "breadth_first_top", "breadth_first_screen_top", "breadth_first_display"
+
+SHOWN = {VgaController.NONE: 0, VgaController.SHARED: 1, VgaController.COPY: 2}
 
 SearchJob = Job[Problem, SearchParameters]
 
@@ -58,8 +66,13 @@ def refuse(job: SearchJob) -> None:
     problem, parameters = job.problem, job.parameters
     if parameters.memory is not MemoryPlace.BLOCK_RAM or job.external is not None:
         raise unsuited("search.memory", "no circuit has an external memory", "take block_ram")
-    if parameters.display is not VgaController.NONE:
-        raise unsuited("search.display", "no circuit has a display", "take none")
+    pipelined = parameters.micro_architecture is MicroArchitecture.PIPELINED
+    if parameters.display is VgaController.SHARED and pipelined:
+        raise unsuited(
+            "search.display", "a pipelined search leaves no port to a display", "take copy or none"
+        )
+    if parameters.display is not VgaController.NONE and not resources.on_screen(problem.shape):
+        raise unsuited("search.display", "the map is larger than the screen", "take none")
     if not job.does(TRACK):
         raise unsuited("track", "no circuit sends the directions away", "place track where search is placed")
     if problem.task is not Task.FIELD and problem.starts[0] in problem.goals:
@@ -107,9 +120,15 @@ class StateMachineCircuit(CircuitStyle):
         problem, parameters = job.problem, job.parameters
         bits = resources.address_bits(*problem.shape, parameters.address)
         words = parameters.queue_words or 1 << bits
+        shown = SHOWN[parameters.display]
+        modules = (SCREEN_TOP, DISPLAY, *MODULES) if shown else (TOP, *MODULES)
+        memories = ("ram_1w1r", "ram_2rw")
         return Circuit(
-            top="breadth_first_top",
-            sources=(*(HERE / f"{name}.v" for name in MODULES), SHARED / "ram_1w1r.v"),
+            top=modules[0],
+            sources=(
+                *(HERE / f"{name}.v" for name in modules),
+                *(SHARED / f"{name}.v" for name in (memories if shown == 1 else memories[:1])),
+            ),
             parameters={
                 "ROWS": problem.rows,
                 "COLUMNS": problem.columns,
@@ -121,12 +140,18 @@ class StateMachineCircuit(CircuitStyle):
                 "QUEUE_WORDS": words,
                 "POINTER_BITS": resources.side_bits(words),
                 "CHECKED": int(words < problem.free.size),
+                **({"SHOWN": shown} if shown else {}),
             },
             stream=Image(2, stream(problem)),
             phases=(INIT, SEARCH, PATH),
             kinds=KINDS,
             event_bits=bits + 2,
-            pieces={"state machine": MODULES},
+            pieces={
+                "state machine": tuple(each for each in modules if each != DISPLAY),
+                **({"display": (DISPLAY,)} if shown else {}),
+            },
+            pins={"horizontal_sync": 1, "vertical_sync": 1, "colour": 3} if shown else {},
+            notes=(PIXELS,) if shown else (),
         )
 
     def expected(self, job: SearchJob) -> Expected:

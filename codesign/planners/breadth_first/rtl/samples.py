@@ -36,10 +36,14 @@ def random_job(seed: int) -> Job[Problem, SearchParameters]:
     problem = Problem(
         free, tuple(goals[:1] if field else goals), (start,), task=Task.FIELD if field else Task.PATH
     )
+    micro_architecture = MicroArchitecture(random.choice(list(MicroArchitecture)))
+    displays = set(VgaController)
+    if micro_architecture is MicroArchitecture.PIPELINED:
+        displays.remove(VgaController.SHARED)
     parameters = SearchParameters(
-        micro_architecture=random.choice(list(MicroArchitecture)),
-        address=random.choice(list(Address)),
-        display=VgaController.NONE,
+        micro_architecture=micro_architecture,
+        address=Address(random.choice(list(Address))),
+        display=VgaController(random.choice(sorted(displays))),
     )
     job = Job(problem, parameters)
     if random.random() < 1 / 3:

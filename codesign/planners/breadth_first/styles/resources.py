@@ -69,6 +69,11 @@ def address_bits(rows: int, columns: int, address: Address = Address.SIDE_BY_SID
     return side_bits(rows) + side_bits(columns)
 
 
+def on_screen(shape: tuple[int, int]) -> bool:
+    """Whether a map of (rows, columns) has a pixel a cell on its half of the screen."""
+    return shape[0] <= published.DISPLAY_ROWS and shape[1] <= published.DISPLAY_COLUMNS // 2
+
+
 def block_rams(words: int, width: int, part: Part) -> int:
     """The fewest block RAMs of a part that hold ``words`` of ``width`` bits."""
     # ⌈words / depth⌉ · ⌈bits / width⌉ for each shape that a block RAM can take.
@@ -83,7 +88,8 @@ def memories(rows: int, columns: int, parameters: SearchParameters) -> dict[str,
     if parameters.memory is not MemoryPlace.EXTERNAL:
         shapes["cells"] = words, CELL_BITS
     if parameters.display is VgaController.COPY:
-        shapes["copy for the display"] = words, CELL_BITS
+        shapes["copy of the cells"] = words, CELL_BITS
+        shapes["copy of the directions"] = words, DIRECTION_BITS
     if parameters.memory is MemoryPlace.BLOCK_RAM:
         shapes["directions"] = words, DIRECTION_BITS
         shapes["queue"] = parameters.queue_words or words, bits

@@ -26,16 +26,21 @@ from codesign.planners.velocity_obstacle.plan.reference import BRAKE, RobotState
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.rtl.samples import AvoidJob, random_job
 from codesign.planners.velocity_obstacle.styles import timing
-from codesign.planners.velocity_obstacle.styles.resources import units_of
+from codesign.planners.velocity_obstacle.styles.resources import (
+    ARRAY,
+    DETECTIONS,
+    REST,
+    STATES,
+    UPDATES,
+    units_of,
+)
 
 TOO_FAR, COLLIDES, TAKEN, VELOCITY, ACCELERATION = range(5)
 KINDS = ("too far", "collides", "taken", "velocity", "acceleration")
 """Events: the verdict on a candidate, with its place in the array; the velocity to reach; the acceleration."""
 
 HERE = Path(__file__).parent
-UPDATE_MODULES = ("pos_vel_update", "pos_vel_update_serial", "pos_vel_update_parallel")
-DETECT_MODULES = ("coll_detect", "coll_detect_serial", "coll_detect_cross", "coll_detect_parallel")
-REST_MODULES = (
+MODULES = (
     "velocity_obstacle",
     "target_check",
     "velocity_selector",
@@ -44,8 +49,22 @@ REST_MODULES = (
     "pid_control",
     "trial",
     "state_bank",
+    "pos_vel_update",
+    "pos_vel_update_serial",
+    "pos_vel_update_parallel",
+    "coll_detect",
+    "coll_detect_serial",
+    "coll_detect_cross",
+    "coll_detect_parallel",
     "rescale",
 )
+PIECES = {
+    UPDATES: ("pos_vel_update",),
+    DETECTIONS: ("coll_detect",),
+    STATES: ("state_bank",),
+    ARRAY: ("ram_1w1r",),
+    REST: ("velocity_obstacle",),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +110,9 @@ class RobotCircuit(CircuitStyle):
         numbers = fixed(job.problem, parameters)
         width = parameters.width
         halvings = timing.halvings(parameters)
-        modules = (*UPDATE_MODULES, *DETECT_MODULES, *REST_MODULES)
         return Circuit(
             top="velocity_obstacle",
-            sources=(*(HERE / f"{name}.v" for name in modules), SHARED / "ram_1w1r.v"),
+            sources=(*(HERE / f"{name}.v" for name in MODULES), SHARED / "ram_1w1r.v"),
             parameters={
                 **_structure(self._style, job),
                 "HALVINGS": halvings,
@@ -117,6 +135,7 @@ class RobotCircuit(CircuitStyle):
                 },
                 "bounds.hex": Image(2 * width, _bounds(numbers, width, 1 << halvings)),
             },
+            pieces=PIECES,
             notes=(
                 "The stream has the states of all robots before each update, the first robot of the workload first.",
             ),

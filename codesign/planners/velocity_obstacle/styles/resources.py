@@ -45,6 +45,15 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
 from codesign.planners.velocity_obstacle.published import PAPER, Style
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, Units, products
 
+UPDATES, DETECTIONS, STATES, ARRAY, REST = (
+    "pos_vel_update units",
+    "coll_detect units",
+    "states of the robots",
+    "array of velocities",
+    "selector, checks, control",
+)
+"""The lines of the demand."""
+
 UNIT_WIDTH = 16
 MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {
     (UPDATE, Unit.SERIAL): (122, 100),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from codesign.models import RefusalError, SpecModel, TaskParameters
 from codesign.planners.wavefront.plan.grid import DELAYS, MAX_DELAY, MAX_EXTRA_DELAY, tile_count
@@ -61,6 +61,13 @@ class Penalty(SpecModel):
     delay: Annotated[int, Field(ge=1, le=MAX_EXTRA_DELAY, description="cycles more to enter such a cell")]
 
 
+def _power_of_two(cells: int) -> int:
+    if cells & (cells - 1):
+        below = 1 << (cells.bit_length() - 1)
+        raise ValueError(f"{cells} is no power of two, such as {below} or {2 * below}")
+    return cells
+
+
 class PropagateParameters(TaskParameters):
     """The run of the wave, the tracked paths, and the width of the registers."""
 
@@ -112,8 +119,9 @@ class PropagateParameters(TaskParameters):
             ge=1,
             le=MAX_ELEMENT_CELLS,
             description="cells of a column that share one processing element of style delay_line: a step of the wave"
-            " takes as many cycles",
+            " takes as many cycles; a power of two",
         ),
+        AfterValidator(_power_of_two),
     ] = 1
     tile: Annotated[
         tuple[Side, Side] | None,

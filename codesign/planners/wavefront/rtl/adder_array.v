@@ -91,7 +91,7 @@ module adder_array #(
     assign stop = update & ~|changes;
 
     generate
-        if (CHAIN) begin : chain
+        if (CHAIN != 0) begin : chain
             assign word = words[WORD-1:0];
         end else begin : addressed
             wire [WORD-1:0] selected;
@@ -103,4 +103,7 @@ module adder_array #(
             assign word = read_word;
         end
     endgenerate
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, row, column, shift, flags, p};
 endmodule

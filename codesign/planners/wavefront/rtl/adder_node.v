@@ -35,17 +35,17 @@ module adder_node #(
 );
     localparam SUM = (BITS > 7 ? BITS : 7) + 1;
     localparam F_AT = BITS + OBSTACLE_BITS;
-    localparam P_AT = F_AT + (CORNER_CUTTING ? 0 : 1);
+    localparam P_AT = F_AT + (CORNER_CUTTING != 0 ? 0 : 1);
     localparam [31:0] STRAIGHT_STEP = STRAIGHT, DIAGONAL_STEP = DIAGONAL;
 
-    wire pass = SAFE ? obstacle_pass : 1'b0;
+    wire pass = SAFE != 0 ? obstacle_pass : 1'b0;
 
     // F and Z, and P of penalised nodes.
     wire f;
     reg z;
     always @(posedge clk) if (load) z <= flags_in[1];
     generate
-        if (CHAIN && !CORNER_CUTTING) begin : f_in_chain
+        if (CHAIN != 0 && CORNER_CUTTING == 0) begin : f_in_chain
             reg f_bit;
             always @(posedge clk)
                 if (load) f_bit <= flags_in[0];
@@ -63,7 +63,7 @@ module adder_node #(
     // Eight adders. Without corner cutting a diagonal sum counts only where both nodes beside the step are free.
     wire [3:0] closed;
     generate
-        if (CORNER_CUTTING) begin : cuts
+        if (CORNER_CUTTING != 0) begin : cuts
             assign closed = 4'b0000;
         end else begin : keeps_corners
             assign closed = ~{beside[0] & beside[3], beside[2] & beside[3], beside[2] & beside[1], beside[0] & beside[1]};
@@ -99,7 +99,7 @@ module adder_node #(
         if (EXTRA > 0) begin : penalty
             localparam [31:0] LONGER = EXTRA;
             reg p_bit;
-            if (CHAIN) begin : p_in_chain
+            if (CHAIN != 0) begin : p_in_chain
                 always @(posedge clk)
                     if (load) p_bit <= flags_in[2];
                     else if (shift) p_bit <= word_in[P_AT];
@@ -119,7 +119,7 @@ module adder_node #(
     assign changes = open & (entered < {{SUM+1-BITS{1'b0}}, register});
     wire source = pass ? ~f & ~z : f & z;
     generate
-        if (CHAIN) begin : chained
+        if (CHAIN != 0) begin : chained
             always @(posedge clk)
                 if (begin_pass) register <= {BITS{~source}};
                 else if (shift) register <= word_in[BITS-1:0];
@@ -129,15 +129,18 @@ module adder_node #(
                 if (begin_pass) register <= {BITS{~source}};
                 else if (update & changes) register <= entered[BITS-1:0];
         end
-        if (SAFE && !CHAIN) begin : obstacle
+        if (SAFE != 0 && CHAIN == 0) begin : obstacle
             // p^d is kept as the second pass begins; the pass counts as the first until then.
             reg [OBSTACLE_BITS-1:0] obstacle_register;
             always @(posedge clk) if (begin_pass) obstacle_register <= register[OBSTACLE_BITS-1:0];
             assign word[BITS +: OBSTACLE_BITS] = obstacle_register;
         end
-        if (!CORNER_CUTTING) begin : shown
+        if (CORNER_CUTTING == 0) begin : shown
             assign word[F_AT] = f;
         end
     endgenerate
     assign word[BITS-1:0] = register;
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, beside, shift, word_in, entered, obstacle_pass};
 endmodule

@@ -82,6 +82,7 @@ class ArrayCircuit(CircuitStyle):
                 "OBSTACLE_BITS": words.obstacle_bits,
                 "LONGEST": words.longest,
                 "ELEMENT_CELLS": words.element_cells,
+                "ELEMENT_BITS": max(1, (words.element_cells - 1).bit_length()),
                 "FLAGS": words.flags,
                 "LOAD_CELLS": words.load_cells,
                 "LOAD_WORDS": len(stream.words) - 1,
@@ -107,7 +108,7 @@ class ArrayCircuit(CircuitStyle):
         return expected_run(self.model, job, words)
 
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
-        """A random map of at most 12 × 12 cells with random parameters."""
+        """A random small map with random parameters."""
         return random_job(seed, self.style)
 
 

@@ -97,7 +97,7 @@ module delay_line_array #(
     // The end of a pass.
     wire at_end;
     generate
-        if (WAITS) begin : waits
+        if (WAITS != 0) begin : waits
             wire reached;
             select_word #(
                 .ROWS(ROWS), .COLUMNS(COLUMNS), .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS), .WORD(1)
@@ -107,7 +107,7 @@ module delay_line_array #(
         end else begin : whole_map
             assign at_end = ~|moving;
         end
-        if (SAFE) begin : two_passes
+        if (SAFE != 0) begin : two_passes
             assign stop = run & (obstacle_pass ? counter == LAST_COUNT[COUNTER_BITS-1:0] : at_end);
         end else begin : one_pass
             assign stop = run & at_end;
@@ -116,7 +116,7 @@ module delay_line_array #(
 
     // The read-out.
     generate
-        if (CHAIN) begin : chain
+        if (CHAIN != 0) begin : chain
             assign word = words[WORD-1:0];
         end else begin : addressed
             wire [WORD-1:0] selected;
@@ -128,4 +128,7 @@ module delay_line_array #(
             assign word = read_word;
         end
     endgenerate
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, row, column, shift, node_y, moving, flags, obstacle_pass};
 endmodule

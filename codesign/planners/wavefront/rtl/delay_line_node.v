@@ -41,16 +41,16 @@ module delay_line_node #(
     output wire                    moving
 );
     localparam ENTRY = DIAGONAL - STRAIGHT;
-    localparam KEEPS = SAFE && !CHAIN;
+    localparam KEEPS = SAFE != 0 && CHAIN == 0;
     localparam F_AT = BITS + OBSTACLE_BITS;
-    localparam P_AT = F_AT + (CORNER_CUTTING ? 0 : 1);
+    localparam P_AT = F_AT + (CORNER_CUTTING != 0 ? 0 : 1);
 
-    wire pass = SAFE ? obstacle_pass : 1'b0;
+    wire pass = SAFE != 0 ? obstacle_pass : 1'b0;
 
     // F, Z and P: a word of nodes at a time moves through the array. F = 0 and Z = 1: outside of the map.
     wire f, z;
     generate
-        if (CHAIN && !CORNER_CUTTING) begin : f_in_chain
+        if (CHAIN != 0 && CORNER_CUTTING == 0) begin : f_in_chain
             reg f_bit;
             always @(posedge clk)
                 if (load) f_bit <= flags_in[0];
@@ -72,7 +72,7 @@ module delay_line_node #(
     wire straight_in = |straight;
     wire diagonal_in;
     generate
-        if (CORNER_CUTTING) begin : cuts
+        if (CORNER_CUTTING != 0) begin : cuts
             assign diagonal_in = |diagonal;
         end else begin : keeps_corners
             assign diagonal_in = (diagonal[0] & beside[1] | diagonal[3] & beside[3]) & beside[0]
@@ -85,16 +85,16 @@ module delay_line_node #(
     genvar stage;
     generate
         for (stage = 0; stage < DIAGONAL; stage = stage + 1) begin : flip_flop
-            wire before;
+            wire incoming;
             if (stage == 0) begin : head
-                assign before = diagonal_in;
+                assign incoming = diagonal_in;
             end else begin : behind
-                assign before = line[stage-1];
+                assign incoming = line[stage-1];
             end
             if (stage == ENTRY) begin : joined
-                always @(posedge clk) line[stage] <= clear ? 1'b0 : before | straight_in;
+                always @(posedge clk) line[stage] <= clear ? 1'b0 : incoming | straight_in;
             end else begin : alone
-                always @(posedge clk) line[stage] <= clear ? 1'b0 : before;
+                always @(posedge clk) line[stage] <= clear ? 1'b0 : incoming;
             end
         end
     endgenerate
@@ -105,7 +105,7 @@ module delay_line_node #(
         if (EXTRA > 0) begin : penalty
             reg p_bit;
             reg [EXTRA-1:0] late;
-            if (CHAIN) begin : p_in_chain
+            if (CHAIN != 0) begin : p_in_chain
                 always @(posedge clk)
                     if (load) p_bit <= flags_in[2];
                     else if (shift) p_bit <= word_in[P_AT];
@@ -134,7 +134,7 @@ module delay_line_node #(
     // The register, and p^d beside it unless it was read out before p^t.
     reg [BITS-1:0] register;
     generate
-        if (CHAIN) begin : chained
+        if (CHAIN != 0) begin : chained
             always @(posedge clk)
                 if (load) register <= {BITS{1'b0}};
                 else if (shift) register <= word_in[BITS-1:0];
@@ -151,9 +151,12 @@ module delay_line_node #(
                 else if (run & pass & ~y) obstacle_register <= counter[OBSTACLE_BITS-1:0];
             assign word[BITS +: OBSTACLE_BITS] = obstacle_register;
         end
-        if (!CORNER_CUTTING) begin : shown
+        if (CORNER_CUTTING == 0) begin : shown
             assign word[F_AT] = f;
         end
     endgenerate
     assign word[BITS-1:0] = register;
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, beside, shift, word_in, straight, counter, line};
 endmodule

@@ -72,19 +72,19 @@ module path_tracker #(
     assign read_column = own ? column : column_of(column, asked);
 
     // Whether the neighbour that arrives now is inside of the map.
-    wire asked_inside = !own
+    wire asked_on_map = !own
         && !(goes_north(asked) && row == {ROW_BITS{1'b0}}) && !(goes_south(asked) && row == BOTTOM[ROW_BITS-1:0])
         && !(goes_west(asked) && column == {COLUMN_BITS{1'b0}})
         && !(goes_east(asked) && column == RIGHT[COLUMN_BITS-1:0]);
-    reg [LATENCY-1:0] inside_line;
+    reg [LATENCY-1:0] on_map_line;
     generate
         if (LATENCY == 1) begin : next_edge
-            always @(posedge clk) inside_line <= asked_inside;
+            always @(posedge clk) on_map_line <= asked_on_map;
         end else begin : later
-            always @(posedge clk) inside_line <= {inside_line[LATENCY-2:0], asked_inside};
+            always @(posedge clk) on_map_line <= {on_map_line[LATENCY-2:0], asked_on_map};
         end
     endgenerate
-    wire inside = inside_line[LATENCY-1];
+    wire on_map = on_map_line[LATENCY-1];
     wire [3:0] arriving = slot - AWAY[3:0];
     wire [2:0] side = arriving[2:0];
 
@@ -96,14 +96,14 @@ module path_tracker #(
     // Without corner cutting a diagonal step needs both cells beside it: F of N, E, S, W arrived before.
     wire allowed;
     generate
-        if (CORNER_CUTTING) begin : cuts
-            assign allowed = inside;
+        if (CORNER_CUTTING != 0) begin : cuts
+            assign allowed = on_map;
         end else begin : keeps_corners
             reg [3:0] beside;
             always @(posedge clk) if (run && !arriving[3] && !side[2]) beside[side[1:0]] <= free;
             wire vertical = goes_north(side) ? beside[0] : beside[2];
             wire horizontal = goes_east(side) ? beside[1] : beside[3];
-            assign allowed = inside && (!side[2] || vertical && horizontal);
+            assign allowed = on_map && (!side[2] || vertical && horizontal);
         end
     endgenerate
 
@@ -113,7 +113,7 @@ module path_tracker #(
     reg [BITS-1:0] best;
     wire better;
     generate
-        if (SAFE) begin : safe_path
+        if (SAFE != 0) begin : safe_path
             reg [OBSTACLE_BITS-1:0] best_distance;
             always @(posedge clk) if (better) best_distance <= distance;
             assign better = allowed && potential < here && (!has_best || distance > best_distance
@@ -188,4 +188,7 @@ module path_tracker #(
             assign most = 1'b0;
         end
     endgenerate
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, free, penalised, distance, arriving, here_penalised, waiting, best};
 endmodule

@@ -12,14 +12,14 @@ from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 
-LARGEST_SIDE = 12
+LARGEST_SIDE = {"delay_line": 12, "adder_comparator": 7}
 DENSITIES = (0.0, 0.1, 0.25, 0.4)
 
 
 def random_job(seed: int, style: str) -> Job[Problem, PropagateParameters]:
-    """A design point of a style, every option at random; a map of at most 12 × 12 cells that the planner accepts."""
+    """A design point of a style, every option at random, on a map that the planner accepts."""
     rng = np.random.default_rng(seed)
-    problem = _problem(rng)
+    problem = _problem(rng, LARGEST_SIDE[style])
     parameters = PropagateParameters(**_options(rng, style, problem))
     inside = frozenset({"propagate"}) if rng.random() < 0.2 else None
     job = Job(problem, parameters, inside=inside)
@@ -29,9 +29,9 @@ def random_job(seed: int, style: str) -> Job[Problem, PropagateParameters]:
     return job
 
 
-def _problem(rng: np.random.Generator) -> Problem:
+def _problem(rng: np.random.Generator, largest_side: int) -> Problem:
     """A random map with one goal or two, and a start."""
-    shape = tuple(int(side) for side in rng.integers(1, LARGEST_SIDE + 1, 2))
+    shape = tuple(int(side) for side in rng.integers(1, largest_side + 1, 2))
     free = rng.random(shape) >= rng.choice(DENSITIES)
     free.flat[int(rng.integers(free.size))] = True
     cells = [(int(row), int(column)) for row, column in np.argwhere(free)]
@@ -60,4 +60,7 @@ def _options(rng: np.random.Generator, style: str, problem: Problem) -> dict[str
     }
     if rng.random() < 0.4:
         options["penalty"] = {"distance": int(rng.integers(1, 6)), "delay": int(rng.integers(1, 5))}
+    if style == "delay_line" and rng.random() < 0.4:
+        options["element_cells"] = int(rng.choice([2, 4, 8, 16]))
+        options["read_out"] = "addressed"
     return options

@@ -12,24 +12,28 @@ module select_word #(
     output wire [WORD-1:0]               word
 );
     localparam ACROSS = COLUMNS * WORD;
-    wire [(ROWS+1)*ACROSS-1:0] down;
-    wire [(COLUMNS+1)*WORD-1:0] along;
-    assign down[ACROSS-1:0] = {ACROSS{1'b0}};
-    assign along[WORD-1:0] = {WORD{1'b0}};
     genvar r, c;
     generate
-        for (r = 0; r < ROWS; r = r + 1) begin : each_row
+        for (r = 0; r < ROWS; r = r + 1) begin : down
             localparam [31:0] AT = r;
-            wire chosen = row == AT[ROW_BITS-1:0];
-            assign down[(r+1)*ACROSS +: ACROSS] =
-                down[r*ACROSS +: ACROSS] | ({ACROSS{chosen}} & words[r*ACROSS +: ACROSS]);
+            wire [ACROSS-1:0] chosen = {ACROSS{row == AT[ROW_BITS-1:0]}} & words[r*ACROSS +: ACROSS];
+            wire [ACROSS-1:0] any;
+            if (r == 0) begin : top
+                assign any = chosen;
+            end else begin : under
+                assign any = down[r-1].any | chosen;
+            end
         end
-        for (c = 0; c < COLUMNS; c = c + 1) begin : each_column
+        for (c = 0; c < COLUMNS; c = c + 1) begin : along
             localparam [31:0] AT = c;
-            wire chosen = column == AT[COLUMN_BITS-1:0];
-            assign along[(c+1)*WORD +: WORD] =
-                along[c*WORD +: WORD] | ({WORD{chosen}} & down[ROWS*ACROSS + c*WORD +: WORD]);
+            wire [WORD-1:0] chosen = {WORD{column == AT[COLUMN_BITS-1:0]}} & down[ROWS-1].any[c*WORD +: WORD];
+            wire [WORD-1:0] any;
+            if (c == 0) begin : left
+                assign any = chosen;
+            end else begin : behind
+                assign any = along[c-1].any | chosen;
+            end
         end
     endgenerate
-    assign word = along[COLUMNS*WORD +: WORD];
+    assign word = along[COLUMNS-1].any;
 endmodule

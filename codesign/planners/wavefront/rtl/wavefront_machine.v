@@ -25,6 +25,7 @@ module wavefront_machine #(
     parameter OBSTACLE_BITS = 0,
     parameter LONGEST = 21,
     parameter ELEMENT_CELLS = 1,
+    parameter ELEMENT_BITS = 1,     // address bits of the cells of an element
     parameter FLAGS = 2,
     parameter LOAD_CELLS = 32,
     parameter LOAD_WORDS = 2,       // of the map
@@ -45,30 +46,30 @@ module wavefront_machine #(
 );
     localparam [2:0] IDLE = 0, LOAD = 1, OBSTACLES = 2, WAVE = 3, READ_OUT = 4, TRACKING = 5, REPORT = 6, DONE = 7;
     localparam LATENCY = STYLE == 2 ? 2 : 1;
-    localparam SAFE_CHAIN = SAFE && CHAIN;
+    localparam SAFE_CHAIN = SAFE != 0 && CHAIN != 0;
     localparam [31:0] BOTTOM = ROWS - 1, RIGHT = COLUMNS - 1, LAST_WORD = LOAD_WORDS;
     localparam F_AT = BITS + OBSTACLE_BITS;
-    localparam P_AT = F_AT + (CORNER_CUTTING ? 0 : 1);
+    localparam MEMORY_ROWS = ROWS > 1 ? ROWS : 2;
+    localparam P_AT = F_AT + (CORNER_CUTTING != 0 ? 0 : 1);
 
     reg [2:0] state;
     wire loaded, stop, scanned, tracked, reported;
     wire first_pass;                // between the wave from the obstacles and the end of its read-out
-    wire load = state == LOAD && in_valid;
-    wire [2:0] after_wave = CHAIN ? READ_OUT : TRACK ? TRACKING : REPORT;
-    wire [2:0] after_read_out = first_pass ? WAVE : TRACK ? TRACKING : DONE;
+    wire load = in_ready && in_valid;
+    wire [2:0] after_wave = CHAIN != 0 ? READ_OUT : TRACK != 0 ? TRACKING : REPORT;
+    wire [2:0] after_read_out = first_pass ? WAVE : TRACK != 0 ? TRACKING : DONE;
     always @(posedge clk)
         if (reset) state <= IDLE;
         else case (state)
             IDLE: if (start) state <= LOAD;
-            LOAD: if (loaded) state <= SAFE ? OBSTACLES : WAVE;
-            OBSTACLES: if (stop) state <= CHAIN ? READ_OUT : WAVE;
+            LOAD: if (loaded) state <= SAFE != 0 ? OBSTACLES : WAVE;
+            OBSTACLES: if (stop) state <= CHAIN != 0 ? READ_OUT : WAVE;
             WAVE: if (stop) state <= after_wave;
             READ_OUT: if (scanned) state <= after_read_out;
-            TRACKING: if (tracked) state <= CHAIN ? DONE : REPORT;
+            TRACKING: if (tracked) state <= CHAIN != 0 ? DONE : REPORT;
             REPORT: if (reported) state <= DONE;
             DONE: if (start) state <= LOAD;
         endcase
-    assign in_ready = state == LOAD;
     assign phase = state <= TRACKING ? {1'b0, state} : 4'd0;
     assign done = state == DONE;
 
@@ -90,12 +91,24 @@ module wavefront_machine #(
     reg [ROW_BITS-1:0] start_row;
     reg [COLUMN_BITS-1:0] start_column;
     wire load_map = load & ~header;
-    assign loaded = load && word_number == LAST_WORD[15:0];
+    wire map_in = load && word_number == LAST_WORD[15:0];
+    generate
+        if (STYLE == 2) begin : memories
+            // The last row of cells reaches the memories one edge later.
+            reg all_in;
+            always @(posedge clk) all_in <= map_in;
+            assign loaded = all_in;
+            assign in_ready = state == LOAD && !all_in;
+        end else begin : registers
+            assign loaded = map_in;
+            assign in_ready = state == LOAD;
+        end
+    endgenerate
     always @(posedge clk) begin
         if (state != LOAD) begin
             header <= 1'b1;
             word_number <= 16'd0;
-        end else if (in_valid) begin
+        end else if (load) begin
             header <= 1'b0;
             word_number <= word_number + 16'd1;
         end
@@ -153,9 +166,9 @@ module wavefront_machine #(
                 .ROWS(ROWS), .COLUMNS(COLUMNS), .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS),
                 .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
                 .SAFE(SAFE), .WAITS(WAITS), .BITS(BITS), .OBSTACLE_BITS(OBSTACLE_BITS),
-                .LONGEST(LONGEST), .CELLS(ELEMENT_CELLS), .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
+                .LONGEST(LONGEST), .CELLS(ELEMENT_CELLS), .CELL_BITS(ELEMENT_BITS), .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
             ) array (
-                .clk(clk), .loading(state == LOAD), .load(load_map), .load_word(in_data), .loaded(loaded),
+                .clk(clk), .loading(state == LOAD), .load(load_map), .load_word(in_data),
                 .run(run), .obstacle_pass(state == OBSTACLES),
                 .stop(stop), .row(row), .column(column), .word(word)
             );
@@ -167,20 +180,21 @@ module wavefront_machine #(
     wire [ROW_BITS-1:0] step_row;
     wire [COLUMN_BITS-1:0] step_column;
     generate
-        if (TRACK) begin : track
-            localparam TRACK_DISTANCE_BITS = !SAFE ? 1 : CHAIN ? BITS : OBSTACLE_BITS;
+        if (TRACK != 0) begin : track
+            localparam TRACK_DISTANCE_BITS = SAFE == 0 ? 1 : CHAIN != 0 ? BITS : OBSTACLE_BITS;
             wire [WORD-1:0] read_word;
             wire [TRACK_DISTANCE_BITS-1:0] distance;
             wire free, penalised;
-            if (CHAIN) begin : from_memory
-                ram_1w1r #(.WIDTH(WORD), .DEPTH(ROWS << COLUMN_BITS), .ADDRESS_BITS(ROW_BITS + COLUMN_BITS)) potentials (
+            wire unused_word = &{1'b0, read_word};
+            if (CHAIN != 0) begin : from_memory
+                ram_1w1r #(.WIDTH(WORD), .DEPTH(MEMORY_ROWS << COLUMN_BITS), .ADDRESS_BITS(ROW_BITS + COLUMN_BITS)) potentials (
                     .clk(clk), .write_enable(state == READ_OUT & ~first_pass), .write_address({scan_row, scan_column}),
                     .write_data(word), .read_enable(1'b1), .read_address({read_row, read_column}),
                     .read_data(read_word)
                 );
-                if (SAFE) begin : distances
+                if (SAFE != 0) begin : distances
                     ram_1w1r #(
-                        .WIDTH(BITS), .DEPTH(ROWS << COLUMN_BITS), .ADDRESS_BITS(ROW_BITS + COLUMN_BITS)
+                        .WIDTH(BITS), .DEPTH(MEMORY_ROWS << COLUMN_BITS), .ADDRESS_BITS(ROW_BITS + COLUMN_BITS)
                     ) obstacle_potentials (
                         .clk(clk), .write_enable(state == READ_OUT & first_pass),
                         .write_address({scan_row, scan_column}), .write_data(word[BITS-1:0]), .read_enable(1'b1),
@@ -191,13 +205,13 @@ module wavefront_machine #(
                 end
             end else begin : from_array
                 assign read_word = word;
-                if (SAFE) begin : distances
+                if (SAFE != 0) begin : distances
                     assign distance = word[BITS +: OBSTACLE_BITS];
                 end else begin : no_distances
                     assign distance = 1'b0;
                 end
             end
-            if (CORNER_CUTTING) begin : cuts
+            if (CORNER_CUTTING != 0) begin : cuts
                 assign free = 1'b1;
             end else begin : keeps_corners
                 assign free = read_word[F_AT];
@@ -228,7 +242,7 @@ module wavefront_machine #(
     // The report: the words of all nodes, LATENCY edges after their addresses.
     wire node_shown;
     generate
-        if (CHAIN) begin : report_chain
+        if (CHAIN != 0) begin : report_chain
             assign reported = 1'b1;
             assign node_shown = state == READ_OUT;
         end else begin : report_array
@@ -262,4 +276,7 @@ module wavefront_machine #(
         end
     endgenerate
     assign event_data = step ? shown_step : shown_word;
+
+    // Inputs that other parameters need.
+    wire unused = &{1'b0, stop, first_pass, word, in_data, start_row, start_column, read_row, read_column};
 endmodule

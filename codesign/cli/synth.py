@@ -1,0 +1,97 @@
+"""``hwsw synth``: circuits synthesised, placed and routed by open tools."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from codesign.cli.options import debug_option, debug_step, set_option, settings_of
+from codesign.cli.specs import specs_of
+from codesign.errors import InputError
+
+if TYPE_CHECKING:
+    from codesign.rtl.compared import Compared
+
+
+@click.command(short_help="Synthesise and place a circuit with open tools, against the laws.")
+@click.argument("specs", nargs=-1, required=True, metavar="PLATFORM WORKLOAD | STUDY")
+@click.option("--point", type=int, metavar="INDEX", help="Take this point of STUDY, a file of hwsw explore.")
+@set_option
+@click.option("--family", metavar="NAME", help="Synthesise for another family than that of the part.")
+@click.option(
+    "--place", "placing", is_flag=True, help="Place and route too: the clock and its critical path."
+)
+@click.option(
+    "--seeds",
+    type=click.IntRange(1, 100),
+    metavar="N",
+    help="With --place: place N times, from seed 1 on, and take the median.  [default: 1]",
+)
+@debug_option
+@click.option("--json", "as_json", is_flag=True, help="Print all figures as JSON.")
+def synth(
+    specs: tuple[str, ...],
+    point: int | None,
+    settings: tuple[str, ...],
+    family: str | None,
+    placing: bool,
+    seeds: int | None,
+    as_json: bool,
+) -> None:
+    """Synthesise the circuit of WORKLOAD on PLATFORM by Yosys, and hold the laws against what it takes.
+
+    LUT, flip-flops, block RAMs and multipliers are counted by module, and by line of the demand.
+
+    With --place, nextpnr places and routes the circuit: parts of the families ECP5, GW2A and GW1N. What was made once
+    is kept in the cache.
+    """
+    from codesign.cli.progress import Advance, progress_shown
+    from codesign.report import render_text
+    from codesign.report.synthesis_tables import synthesis_tables
+    from codesign.rtl.compared import compared
+    from codesign.rtl.placed import placed
+    from codesign.system import point_of
+
+    if seeds is not None and not placing:
+        raise InputError("is for placements only", "--seeds", "add --place, or leave it out")
+    platform, workload, _ = specs_of(specs, point)
+    design = placed(*point_of(platform, workload, settings_of(settings)))
+    debug_step("files read and checked")
+    with progress_shown(after_s=2.0, quiet=as_json) as show:
+
+        def progress(done: int, total: int, what: str) -> None:
+            show(Advance(done, total, what))
+
+        result = compared(design, family, range(1, (seeds or 1) + 1) if placing else (), progress)
+    debug_step("synthesised")
+    if as_json:
+        click.echo(json.dumps(_document(result), indent=2))
+        return
+    for table in synthesis_tables(result):
+        click.echo(render_text(table))
+
+
+def _document(result: Compared) -> dict[str, Any]:
+    synthesis = result.synthesis
+    low, high = result.law.interval
+    return {
+        "part": result.part,
+        "family": synthesis.family,
+        "top": synthesis.top,
+        "total": synthesis.total.by_resource(),
+        "lines": [asdict(line) for line in result.lines],
+        "modules": [
+            {"module": each.module, "instances": each.instances, **each.counts.by_resource()}
+            for each in synthesis.modules
+        ],
+        "law_hz": {"value": result.law.value, "low": low, "high": high, "source": result.law.source},
+        "clock_hz": result.clock,
+        "placements": [
+            {"seed": each.seed, "clock_hz": each.clock, "path": each.path.words, "used": dict(each.used)}
+            for each in result.placements
+        ],
+        "notes": list(result.notes),
+    }

@@ -1,0 +1,141 @@
+"""Every circuit that is installed: as a bench that stands alone, in every simulator, and against the model.
+
+``tests/planners/test_contract.py`` runs one sample of each natively: it is a rule of the suite for plug-ins.
+"""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import Result
+from rtl_tools import needs
+
+from codesign.planners.circuits import Circuit, CircuitStyle, Expected
+from codesign.rtl.bench import bench_files
+from codesign.rtl.design import sources_of, write_design
+from codesign.system import catalog
+
+CIRCUITS = catalog.circuits()
+each_circuit = pytest.mark.parametrize(
+    "style", CIRCUITS.values(), ids=["-".join(filter(None, key)) for key in CIRCUITS]
+)
+
+LEAST_POINTS = 60
+"""Design points that are verified over all styles."""
+
+POINTS = 20
+"""Exported benches of each style."""
+
+TRIES = 100
+"""Bits that are flipped until one matters: an obstacle behind obstacles, or a robot far from all others, moves nothing."""
+
+
+def bench(style: CircuitStyle, seed: int, folder: Path) -> tuple[Circuit, Expected, list[str]]:
+    """Write the circuit of a sample and its bench; the Verilog files."""
+    job = style.sample(seed)
+    circuit, expected = style.circuit(job), style.expected(job)
+    write_design(circuit, folder)
+    for name, text in bench_files(circuit, expected).items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return circuit, expected, [*sources_of(circuit), "hwsw_bench.v"]
+
+
+def output_of(folder: Path, *command: str) -> str:
+    """What a tool prints. It must succeed, and warn of nothing."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=900)
+    output = done.stdout + done.stderr
+    assert done.returncode == 0, output
+    assert "warning" not in output.lower(), output
+    return done.stdout
+
+
+def in_icarus(folder: Path, files: list[str]) -> Callable[[], str]:
+    """Build the bench; the result runs it and returns what it prints."""
+    output_of(folder, "iverilog", "-g2005", "-Wall", "-s", "hwsw_bench", "-o", "bench.vvp", *files)
+    return lambda: output_of(folder, "vvp", "-n", "bench.vvp")
+
+
+def in_verilator(folder: Path, files: list[str]) -> Callable[[], str]:
+    command = ("verilator", "--binary", "-CFLAGS", "-O0", "-j", "1", "--top-module", "hwsw_bench")
+    output_of(folder, *command, *files)
+    return lambda: output_of(folder, "./obj_dir/Vhwsw_bench")
+
+
+SIMULATORS = {"icarus": in_icarus, "verilator": in_verilator}
+
+
+def check_bench(style: CircuitStyle, seed: int, folder: Path, simulator: str) -> None:
+    """The bench passes, and fails once a bit of a memory or of the stream that loads it is another."""
+    circuit, expected, files = bench(style, seed, folder)
+    run = SIMULATORS[simulator](folder, files)
+    assert run().startswith(f"PASS: {len(expected.events.cycle)} events in "), (style.style, seed)
+    random = np.random.default_rng(seed)
+    names = [name for name, image in circuit.images.items() if len(image.words)]
+    names += ["stream.hex"] if len(circuit.stream.words) else []
+    assert any(fails_with_a_flipped_bit(folder, names, random, run) for _ in range(TRIES)), (
+        style.style,
+        seed,
+    )
+
+
+def fails_with_a_flipped_bit(
+    folder: Path, names: list[str], random: np.random.Generator, run: Callable[[], str]
+) -> bool:
+    path = folder / names[random.integers(len(names))]
+    before = path.read_text(encoding="utf-8")
+    lines = before.split()
+    index = random.integers(len(lines))
+    digit = random.integers(len(lines[index]))
+    # The first digit of a word may stand for fewer than four bits: its lowest is always there.
+    bit = 1 if digit == 0 else 1 << int(random.integers(4))
+    flipped = f"{int(lines[index][digit], 16) ^ bit:x}"
+    lines[index] = lines[index][:digit] + flipped + lines[index][digit + 1 :]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    output = run()
+    path.write_text(before, encoding="utf-8")
+    assert output.startswith(("PASS: ", "FAIL at cycle ")), output
+    return output.startswith("FAIL at cycle ")
+
+
+def test_every_planner_has_circuits() -> None:
+    assert {planner for planner, *_ in CIRCUITS} >= {"breadth_first", "velocity_obstacle", "wavefront"}
+
+
+@each_circuit
+def test_a_bench_stands_alone_in_icarus(style: CircuitStyle, tmp_path: Path) -> None:
+    needs("icarus")
+    check_bench(style, 1, tmp_path, "icarus")
+
+
+@each_circuit
+def test_the_verilog_is_without_warnings_in_verilator(style: CircuitStyle, tmp_path: Path) -> None:
+    needs("verilator")
+    circuit, _, files = bench(style, 0, tmp_path)
+    top = Path(files[-2]).stem
+    lint = ("verilator", "--lint-only", "-Wall", "--top-module", top)
+    assert output_of(tmp_path, *lint, *files[:-1]) == ""
+    assert circuit.top in (tmp_path / files[-2]).read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("seed", range(POINTS))
+@each_circuit
+def test_benches_of_random_points_stand_alone(
+    style: CircuitStyle, seed: int, simulator: str, tmp_path: Path
+) -> None:
+    needs(simulator)
+    check_bench(style, seed, tmp_path, simulator)
+
+
+@pytest.mark.slow
+def test_the_model_holds_on_random_points_of_every_style(hwsw: Callable[..., Result]) -> None:
+    needs("cxxrtl")
+    points = -(-LEAST_POINTS // len(CIRCUITS))
+    result = hwsw("verify", "--all", "--points", points, "--seed", 100)
+    assert result.exit_code == 0, result.output
+    assert f"{points * len(CIRCUITS)} design points: every event equals the model" in result.output

@@ -1,0 +1,64 @@
+"""Ctrl-C ends the tools that a command started, and what they started themselves."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from processes import gone
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of a terminal")
+
+BOUND_S = 60
+
+SCRIPT = """
+import sys
+from pathlib import Path
+from codesign import interrupts
+from codesign.rtl.tools import run
+
+interrupts.end_on_signals()
+work = "echo $$ > child; sleep 600 & echo $! > grandchild; touch begun; wait"
+try:
+    run(("sh", "-c", work), Path.cwd(), seconds=600)
+except KeyboardInterrupt as struck:
+    sys.exit(struck.exit_code)
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_tools_end_with_the_command(tmp_path: Path, number: signal.Signals, code: int) -> None:
+    with subprocess.Popen([sys.executable, "-c", SCRIPT], cwd=tmp_path) as process:
+        try:
+            wait_for((tmp_path / "begun").exists)
+            process.send_signal(number)
+            assert process.wait(BOUND_S) == code
+        finally:
+            process.kill()
+    for name in ("child", "grandchild"):
+        pid = int((tmp_path / name).read_text(encoding="utf-8"))
+        wait_for(lambda pid=pid: gone(pid))
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    """Wait until a condition holds."""
+    end = time.monotonic() + BOUND_S
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_a_tool_that_takes_too_long_is_ended(tmp_path: Path) -> None:
+    from codesign.errors import RunError
+    from codesign.rtl.tools import run
+
+    with pytest.raises(RunError, match=r"sh did not end within 0.2 s"):
+        run(("sh", "-c", "echo $$ > child; sleep 600"), tmp_path, seconds=0.2)
+    child = tmp_path / "child"
+    if child.exists() and child.read_text(encoding="utf-8"):
+        assert gone(int(child.read_text(encoding="utf-8")))
