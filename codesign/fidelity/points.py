@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -22,8 +22,8 @@ from codesign.rtl.design import digest_of_circuit
 from codesign.system import catalog
 
 RESOURCES = tuple(Counts().by_resource())
-TOTAL = "all"
-"""The line that is the sum of all lines, and of the modules that no line counts."""
+TOTAL, OTHERS = "all", "others"
+"""The sum of all lines and modules; and of those that only the demand, or only the circuit, has by this name."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ class Point:
 
     - ``planner``, ``style``, ``family`` (of rows), ``part`` (that the law was asked about), ``design`` in words.
     - ``line``, ``quantity``: of the demand; for a clock "" and ``clock``.
+    - ``variables``: the parameters of the top module.
     - ``predicted``: by the law. ``measured``: in its unit; of a clock the median of the seeds.
     - ``held``: whether the law left the row out of its fit.
     - ``present``: whether the row is of the Verilog that the package holds, by its digest.
@@ -43,6 +44,7 @@ class Point:
     family: str
     part: str
     design: str
+    variables: Mapping[str, int]
     line: str
     quantity: str
     predicted: Figure
@@ -136,6 +138,7 @@ def resource_points(room: str) -> Iterator[Point]:
                 family=row.family,
                 part=part.full_name,
                 design=words_of(job, found.design),
+                variables=row.variables,
                 line=line,
                 quantity=resource,
                 predicted=predicted,
@@ -146,18 +149,28 @@ def resource_points(room: str) -> Iterator[Point]:
 
 
 def _lines(items: tuple[Line, ...], row: ResourceRow) -> Iterator[tuple[str, str, Figure, int]]:
-    """Line, resource, law and count, wherever one of both is above zero; and the sums."""
+    """Line, resource, law and count: of the lines that demand and circuit share, of the others, and of all."""
     for resource in RESOURCES:
-        law = {line.name: line.figure for line in items if line.resource == resource}
-        names = dict.fromkeys((*law, *row.pieces))
-        total = sum(figure.value for figure in law.values())
-        counted = sum(row.count(name, resource) for name in row.pieces)
-        for name in names:
-            figure = law.get(name, Figure(0, "1", Status.ASSUMED, "no line of the demand"))
-            if figure.value or row.count(name, resource):
-                yield name, resource, figure, row.count(name, resource)
-        if total or counted:
-            yield TOTAL, resource, Figure(total, "1", Status.CALIBRATED, "sum of the lines"), counted
+        law = sum_by_name(items, resource)
+        counted = {name: row.count(name, resource) for name in row.pieces}
+        shared = [name for name in law if counted.get(name)]
+        for name in shared:
+            yield name, resource, law[name], counted[name]
+        for line, taken in ((OTHERS, set(shared)), (TOTAL, set[str]())):
+            predicted = sum(figure.value for name, figure in law.items() if name not in taken)
+            count = sum(number for name, number in counted.items() if name not in taken)
+            if predicted or count:
+                yield line, resource, Figure(predicted, "1", Status.CALIBRATED, "sum of lines"), count
+
+
+def sum_by_name(items: tuple[Line, ...], resource: str) -> dict[str, Figure]:
+    """The demand for a resource by the name of the line."""
+    sums: dict[str, Figure] = {}
+    for line in items:
+        if line.resource == resource:
+            before = sums[line.name].value if line.name in sums else 0
+            sums[line.name] = replace(line.figure, value=before + line.figure.value, low=None, high=None)
+    return sums
 
 
 def clock_points(room: str) -> Iterator[Point]:
@@ -175,6 +188,7 @@ def clock_points(room: str) -> Iterator[Point]:
             family=row.family,
             part=row.part,
             design=words_of(job, found.design),
+            variables=row.variables,
             line="",
             quantity="clock",
             predicted=architecture.clock_limit(job),

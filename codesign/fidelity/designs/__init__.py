@@ -1,7 +1,7 @@
 """The designs that are synthesised and placed, so that laws are fitted to them and held against them.
 
-``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has those of a room: ``RESOURCES``, a sequence of
-``Design``, and ``CLOCKS``, a sequence of ``Placed``. Either may be missing.
+``python -m benchmarks.measure`` writes their rows. ``designs/ROOM.py`` has those of a room: ``RESOURCES``, a sequence
+of ``Design``, and ``CLOCKS``, a sequence of ``Placed``. Either may be missing.
 """
 
 from __future__ import annotations
