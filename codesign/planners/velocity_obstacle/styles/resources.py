@@ -1,7 +1,7 @@
 """The demand of the circuits: items by unit, as functions of style, number of robots and width.
 
 Units
-    An earlier synthesis at 16 bits, not of the RTL of this package (LUT4, flip-flops): one unit of either module with one
+    An earlier synthesis at 16 bits, not of the RTL of this package (LUT4, flip-flops): one unit of a module with one
     multiplier (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
 
 Rest
