@@ -1,1 +1,1 @@
-"""Measure the costs of the planners' kernels on this machine."""
+"""Fit the model to this machine (costs of kernels) and to the reports of an FPGA tool (calibrations of laws)."""

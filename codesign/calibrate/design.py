@@ -19,11 +19,12 @@ from codesign.inputs.part_file import PARTS
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.rtl.design import PREFIX, top_name
+from codesign.rtl.export import MANIFEST
+from codesign.rtl.placed import placed
 from codesign.scenarios import bind
 from codesign.system import System, catalog, point_of
 from codesign.system.calibrated import Laws
 
-MANIFEST = "manifest.json"
 FOLDERS_UP = 4
 """Tools write their reports into folders of their own, below that of the design."""
 
@@ -62,15 +63,11 @@ class DesignPoint:
     @cached_property
     def top(self) -> str | None:
         """The name of the top module of its circuit; None where its style has no circuit."""
-        style = self.system.architecture
-        for plug_in in catalog.plug_ins():
-            for circuits in plug_in.circuits:
-                if (circuits.planner, circuits.style, circuits.task) == (style.planner, style.style, ""):
-                    try:
-                        return top_name(circuits.circuit(self.system.job))
-                    except UnsuitedError:
-                        return None
-        return None
+        try:
+            circuit = placed(self.system.platform, self.system.workload)
+            return None if circuit.style.task else top_name(circuit.style.circuit(circuit.job))
+        except UnsuitedError:
+            return None
 
     def predicted(self, term: str) -> Figure:
         """A resource, the clock limit (Hz) or the static power (W), by the law."""
@@ -148,9 +145,12 @@ def exported_point(path: Path) -> DesignPoint:
 
     Raises:
         SpecError: the manifest, or its platform or workload, is faulty, or these have changed.
-        InputError: it is of a task that is placed by itself, or its platform or workload is not there any more.
+        InputError: it is of a study or of a task that is placed by itself, or its specs are not there any more.
     """
     manifest = read_manifest(path)
+    if manifest.get("study") is not None:
+        what = f"the design is a point of study {clip(str(manifest['study']), 60)}"
+        raise InputError(what, str(path), "name PLATFORM WORKLOAD and its settings before --report")
     if manifest["task"]:
         what = f"the design is of task {clip(manifest['task'], 40)}, which is placed by itself"
         raise InputError(what, str(path), "calibrate the design of the planning task")
@@ -166,7 +166,7 @@ def exported_point(path: Path) -> DesignPoint:
 def check_design(report: Report, point: DesignPoint, expected: str | None) -> str | None:
     """A note where nothing proves that a report is of a design point; None where its name does.
 
-    ``expected``: the top module of the design.
+    ``expected``: the top module of the design. A manifest names the point so, too.
 
     Raises:
         InputError: the report is of another design, or of another part.
@@ -174,10 +174,14 @@ def check_design(report: Report, point: DesignPoint, expected: str | None) -> st
     if report.part and not names_part(report.part, point.part):
         what = f"is of part {clip(report.part, 40)}, and the design point is on {point.part.full_name}"
         raise InputError(what, report.file, "name the report of this part, or set the part with --set")
+    if not point.part.family.startswith(report.family):
+        what = f"is of family {report.family}, and {point.part.full_name} is a {point.part.family}"
+        raise InputError(what, report.file, "name the report of this part, or set the part with --set")
     if expected is not None and report.top.startswith(PREFIX) and report.top != expected:
         what = f"is of design {clip(report.top, 40)}, and the design point makes {expected}"
         raise InputError(what, report.file, "name the report of this design, or its own PLATFORM WORKLOAD")
-    if report.top and report.top == expected:
+    by_manifest = expected == point.name and not report.top
+    if by_manifest or (report.top and report.top == expected):
         return None
     named = (
         f"its top {clip(report.top, 40)} has no digest" if report.top else f"{report.tool} names no top in it"

@@ -58,8 +58,8 @@ COMMANDS = {
         "Compare the model with the published tables, row by row.",
     ),
     "calibrate": (
-        "codesign.cli.reproduce:calibrate",
-        "Measure the costs of the planners' kernels on this machine.",
+        "codesign.cli.calibrate:calibrate",
+        "Fit costs to this machine, or laws to the reports of your FPGA tool.",
     ),
     "rtl": (
         "codesign.cli.rtl:rtl",

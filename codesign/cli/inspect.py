@@ -9,7 +9,18 @@ import click
 from codesign.cli.options import memory_option, set_option, settings_of
 from codesign.errors import SpecError, printable
 
-KINDS = ("platform", "workload", "part", "host", "result", "study", "explanation", "reproduction", "advice")
+KINDS = (
+    "platform",
+    "workload",
+    "part",
+    "host",
+    "calibration",
+    "result",
+    "study",
+    "explanation",
+    "reproduction",
+    "advice",
+)
 
 
 @click.command(short_help="Check platform and workload files.")
@@ -41,7 +52,7 @@ def check(files: tuple[str, ...], settings: tuple[str, ...], memory: int | None,
 @click.command(short_help="Print a JSON Schema.")
 @click.argument("kind", type=click.Choice(KINDS))
 def schema(kind: str) -> None:
-    """Print the JSON Schema of a platform, workload, part or host file, or of the output of --json.
+    """Print the JSON Schema of a platform, workload, part, host or calibration file, or of the output of --json.
 
     The output is a result (hwsw run), a study (hwsw explore), an explanation (hwsw explain), an advice (hwsw advise) or
     a reproduction (hwsw reproduce).

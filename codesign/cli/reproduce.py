@@ -1,9 +1,7 @@
-"""``hwsw reproduce`` and ``hwsw calibrate``: the model against papers, and costs against this machine."""
+"""``hwsw reproduce``: the model against papers."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -129,33 +127,3 @@ def _print(reproduction: Reproduction, detail: str) -> None:
     click.echo(render_text(findings_table(reproduction)))
     if detail == TABLES:
         click.echo(render_text(reproduction_sources_table(reproduction)))
-
-
-@click.group(short_help="Measure this machine.")
-def calibrate() -> None:
-    """Measure this machine, for platform files."""
-
-
-@calibrate.command(short_help="Measure the cost of each kernel on this machine.")
-@click.option(
-    "--seconds", type=float, default=2.0, show_default=True, help="The approximate time to measure."
-)
-@click.option("--json", "as_json", is_flag=True, help="Print as JSON.")
-def host(seconds: float, as_json: bool) -> None:
-    """Time the planners' kernels on this machine, and print them as the key costs of a processor in a platform file."""
-    from codesign.calibrate.host_costs import measure_host
-
-    measured = measure_host(seconds)
-    if as_json:
-        click.echo(json.dumps({name: asdict(figure) for name, figure in measured.items()}, indent=2))
-        return
-    click.echo("costs:")
-    for name, figure in measured.items():
-        low, high = figure.interval
-        value = {"value": f"{_ps(figure.value)} ps", "low": f"{_ps(low)} ps", "high": f"{_ps(high)} ps"}
-        text = ", ".join(f"{key}: {quantity}" for key, quantity in value.items())
-        click.echo(f"  {name}: {{{text}, status: measured, source: {json.dumps(figure.source)}}}")
-
-
-def _ps(seconds: float) -> int:
-    return max(1, round(seconds * 1e12))

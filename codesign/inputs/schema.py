@@ -8,6 +8,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from codesign.errors import InputError, choose_hint
+from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.host_file import HostFile
 from codesign.inputs.part_file import PartFile
 from codesign.inputs.platform import Platform
@@ -21,6 +22,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "workload": Workload,
     "part": PartFile,
     "host": HostFile,
+    "calibration": CalibrationFile,
 }
 
 
@@ -30,7 +32,7 @@ def json_schema(
     """JSON Schema, draft 2020-12, of a kind of file.
 
     Args:
-        kind: ``platform``, ``workload``, ``part`` or ``host``.
+        kind: ``platform``, ``workload``, ``part``, ``host`` or ``calibration``.
         tasks: parameter models by planner and task, for ``workload``; without, parameters are left open.
         problems: models of problems other than a map with goals and starts, by planner.
 

@@ -13,6 +13,7 @@ from codesign import inputs as spec
 from codesign.errors import Fault, InputError, SpecError, choose_hint, clip
 from codesign.figures import label
 from codesign.inputs import Platform, Spec, Workload, design_point, has_axis
+from codesign.inputs.calibration_file import CALIBRATIONS
 from codesign.inputs.components import FpgaComponent
 from codesign.inputs.document import Document, KeyPath, Origin, put
 from codesign.inputs.faults import validate
@@ -41,7 +42,9 @@ def point_of(
 
 
 def schema_of(kind: str) -> dict[str, Any]:
-    """The JSON Schema (draft 2020-12) of a ``platform``, ``workload``, ``part`` or ``host`` file, or of a ``result``.
+    """The JSON Schema (draft 2020-12) of a file, or of a ``result``.
+
+    ``kind``: ``platform``, ``workload``, ``part``, ``host``, ``calibration`` or ``result``.
 
     Raises:
         InputError: another kind.
@@ -51,11 +54,9 @@ def schema_of(kind: str) -> dict[str, Any]:
             "$schema": "https://json-schema.org/draft/2020-12/schema",
             **RunDocument.model_json_schema(mode="serialization"),
         }
-    if kind not in ("platform", "workload", "part", "host"):
-        raise InputError(
-            f"there is no schema of {kind!r}",
-            hint=choose_hint(kind, ["platform", "workload", "part", "host", "result"]),
-        )
+    files = ("platform", "workload", "part", "host", "calibration")
+    if kind not in files:
+        raise InputError(f"there is no schema of {kind!r}", hint=choose_hint(kind, [*files, "result"]))
     return spec.json_schema(kind, catalog.task_models(), catalog.problem_models())
 
 
@@ -208,6 +209,7 @@ def load_any(source: str | Path) -> Spec | Part:
         "platform": spec.load_platform,
         "part": PARTS.load,
         "host": HOSTS.load,
+        "calibration": CALIBRATIONS.load,
     }
     read = readers.get(kind) if isinstance(kind, str) else None
     return catalog.load_workload(source) if read is None else read(Path(source))

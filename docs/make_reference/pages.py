@@ -8,6 +8,7 @@ from pathlib import Path
 from codesign import planners
 from codesign.exploration.document import StudyDocument
 from codesign.figures import FIGURES
+from codesign.inputs.calibration_file import CalibrationFile
 from codesign.inputs.components import COMPONENTS
 from codesign.inputs.exploration import Exploration
 from codesign.inputs.host_file import HostFile
@@ -41,6 +42,7 @@ def pages() -> dict[str, str]:
         "workload.md": workload_page,
         "part.md": part_page,
         "host.md": host_page,
+        "calibration.md": calibration_page,
         "result.md": result_page,
         "trace.md": trace_page,
         "python.md": python_page,
@@ -82,6 +84,11 @@ def part_page() -> list[str]:
 def host_page() -> list[str]:
     """Keys of a host file."""
     return [*_file_head("Host files"), *Keys({}).section(2, "Host", HostFile)]
+
+
+def calibration_page() -> list[str]:
+    """Keys of a calibration file."""
+    return [*_file_head("Calibration files"), *Keys({}).section(2, "Calibration", CalibrationFile)]
 
 
 def workload_page() -> list[str]:

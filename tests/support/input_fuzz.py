@@ -49,14 +49,16 @@ def faults_of(action: Callable[[], object]) -> tuple[Fault, ...]:
     try:
         action()
     except SpecError as error:
-        assert error.faults
-        for fault in error.faults:
-            assert fault.file
-            assert fault.what
-            assert min(fault.line, fault.column) >= 0
-            assert len(str(fault)) < 1000
-        return error.faults
-    return ()
+        faults = error.faults
+    else:
+        return ()
+    assert faults
+    for fault in faults:
+        assert fault.file
+        assert fault.what
+        assert min(fault.line, fault.column) >= 0
+        assert len(str(fault)) < 1000
+    return faults
 
 
 def paths(tree: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

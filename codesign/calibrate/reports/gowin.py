@@ -110,7 +110,7 @@ class _Tables(HTMLParser):
         """Text of a heading or a cell."""
         if self._into == "title":
             self._title += data.strip()
-        elif self._into == "cell":
+        elif self._into == "cell" and self._cells:
             self._cells[-1] += data.strip()
 
     def _end_row(self) -> None:
@@ -175,7 +175,9 @@ def _power(text: Text, tables: Mapping[str, list[Row]]) -> tuple[Reading, Readin
             raise text.cut_off(name)
         watts.append(text.reading(named[name].cells[1], named[name].line, 1e-3))
     domains = [
-        row for row in tables.get("Power By Clock Domain:", ()) if re.fullmatch(r"[\d.]+", row.cells[-1])
+        row
+        for row in tables.get("Power By Clock Domain:", ())
+        if len(row.cells) == 3 and re.fullmatch(r"[\d.]+", row.cells[-1])
     ]
     clock = text.number(domains[0].cells[1], domains[0].line) * 1e6 if len(domains) == 1 else None
     return watts[0], watts[1], clock

@@ -57,6 +57,7 @@ def read(text: Text) -> Report:
     static = dynamic = None
     stage = Stage.PLACED
     if text.has("Supply Power (mW)"):
+        stage = Stage.ROUTED
         static, dynamic = _power(text)
     elif text.find(r"^Release \S+ Trace"):
         _whole(text, "Analysis completed")
@@ -98,20 +99,21 @@ def _top(text: Text) -> str:
     return (
         text.value(r"Mapping Report File for Design '(.*)'")
         or text.value(r"^\s*Top Module Name\s*:\s*(\S+)")
-        or text.value(r'^"(\S+)" is an NCD')
+        or text.value(r'^\s*"(\S+)" is an NCD')
         or text.value(r"^Design(?: file)?\s*:\s*(\S+?)(?:_map)?\.ncd")
     )
 
 
 def _part(text: Text) -> str:
+    selected = text.value(r"^\s*(?:Selected Device|Part)\s*:\s*(\S+)")
+    if selected:
+        return selected
     device = text.value(r"^Target Device\s*:\s*(\S+)")
     if device:
         return device + text.value(r"^Target Package\s*:\s*(\S+)") + text.value(r"^Target Speed\s*:\s*(\S+)")
     found = text.find(r"^Device,package,speed:\s*(\w+),(\w+),(?:\w+,)?(-\w+)")
     found = found or text.find(r"NCD, version \S+, device (\w+), package (\w+), speed (-\w+)")
-    if found:
-        return "".join(found[1].groups())
-    return text.value(r"^\s*(?:Selected Device|Part)\s*:\s*(\S+)")
+    return "".join(found[1].groups()) if found else ""
 
 
 def _used(text: Text) -> dict[str, Reading]:
@@ -153,7 +155,7 @@ def _clocks(text: Text) -> tuple[ClockReading, ...]:
             whole = " ".join(text.lines[line - 1 : line + 3]).split(";")[0]
             quoted = re.search(r'TIMEGRP\s*"([^"]*)"(.*)', whole)
             name = quoted.group(1) if quoted else ""
-            given = _PERIOD.search(quoted.group(2)) if quoted else None
+            given = _PERIOD.search(quoted.group(2).split("PHASE")[0]) if quoted else None
             constraint = _hertz(text, given, line) if given else None
     if clocks:
         return tuple(clocks)

@@ -32,6 +32,9 @@ USED: Mapping[str, tuple[str, float]] = {
 }
 """Kinds of sites: the resource, and how many of it one counts as. A logic cell of an iCE40 counts as its LUT."""
 
+FAMILIES = {"TRELLIS_COMB": "ECP5", "ICESTORM_LC": "iCE40", "BSRAM": "GW"}
+"""Sites that only one family has: how its name begins."""
+
 _FREQUENCY = r"Max frequency for clock\s+'(.*)':\s+([\d.]+) MHz \((?:PASS|FAIL) at ([\d.]+) MHz\)"
 
 
@@ -64,6 +67,7 @@ def read(text: Text) -> Report:
         tool="nextpnr",
         version="",
         stage=Stage.ROUTED,
+        family=next((family for site, family in FAMILIES.items() if site in counts), ""),
         used=used,
         clocks=clocks,
     )
@@ -103,8 +107,8 @@ def _number(text: Text, name: str, entry: Any, key: str) -> float:
 
 def _of_log(text: Text) -> tuple[dict[str, Reading], tuple[ClockReading, ...]]:
     """The sites, and of each clock the last frequency, which is that of the routed design."""
-    if not text.has("Routing complete") and not text.has("Program finished normally"):
-        raise text.cut_off("the end of routing")
+    if not text.has("Program finished normally"):
+        raise text.cut_off("'Program finished normally'")
     begin = text.find(r"^(?:Info: )?Device utilisation:")
     assert begin is not None, "is_report asks for it"
     counts: dict[str, Reading] = {}

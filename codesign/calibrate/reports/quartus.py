@@ -122,8 +122,9 @@ def _used(text: Text, named: Mapping[str, tuple[str, int]]) -> dict[str, Reading
             value, line = named[name]
             scale = 0.5 if name in _HALF else 1.0
             used[resource] = text.reading(value.split("/")[0], line, scale)
-    if "flip_flops" not in used:
-        raise text.cut_off("the number of registers")
+    for name in ("Total registers", "Total PLLs"):
+        if name not in named:
+            raise text.cut_off(name)
     return used
 
 
@@ -133,11 +134,12 @@ def _clocks(text: Text) -> tuple[ClockReading, ...]:
     found = text.find(r"^; Clocks\s*;")
     if found is None:
         raise text.cut_off("the table Clocks")
-    head, *rows = [row for row in text.rows(found[0] + 1, ";") if len(row.cells) > 3]
-    for row in rows:
-        match = re.fullmatch(r"([\d.]+) MHz", row.cells[head.cells.index("Frequency")])
+    rows = [row for row in text.rows(found[0] + 1, ";") if len(row.cells) > 3]
+    column = rows[0].cells.index("Frequency") if rows and "Frequency" in rows[0].cells else 0
+    for row in rows[1:]:
+        match = re.fullmatch(r"([\d.]+) MHz", row.cells[min(column, len(row.cells) - 1)])
         if match:
-            constraints[row.cells[0]] = float(match.group(1)) * 1e6
+            constraints[row.cells[0]] = text.number(match.group(1), row.line) * 1e6
     slowest: dict[str, Reading] = {}
     for title, _ in text.all(r"^; .*Fmax Summary\s*;"):
         for row in text.rows(title + 1, ";"):

@@ -55,6 +55,7 @@ class Report:
     """One report file.
 
     - ``tool``, ``version``, ``date``: as the report writes them; "" where it does not.
+    - ``family``: how the name of the family of the part begins, where the report shows that alone.
     - ``top``: the top module. ``part``: the part with its speed grade, as the tool writes it. "" where not said.
     - ``used``: by resource. ``modules``: the same by module of the design, each with all its instances, where the
       report has a hierarchy.
@@ -70,6 +71,7 @@ class Report:
     date: str = ""
     top: str = ""
     part: str = ""
+    family: str = ""
     used: Mapping[str, Reading] = field(default_factory=dict)
     modules: Mapping[str, Mapping[str, Reading]] = field(default_factory=dict)
     clocks: tuple[ClockReading, ...] = ()

@@ -19,6 +19,9 @@ MAX_BYTES = 2**26
 
 MAX_COUNT = 10**9
 
+MOST_COLUMNS = 4096
+"""Of a line that a pattern is looked for in: no line of a report has more that is read, but for JSON."""
+
 _NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.\d+)?(?:[eE][-+]?\d+)?")
 _BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
 
@@ -52,7 +55,7 @@ class Text:
         """The first line from ``start`` that a pattern is found in, with the match."""
         compiled = re.compile(pattern)
         for number, line in enumerate(self.lines[start - 1 :], start):
-            match = compiled.search(line)
+            match = compiled.search(line[:MOST_COLUMNS])
             if match:
                 return number, match
         return None
@@ -61,7 +64,7 @@ class Text:
         """Every line from ``start`` that a pattern is found in, with the match."""
         compiled = re.compile(pattern)
         for number, line in enumerate(self.lines[start - 1 :], start):
-            match = compiled.search(line)
+            match = compiled.search(line[:MOST_COLUMNS])
             if match:
                 yield number, match
 

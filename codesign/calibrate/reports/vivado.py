@@ -168,6 +168,8 @@ def _clocks(text: Text) -> tuple[ClockReading, ...]:
     clocks = []
     for row in summary:
         # A waveform in braces has a space inside: the last two cells are period and frequency.
+        if len(row.cells) < 3:
+            raise text.fault(row.line, "the Clock Summary has no period", "write the report again")
         name, period = row.cells[0], text.reading(row.cells[-2], row.line).value
         slack = slacks.get(name)
         # A clock without paths of its own has no slack.
@@ -213,6 +215,6 @@ def _power(text: Text) -> tuple[Reading, Reading, float | None]:
     for row in rows[at + 1 :] if at is not None else ():
         if len(row.cells) != 3 or not re.fullmatch(r"[\d.]+", row.cells[-1]):
             break
-        periods.append(float(row.cells[-1]))
+        periods.append(text.number(row.cells[-1], row.line))
     clock = 1e9 / periods[0] if len(periods) == 1 and periods[0] > 0 else None
     return watts["Device Static (W)"], watts["Dynamic (W)"], clock

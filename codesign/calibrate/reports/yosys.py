@@ -1,35 +1,19 @@
 """What Yosys counts: the output of ``stat``, as text and as JSON, of one module or of a hierarchy.
 
-Cells are counted as the laws count: a LUT of any size is one, a cell of a carry chain that takes LUT counts as those.
+Cells are counted as ``rtl.cells`` counts them for ``hwsw synth``.
 """
 
 from __future__ import annotations
 
 import json
 import re
+from dataclasses import asdict
 from typing import Any
 
 from codesign.calibrate.reports.record import Reading, Report, Stage
 from codesign.calibrate.reports.text import Text
+from codesign.rtl.cells import COUNTED, Counts
 
-CELLS: tuple[tuple[str, str, float], ...] = (
-    (r"LUT[1-6]|SB_LUT4|TRELLIS_COMB|CFG[1-4]", "lut4", 1.0),
-    (r"CCU2C|CCU2D", "lut4", 2.0),
-    (r"ALU|ARI1", "lut4", 1.0),
-    (r"TRELLIS_DPR16X4|RAM64M|RAM32M", "lut4", 4.0),
-    (r"RAM(?:16|32)X1D|RAM64X1D|RAM16SDP\d|RAM32X1S", "lut4", 2.0),
-    (r"SRL16E?|SRLC16E?|SRLC32E|RAM16X1S", "lut4", 1.0),
-    (r"TRELLIS_FF|FD[RSCPE]*(?:_1)?|SB_DFF\w*|DFF[NSRCPE]*|SLE", "flip_flops", 1.0),
-    (r"DP16KD|PDPW16KD|DP8KC|SB_RAM40_4K\w*|RAMB18\w*|RAMB16\w*|[sS]P(?:X9)?|SDP[BX9]*|DP[BX9]*|pROM(?:X9)?|RAM1K20",
-     "block_rams", 1.0),
-    (r"RAMB36\w*", "block_rams", 2.0),
-    (r"MULT18X18\w*|DSP48\w*|SB_MAC16|MULTALU18X18|MACC_PA", "multipliers", 1.0),
-    (r"MULT9X9\w*", "multipliers", 0.5),
-    (r"MULT36X36", "multipliers", 4.0),
-)  # fmt: skip
-"""Names of cells: the resource, and how many of it one counts as."""
-
-_PATTERNS = tuple((re.compile(pattern), resource, factor) for pattern, resource, factor in CELLS)
 _TITLE = r"^=== (.*) ===$"
 _DEEPEST = 256
 
@@ -94,19 +78,28 @@ def _plain(name: str) -> str:
 
 def _of_text(text: Text) -> Modules:
     modules: Modules = {}
+    needed: set[str] = set()
     titles = [(line, match.group(1)) for line, match in text.all(_TITLE)]
     for index, (begin, name) in enumerate(titles):
         if name == "design hierarchy":
             continue
         end = titles[index + 1][0] - 1 if index + 1 < len(titles) else len(text.lines)
-        modules[name] = _cells(text, begin, end)
+        modules[name], inner = _cells(text, begin, end)
+        needed |= inner
+    missing = needed - modules.keys()
+    if missing:
+        raise text.cut_off(f"module {_plain(min(missing))}")
     return modules
 
 
-def _cells(text: Text, begin: int, end: int) -> dict[str, tuple[int, int]]:
-    """The cells of a section: ``4  CCU2C``, in older versions ``CCU2C  4``; their sum is that of ``cells``."""
+def _cells(text: Text, begin: int, end: int) -> tuple[dict[str, tuple[int, int]], set[str]]:
+    """The cells of a section, and those of them that are modules of the design.
+
+    A line is ``4  CCU2C``, in older versions ``CCU2C  4``. The sum is that of ``cells``.
+    """
     cells: dict[str, tuple[int, int]] = {}
-    total = inner = 0
+    modules: set[str] = set()
+    total, inner = 0, None
     seen = False
     for number in range(begin + 1, end + 1):
         line = text.lines[number - 1]
@@ -120,16 +113,19 @@ def _cells(text: Text, begin: int, end: int) -> dict[str, tuple[int, int]]:
             digits = re.findall(r"\d+", line)
             inner = int(digits[-1]) if digits else 0
         elif seen and match:
+            modules |= set() if inner is None else {match.group(3)}
             cells[match.group(3)] = (0 if match.group(2) == "-" else int(match.group(2)), number)
         elif seen and older:
             cells[older.group(1)] = (int(older.group(2)), number)
         elif seen and cells:
             break
+    if end == len(text.lines) and text.lines[-1].strip():
+        raise text.cut_off("the empty line at the end")
     counted = sum(count for count, _ in cells.values())
-    if not seen or counted not in (total, total + inner):
+    if not seen or counted not in (total, total + (inner or 0)):
         what = f"the report is cut off: {counted} of {total} cells of {text.lines[begin - 1]} are listed"
         raise text.fault(min(end, len(text.lines)), what, "write it again")
-    return cells
+    return cells, modules
 
 
 def _of_json(text: Text) -> tuple[Modules, str]:
@@ -137,6 +133,8 @@ def _of_json(text: Text) -> tuple[Modules, str]:
     modules: Modules = {}
     listed = tree.get("modules")
     for name, module in (listed if isinstance(listed, dict) else {}).items():
+        if not isinstance(module, dict):
+            raise text.fault(_line_of(text, name), f"module {_plain(name)} is no object", "write it again")
         sections = [module.get(key) for key in ("num_cells_by_type", "num_submodules_by_type")]
         cells = {
             kind: (_count(text, kind, count), _line_of(text, name))
@@ -201,15 +199,13 @@ def _instances(text: Text, modules: Modules, top: str) -> dict[str, int]:
 
 
 def _sum(text: Text, modules: Modules, top: str) -> dict[str, Reading]:
-    """The resources of a module with all that is inside it."""
-    used: dict[str, Reading] = {}
+    """The resources of a module with all that is inside it. Pins and buffers count as none."""
+    used = {resource: Reading(0.0, 1) for resource in asdict(Counts())}
     for name, times in _instances(text, modules, top).items():
         for kind, (count, line) in modules[name].items():
-            found = next((each for each in _PATTERNS if each[0].fullmatch(kind)), None)
-            if found is not None and times and count:
-                _, resource, factor = found
-                before = used.get(resource, Reading(0.0, line))
-                used[resource] = Reading(before.value + times * count * factor, before.line)
-    for resource in ("lut4", "flip_flops", "block_rams", "multipliers"):
-        used.setdefault(resource, Reading(0.0, 1))
+            counts = next((counts for pattern, counts in COUNTED if pattern.fullmatch(kind)), Counts())
+            for resource, factor in asdict(counts).items():
+                if factor and times and count:
+                    before = used[resource]
+                    used[resource] = Reading(before.value + times * count * factor, max(before.line, line))
     return used

@@ -49,6 +49,7 @@ def _parameters(random: np.random.Generator, shape: tuple[int, int]) -> RelaxPar
         "schedule": _schedule(random, timing.least_precision(*block, pipeline)),
         "termination": str(random.choice(["sound", "published"])),
         "stop": str(random.choice(["first_without_local_maxima", "schedule_end"])),
+        "pockets": str(random.choice(["kept", "filled"])),
         "pipeline": pipeline,
     }
     return RelaxParameters(**options)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.published import CLUSTER_COLUMNS, CLUSTER_ROWS
 from codesign.planners.harmonic.styles.resources import RAM_WIDTH
 from codesign.planners.harmonic.styles.steps import DECIDE
@@ -42,7 +43,7 @@ def stream_words(job: Job[Problem, RelaxParameters]) -> Iterator[int]:
     # Nodes beyond the map are obstacles.
     fixed = np.ones((down * height, across * width), np.bool_)
     goal = np.zeros_like(fixed)
-    fixed[: problem.rows, : problem.columns] = ~problem.free
+    fixed[: problem.rows, : problem.columns] = ~sent_map(problem, parameters)
     for cell in problem.goals:
         fixed[cell] = goal[cell] = True
     for row in range(0, down * height, height):

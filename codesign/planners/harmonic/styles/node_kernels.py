@@ -53,7 +53,7 @@ def relax_nodes(
 ) -> tuple[NDArray[np.int64], list[int]]:
     """The field at the last precision, int64 rows × columns, and the iterations of each stage.
 
-    ``schedule``: precisions of at most 60, so that the sum of four values stays below 2^63. ``most``: iterations of a stage.
+    ``schedule``: precisions of at most 60, as four values of 2^60 stay below 2^63. ``most``: iterations of a stage.
     """
     movable, values = np.pad(free, 1), np.zeros((free.shape[0] + 2, free.shape[1] + 2), np.int64)
     iterations, before = [], 0
