@@ -31,9 +31,9 @@ def check(style: str, seed: int) -> None:
     assert verified.events > 0
 
 
-@pytest.mark.parametrize("seed", [0, 1, 85])
+@pytest.mark.parametrize("seed", [30, 48, 85])
 def test_an_array_of_delay_lines_equals_the_model(seed: int) -> None:
-    # Seed 1 has elements of several cells; seed 85 a map of one column, whose start needs a word of its own width.
+    # Safe paths addressed and by a chain; elements of 16 cells on a map of one column, smaller than its start's word.
     check("delay_line", seed)
 
 

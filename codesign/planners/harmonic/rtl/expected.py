@@ -94,8 +94,8 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
         cycles = costs.visits(item.precision, visits)
         passes = visits.iterations * timing.iteration_cycles(item.precision)
         begins = now + np.cumsum(cycles) - cycles
-        value = item.block.astype(np.uint64) << shift | visits.iterations.astype(np.uint64)
-        recorder.add(VISIT, begins + passes + answer + EVENT_DELAY, value)
+        values = item.block.astype(np.uint64) << shift | visits.iterations.astype(np.uint64)
+        recorder.add(VISIT, begins + passes + answer + EVENT_DELAY, values)
         now += int(cycles.sum())
 
 

@@ -92,13 +92,15 @@ def position_word(job: Job[Problem, RelaxParameters]) -> int:
     height, width = parameters.block_shape(*problem.shape)
     down, across = parameters.block_grid(*problem.shape)
     last = parameters.precisions[-1]
-    (line, row), (place, column) = (
-        divmod(*pair) for pair in zip(nearest_cell(job), (height, width), strict=True)
-    )
+    cell = nearest_cell(job)
+    line, row = divmod(cell[0], height)
+    place, column = divmod(cell[1], width)
     word, shift = column, index_bits(width)
     word |= row << shift
     shift += index_bits(height)
     word |= (line * across + place) * (last + 1) << shift
     shift += address_bits(down * across, last)
-    sides = (place > 0, line < down - 1, place < across - 1, line > 0)
-    return word | sum(int(inside) << shift + index for index, inside in enumerate(sides))
+    inside = (place > 0, line < down - 1, place < across - 1, line > 0)
+    for index, side in enumerate(inside):
+        word |= int(side) << shift + index
+    return word
