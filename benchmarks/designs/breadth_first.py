@@ -43,4 +43,7 @@ RESOURCES = [
     engine(80, 30, "pipelined"),
     engine(50, 50, "two_cycles", "linear"),
     engine(120, 60, "three_cycles", display="shared"),
+    engine(130, 130, "two_cycles", "linear"),
+    engine(150, 90, "three_cycles"),
+    engine(250, 130, "pipelined"),
 ]

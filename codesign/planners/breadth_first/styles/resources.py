@@ -1,14 +1,16 @@
 """The demand of the state machine: memories, logic and display; and the levers for a shortage.
 
-An address is row and column side by side (100 × 100 cells: 7 + 7 bits, 16,384 words). There are three memories: the
-cells (2 bits: obstacle, visited), the directions (2 bits) and the queue (an address each). Own RTL needs 3 block RAMs
-for 30 × 30 cells and 18 for 100 × 100; this law gives the same. Logic grows with the address: 202 to 216 LUT at 10
-bits and 268 to 274 at 14 by our synthesis (a line through the middles), 99 to 111 flip-flops at 14 bits.
+There are three memories of a word for each address: the cells (obstacle, free, goal, visited), the directions (2 bits)
+and the queue (an address each, or as many words as given). A display that has a copy has one of the cells and one of
+the directions. Logic is what synthesis counts of the RTL of this package, by family: lines over the bits of an address,
+fitted to some sizes and held against others (``planners/breadth_first/measured/resources.json``).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Mapping
+from functools import cache
 
 from codesign.figures import Status
 from codesign.part import Part
@@ -16,6 +18,7 @@ from codesign.planners.breadth_first import published
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
+    MicroArchitecture,
     SearchParameters,
     VgaController,
 )
@@ -23,18 +26,18 @@ from codesign.planners.breadth_first.styles import timing
 from codesign.planners.demand import Lever, Line
 from codesign.planners.external_memory import ExternalMemoryLaw
 from codesign.planners.interface import Problem
+from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
 
 CELL_BITS = 2
 DIRECTION_BITS = 2
 
-LUT4_AT_10_BITS = (202 + 216) / 2
-LUT4_AT_14_BITS = (268 + 274) / 2
-LUT4_A_BIT = (LUT4_AT_14_BITS - LUT4_AT_10_BITS) / 4
-FLIP_FLOPS_A_BIT = (99 + 111) / 2 / 14
-"""Flip-flops of an address bit: in proportion, since they were counted at one size only."""
+HELD_OUT = {(40, 50), (80, 30), (50, 50), (120, 60), (150, 90), (250, 130)}
+"""Sizes (rows, columns) that no line of the logic is fitted to."""
+DEEP_BITS = 14
+"""The address bits of the deepest block RAM: a memory of more words has several, and a multiplexer behind them."""
+SIMILAR = "xc2vp"
+"""The family that stands for one without rows: LUT of four inputs with a carry chain."""
 
-DISPLAY_LUT4, DISPLAY_FLIP_FLOPS = 90, 45
-"""Two counters of 11 and 10 bits, their comparisons, the address and the colour. Assumed."""
 CONTROLLER_LUT4, CONTROLLER_FLIP_FLOPS = 600, 600
 """The controller of an external dynamic RAM. Assumed."""
 SRAM_LUT4 = 60
@@ -103,24 +106,67 @@ def controller(external: ExternalMemoryLaw | None) -> tuple[int, int]:
     return SRAM_LUT4, 2 * external.width + external.words.bit_length()
 
 
+def _terms(piece: str, bits: int, *, linear: bool, pipelined: bool, shown: bool) -> tuple[float, ...]:
+    """The variables of the logic of a piece, for addresses of ``bits``."""
+    if piece == "display":
+        return 1, linear
+    banks = (1 << max(0, bits - DEEP_BITS)) - 1
+    return 1, bits, linear, linear * bits, pipelined, pipelined * bits, shown, banks * (bits + 4)
+
+
+@cache
+def _line(family: str, piece: str, resource: str) -> Fit:
+    """The line of a piece and a resource in a family of rows."""
+
+    def terms(row: Mapping[str, int]) -> tuple[float, ...]:
+        return _terms(
+            piece,
+            row["ADDRESS_BITS"],
+            linear=bool(row["LINEAR"]),
+            pipelined=row["CYCLES"] == timing.EXPANSION_CYCLES[MicroArchitecture.PIPELINED],
+            shown=bool(row.get("SHOWN", 0)),
+        )
+
+    rows = resource_rows("breadth_first", "state_machine")
+    rows = rows if piece == "state machine" else tuple(row for row in rows if row.variables.get("SHOWN", 0))
+    return fit_rows(
+        rows, family, piece, resource, terms, lambda row: (row["ROWS"], row["COLUMNS"]) in HELD_OUT
+    )
+
+
+def counted(
+    piece: str, shape: tuple[int, int], parameters: SearchParameters, part: Part
+) -> tuple[str, int, int, Status, str]:
+    """LUT and flip-flops of the ``state machine`` or the ``display``: name, both counts, status and source."""
+    family, own = family_of(part.family)
+    if not any(row.family == family for row in resource_rows("breadth_first", "state_machine")):
+        family, own = SIMILAR, False
+    terms = _terms(
+        piece,
+        address_bits(*shape, parameters.address),
+        linear=parameters.address is Address.LINEAR,
+        pipelined=parameters.micro_architecture is MicroArchitecture.PIPELINED,
+        shown=parameters.display is not VgaController.NONE,
+    )
+    lut4, flip_flops = (_line(family, piece, resource) for resource in ("lut4", "flip_flops"))
+    source = (
+        f"synthesis of the RTL of this package for {family}; on sizes held out {lut4.mean:.1%} of the LUT and"
+        f" {flip_flops.mean:.1%} of the flip-flops off"
+    )
+    status = Status.CALIBRATED if own else Status.ASSUMED
+    return piece, round(lut4.value(terms)), round(flip_flops.value(terms)), status, source
+
+
 def items(
     problem: Problem, parameters: SearchParameters, part: Part, external: ExternalMemoryLaw | None = None
 ) -> tuple[Line, ...]:
     """The demand of a design, item by item."""
     bits = address_bits(*problem.shape, parameters.address)
+    shown = parameters.display is not VgaController.NONE
     logic = [
-        (
-            "state machine",
-            round(LUT4_AT_14_BITS + LUT4_A_BIT * (bits - 14)),
-            round(FLIP_FLOPS_A_BIT * bits),
-            Status.CALIBRATED,
-            "own RTL, Yosys: 202 to 216 LUT at 10 address bits, 268 to 274 LUT and 99 to 111 flip-flops at 14",
-        )
+        counted(piece, problem.shape, parameters, part)
+        for piece in (("state machine", "display") if shown else ("state machine",))
     ]
-    if parameters.display is not VgaController.NONE:
-        logic.append(
-            ("display", DISPLAY_LUT4, DISPLAY_FLIP_FLOPS, Status.ASSUMED, "two counters, comparisons")
-        )
     if parameters.memory is not MemoryPlace.BLOCK_RAM:
         logic.append(
             (
@@ -144,7 +190,7 @@ def items(
             Line.item(name, "flip_flops", flip_flops, status, source),
         ]
     for name, (words, width) in memories(*problem.shape, parameters).items():
-        law = f"{words:,} words of {width} bits; own RTL: 3 block RAMs for 30×30 cells, 18 for 100×100"
+        law = f"{words:,} words of {width} bits, as synthesis counts the RTL of this package"
         lines.append(Line.item(name, "block_rams", block_rams(words, width, part), Status.MEASURED, law))
     return tuple(lines)
 

@@ -109,7 +109,7 @@ def halvings(parameters: AvoidParameters) -> int:
 def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
     """The costs of an update in a style."""
     return UpdateCosts(
-        # The target's word, and two words a robot. Target check: x², y², compare. Acceleration check: cx², cy², compare,
+        # A word for the target, two a robot. Target check: x², y², compare. Acceleration check: cx², cy², compare,
         # and cx / t meanwhile, so a trial takes two cycles more: cy / t, round. PID: three gains on two axes.
         load=2 * robots + 1,
         target_check=3,

@@ -26,7 +26,7 @@ from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.wave import stop_cycle
 
 LOAD_CELLS = 32
-"""Cells of a word of the load stream: F and Z of each, and where nodes are penalised P. Words move through the array."""
+"""Cells of a word of the load stream: F and Z of each, and P where nodes are penalised. The words shift on."""
 
 NEIGHBOURS = 8
 """A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
