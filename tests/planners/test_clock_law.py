@@ -97,7 +97,9 @@ def test_a_family_that_was_never_placed_lies_between_those_that_were(family: str
     found = limit(of_family(family), 1, 72)
     low, high = found.interval
     assert low < 1e9 / period(1, 72, 1.3) < high
-    assert found.value == pytest.approx(math.sqrt(low * high))
+    assert low < found.value <= PUBLISHED.value < high
+    # The spread between the families that are known is 1.9 at least; it is half as wide again.
+    assert high / low > (1e9 / 3.5 / (1e9 / period(1, 72, 1.3))) ** 1.5
     assert high >= 1e9 / 3.5
     assert found.status is Status.ASSUMED
     assert f"{family} was never placed" in found.source
