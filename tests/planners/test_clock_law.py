@@ -129,9 +129,19 @@ def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
 ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
     "harmonic": harmonic.placements,
     "breadth_first": breadth_first.placements,
-    "wavefront": wave.placements,
-    "velocity_obstacle": robots.placements,
 }
+
+
+@pytest.mark.parametrize("placements", [wave.placements, robots.placements])
+def test_a_room_without_placements_has_the_published_law_with_a_wide_interval(
+    placements: Callable[[], tuple[Placement, ...]],
+) -> None:
+    assert placements() == ()
+    part = load_part("LFE5U-85F-8")
+    for found in (wave.clock_limit(64, part), robots.clock_limit(part, 16)):
+        assert found.status is Status.ASSUMED
+        assert "no circuit of it was placed" in found.source
+        assert found.interval[0] <= found.value / 3
 
 
 @pytest.mark.parametrize("room", ROOMS)
