@@ -13,23 +13,44 @@ def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any)
     return Design(style, parameters, partial(free_map, rows, columns))
 
 
-OPTIONS: tuple[dict[str, Any], ...] = (
-    {"read_out": "chain"},
-    {"corner_cutting": False},
-    {"stop": "whole_map"},
-    {"paths": "safe"},
-    {"penalty": {"distance": 2, "delay": 3}},
-)
+FIELD: dict[str, Any] = {"stop": "whole_map"}
+CORNERS: dict[str, Any] = {"corner_cutting": False}
+SAFE: dict[str, Any] = {"paths": "safe"}
+PENALTY: dict[str, Any] = {"penalty": {"distance": 2, "delay": 3}}
+CHAIN: dict[str, Any] = {"read_out": "chain"}
+ADDERS = "adder_comparator"
+
 RESOURCES = [
     array(8, 8, register_bits=8),
-    array(16, 16, register_bits=11),
     array(12, 20, register_bits=9),
-    array(8, 8, "adder_comparator", register_bits=8),
-    array(4, 6, "adder_comparator", register_bits=11),
+    array(16, 16, register_bits=11),
+    array(8, 8, register_bits=8, **CHAIN),
+    array(12, 20, register_bits=11, **CHAIN),
+    array(8, 8, register_bits=8, **CORNERS),
+    array(8, 8, register_bits=8, **FIELD),
+    array(8, 8, register_bits=8, **SAFE),
+    array(10, 12, register_bits=9, **SAFE, **CHAIN),
+    array(8, 8, register_bits=8, **PENALTY),
+    array(12, 6, register_bits=8, course="complete"),
     array(16, 16, register_bits=8, element_cells=8),
     array(16, 16, register_bits=11, element_cells=4),
-    *(array(8, 8, register_bits=8, **options) for options in OPTIONS),
-    array(12, 20, register_bits=11, read_out="chain"),
+    array(16, 12, register_bits=9, element_cells=16, **CORNERS, **FIELD),
+    array(12, 12, register_bits=8, element_cells=4, **SAFE, **PENALTY),
+    array(20, 14, register_bits=10),
+    array(14, 18, register_bits=10, **CHAIN),
+    array(10, 14, register_bits=9, **CORNERS, **FIELD),
+    array(12, 14, register_bits=9, **SAFE, **CORNERS),
+    array(24, 18, register_bits=10, element_cells=8, **SAFE),
+    array(4, 4, ADDERS, register_bits=8),
+    array(4, 6, ADDERS, register_bits=11),
+    array(8, 8, ADDERS, register_bits=9),
+    array(4, 4, ADDERS, register_bits=9, **CORNERS),
+    array(4, 4, ADDERS, register_bits=8, **SAFE),
+    array(4, 4, ADDERS, register_bits=9, **CHAIN),
+    array(4, 4, ADDERS, register_bits=9, **PENALTY),
+    array(6, 5, ADDERS, register_bits=10),
+    array(5, 4, ADDERS, register_bits=10, **CORNERS),
+    array(5, 5, ADDERS, register_bits=9, **SAFE),
 ]
 
 CLOCKS = [
