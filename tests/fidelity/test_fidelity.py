@@ -119,7 +119,7 @@ def test_a_line_a_clock_outside_and_a_wide_clock_are_mismatches() -> None:
 def test_the_command_writes_page_and_picture(
     hwsw: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, without_circuits: Callable[..., Any]
 ) -> None:
-    def run(points: list[Any], **_: Any) -> Any:
+    def run(points: list[Any], *_: Any) -> Any:
         return without_circuits(points)
 
     monkeypatch.setattr(codesign.fidelity, "verify_all", run)

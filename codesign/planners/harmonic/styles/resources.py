@@ -147,7 +147,7 @@ def items(
             "lut4",
             2 * or_tree_lut4(nodes),
             Status.MEASURED,
-            "our RTL, Yosys: (N - 1) / 3 LUT a tree",
+            "an earlier synthesis, not of the RTL of this package: (N - 1) / 3 LUT a tree",
         ),
         ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
         ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
