@@ -25,6 +25,7 @@ MACHINE = (
         "wavefront_machine",
         "select_word",
         "select_line",
+        "select_number",
         "path_tracker",
         "delay_line_array",
         "delay_line_node",
@@ -102,8 +103,10 @@ class ArrayCircuit(CircuitStyle):
             event_bits=event_bits,
             pieces={
                 "nodes": (node,),
+                "memories": ("ram_1w1r",),
+                "read-out": ("select_line", "select_number", "select_word"),
                 "tracker": ("path_tracker",),
-                "read-out": ("select_line",),
+                "control": ("wavefront_machine", "delay_line_array", "adder_array", "element_array"),
             },
             notes=(TRACKER_NOTE,),
         )
