@@ -35,3 +35,9 @@ NODE_LUT4 = 5
 ADDER_LUT4_A_BIT = 23
 ADDER_FLIP_FLOPS = 2
 """An adder/comparator node: about 23 R LUT, R + 2 flip-flops (own RTL)."""
+
+RIVAL = "Sudha and Mohan 2011"
+RIVAL_PART = "XC4VFX12"
+RIVAL_CYCLES_A_PIXEL = 1.035
+RIVAL_CLOCK = 375_000_000
+"""Hz: an array for a few cells an element, which takes 1.035 cycles a pixel at that clock."""

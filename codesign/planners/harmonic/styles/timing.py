@@ -220,7 +220,7 @@ def placements() -> tuple[Placement, ...]:
     )
 
 
-def clock_limit(rows: int, columns: int, part: Part, pipeline: int) -> Figure:
+def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
     The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot

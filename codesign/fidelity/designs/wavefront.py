@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map
 
 
 def array(rows: int, columns: int, style: str = "delay_line", **parameters: Any) -> Design:

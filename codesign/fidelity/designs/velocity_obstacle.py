@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import FEW, Design, Placed
+from codesign.fidelity.designs import FEW, Design, Placed
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
 
 NARROW = 15

@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map
 
 
 def array(rows: int, columns: int, pipeline: int, **parameters: Any) -> Design:
+    """One array of ``rows`` × ``columns`` nodes; further parameters make it one of several blocks."""
     common = {"iterations": 6, "schedule": {"first": 7, "step": 8, "last": 63}}
     settings = {"block": (rows, columns), "pipeline": pipeline, **common, **parameters}
     return Design("bit_serial", settings, partial(free_map, rows, columns))
