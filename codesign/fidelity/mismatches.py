@@ -132,6 +132,9 @@ def _of_clocks(points: Sequence[Point]) -> Iterator[Mismatch]:
                 f"clock/outside/{planner}/{style}/{part}",
                 f"{outside} of {len(group)} medians outside the interval",
             )
+        alone = sum(point.without is None for point in group)
+        if alone:
+            yield Mismatch(f"clock/alone/{planner}/{style}/{part}", f"{alone} of {len(group)} medians")
         if widest > CLOCK_WIDTH:
             yield Mismatch(f"clock/wide/{planner}/{style}/{part}", f"interval of ±{widest:.0%}")
 

@@ -7,12 +7,14 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from codesign.fidelity.designs import Design, circuit_of, clocks, job_of, resources, variables_of, words_of
 from codesign.figures import Figure, Status
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.part import Part
+from codesign.planners.clock_law import held_out
 from codesign.planners.demand import Line
 from codesign.planners.job import Job
 from codesign.planners.measured import PARTS, ClockRow, ResourceRow, clock_rows, resource_rows
@@ -36,7 +38,9 @@ class Point:
     - ``predicted``: by the law. ``measured``: in its unit; of a clock the median of the seeds.
     - ``held``: whether the law left the row out of its fit.
     - ``present``: whether the row is of the Verilog that the package holds, by its digest.
-    - ``note``: for a clock, the critical path.
+    - ``without``: of a clock, by what share the fit to all other placements is above it; None where no other one
+      speaks of it.
+    - ``note``: of a clock, the seeds and the critical path.
     """
 
     planner: str
@@ -51,6 +55,7 @@ class Point:
     measured: float
     held: bool
     present: bool
+    without: float | None = None
     note: str = ""
 
     @property
@@ -176,6 +181,7 @@ def sum_by_name(items: tuple[Line, ...], resource: str) -> dict[str, Figure]:
 def clock_points(room: str) -> Iterator[Point]:
     """Each placed design: the clock limit of its style on that part, and the median of the seeds."""
     known = known_designs(room)
+    without = held_out(import_module(f"codesign.planners.{room}.styles.timing").placements())
     for row in rows_of(room):
         found = known.get(key_of(row.style, row.task, row.variables))
         if not isinstance(row, ClockRow) or found is None:
@@ -195,6 +201,7 @@ def clock_points(room: str) -> Iterator[Point]:
             measured=row.clock,
             held=False,
             present=row.digest == found.digest,
+            without=without.get(row.key),
             note=f"{seeds}; {row.path}",
         )
 

@@ -92,6 +92,12 @@ REASONS: tuple[Reason, ...] = (
         "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
     ),
     Reason(
+        "clock/alone/*",
+        "No other placement has this pipeline on this part, or none has it in another size: the fit meets such a clock"
+        " by construction, and nothing holds it out.",
+        "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
+    ),
+    Reason(
         "clock/wide/*",
         "Too few designs of this style were placed on this part, so the interval is the assumed one.",
         "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",

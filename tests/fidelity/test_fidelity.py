@@ -107,9 +107,10 @@ def keys(*rows: Point) -> set[str]:
 
 
 def test_a_line_a_clock_outside_and_a_wide_clock_are_mismatches() -> None:
-    clock = point(100, 103, line="", quantity="clock")
+    clock = point(100, 103, line="", quantity="clock", without=0.02)
     assert keys(clock) == set()
     assert keys(replace(clock, measured=110)) == {"clock/outside/toy/plain/LFE5U-85F-8"}
+    assert keys(replace(clock, without=None)) == {"clock/alone/toy/plain/LFE5U-85F-8"}
     wide = replace(clock, predicted=Figure(100, "Hz", Status.ASSUMED, "toy", 80, 120))
     assert keys(wide) == {"clock/wide/toy/plain/LFE5U-85F-8"}
     assert keys(point(200, 100)) == {"resources/toy/plain/adder/lut4"}
