@@ -128,15 +128,15 @@ def _of_clocks(points: Sequence[Point]) -> Iterator[Claim]:
 
 def _of_elements() -> Iterator[Claim]:
     """Cycles a cell of arrays with several cells an element, as the laws count them and ``hwsw verify`` compares."""
-    designs = [
-        design
+    jobs = [
+        (job_of("wavefront", design), design)
         for design in (*resources("wavefront"), *(each.design for each in clocks("wavefront")))
         if design.parameters.get("element_cells", 1) > 1
     ]
-    for design in designs[:1]:
-        job = job_of("wavefront", design)
+    if jobs:
+        job, design = max(jobs, key=lambda pair: pair[0].problem.free.size)
         cycles = sum(circuit_of("wavefront", design).expected(job).cycles.values())
-        cells = job.problem.shape[0] * job.problem.shape[1]
+        cells = job.problem.free.size
         yield Claim(
             "wavefront cycles a cell",
             f"{wavefront.RIVAL}, {wavefront.RIVAL_PART}",
