@@ -14,7 +14,8 @@ Each placement is predicted by the fit to all others, wherever its pipeline was 
 part. The interval is the largest of these errors and a quarter more, at least 5 %.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
-reaches from the slowest to the fastest that the design is on the families that were, and the value is its middle.
+reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
+is its middle, but no faster than published.
 """
 
 from __future__ import annotations
@@ -43,6 +44,9 @@ LEAST_WIDTH, MARGIN = 0.05, 1.25
 
 GRADES_APART = 1.15
 """What a grade that was not placed may differ by from the one that was; grades of one family lie 10 to 20 % apart."""
+
+BEYOND = 0.5
+"""What is added to the spread (its logarithm) between the families that are known, for one that is not."""
 
 SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
 """Families made for low power, over the slowest that was placed: their LUT take about three times as long. Assumed."""
@@ -103,8 +107,18 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
     }
     times = {("T", each.row.family, each.registers.pipeline) for each in placements}
     grades = {("r", row.part) for row in rows if row.part != first[row.family]}
-    slopes = {("s", each.registers.pipeline) for each in placements}
+    slopes = {
+        ("s", each.registers.pipeline) for each in placements if _grows(placements, each.registers.pipeline)
+    }
     return (*sorted(times), *sorted(grades), *sorted(slopes))
+
+
+def _grows(placements: Sequence[Placement], pipeline: str) -> bool:
+    """Whether the pipeline was placed in two sizes at least on one family, so that its growth is known."""
+    sizes = {
+        (each.row.family, each.registers.size) for each in placements if each.registers.pipeline == pipeline
+    }
+    return len(sizes) > len({family for family, _ in sizes})
 
 
 def _terms(
@@ -136,12 +150,17 @@ def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> Cloc
 
 
 def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> tuple[float, ...]:
-    """The relative error of each placement by the fit to the others, where they speak of its pipeline and family."""
+    """The relative error of each placement by the fit to the others.
+
+    The others have to hold its part, its pipeline on its family, and its pipeline in two sizes on one family.
+    """
     errors = []
     for index, each in enumerate(placements):
-        law = _fitted([*placements[:index], *placements[index + 1 :]], growth, middle)
-        known = each.row.part in {other.row.part for other in placements if other is not each}
-        period = law.period(each.row.part, each.row.family, each.registers) if known else None
+        others = [*placements[:index], *placements[index + 1 :]]
+        if not _grows(others, each.registers.pipeline) or each.row.part not in {it.row.part for it in others}:
+            continue
+        law = _fitted(others, growth, middle)
+        period = law.period(each.row.part, each.row.family, each.registers)
         if period is not None:
             errors.append(abs(each.row.period_ns / period - 1))
     return tuple(errors)
@@ -271,13 +290,15 @@ def _between(
         value = published.value
         what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
     else:
-        low = min(low, 1e9 / max(periods) * (1 - law.width)) * slow
+        low = min(low, 1e9 / max(periods) * (1 - law.width))
         high = max(high, 1e9 / min(periods) * (1 + law.width))
-        value = math.sqrt(low * high)
+        value = min(math.sqrt(low * high), published.value)
+        beyond = (high / low) ** (BEYOND / 2)
+        low, high = min(low / beyond * slow, value), high * beyond
         names = " and ".join(sorted(parts))
         what = (
-            f"{part.family} was never placed: the middle between the slowest and the fastest of {names}, and of"
-            f" {' and '.join(families)} by {published.source}"
+            f"{part.family} was never placed: from the slowest to the fastest of {names}, and of"
+            f" {' and '.join(families)} by {published.source}; half as wide again, as it may be beyond them"
         )
     return _below_ram(Figure(value, "Hz", Status.ASSUMED, what, low, high), part)
 

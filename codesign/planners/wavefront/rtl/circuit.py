@@ -26,6 +26,7 @@ MACHINE = (
         "wavefront_machine",
         "select_word",
         "select_line",
+        "select_number",
         "path_tracker",
         "delay_line_array",
         "delay_line_node",
@@ -36,7 +37,7 @@ MACHINE = (
 
 TILED_MACHINE = (
     *("tiled_machine", "tile_array", "halo_cell", "tile_column", "tile_cursor", "tile_scheduler"),
-    *("earliest_changes", "select_line", "path_tracker", "delay_line_node"),
+    *("earliest_changes", "select_line", "select_number", "path_tracker", "delay_line_node"),
 )
 """The modules of the machine with an array of one tile."""
 
@@ -46,7 +47,7 @@ TILED_PIECES = {
     "column memories": ("tile_column",),
     "scheduler": ("tile_scheduler", "earliest_changes"),
     "tracker": ("path_tracker", "tile_cursor"),
-    "read-out": ("select_line",),
+    "read-out": ("select_line", "select_number"),
 }
 """The lines of the demand of a tile's array, and their modules."""
 
@@ -119,8 +120,10 @@ class ArrayCircuit(CircuitStyle):
             event_bits=event_bits,
             pieces={
                 "nodes": (node,),
+                "memories": ("ram_1w1r",),
+                "read-out": ("select_line", "select_number", "select_word"),
                 "tracker": ("path_tracker",),
-                "read-out": ("select_line",),
+                "control": ("wavefront_machine", "delay_line_array", "adder_array", "element_array"),
             },
             notes=(TRACKER_NOTE,),
         )

@@ -68,10 +68,10 @@ def _parts(
         yield begin + cells, POTENTIAL, shown
         begin += timing.read_out_cycles(len(cells))
     if job.does(TRACK):
-        yield _steps(style, job, words, plan, begin)
+        yield _steps(job, words, plan, begin)
         begin += cycles[TRACK]
     if not words.chain:
-        yield begin + style.read_latency(job) + cells, POTENTIAL, shown
+        yield begin + timing.READ_LATENCY + cells, POTENTIAL, shown
 
 
 def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: int) -> Part:
@@ -95,16 +95,13 @@ def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
     return plan.largest_potential + 1
 
 
-def _steps(
-    style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int
-) -> Part:
+def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: WavefrontPlan, begin: int) -> Part:
     """The cells of the path behind the start; each is chosen in the last cycle of its step."""
     start = job.problem.starts[0] if job.problem.starts else (0, 0)
     path = np.zeros((0, 2), np.int64)
     if plan.potentials[start] >= 0:
         most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
         path = plan.tracker.follow(start, most)[1:]
-    latency = style.read_latency(job)
-    after = np.array([timing.track_cycles(step + 1, latency) for step in range(len(path))], np.int64)
+    after = np.array([timing.track_cycles(step + 1) for step in range(len(path))], np.int64)
     values = (path[:, 0] << words.column_bits | path[:, 1]).astype(np.uint64)
     return begin + after - 1, STEP, values

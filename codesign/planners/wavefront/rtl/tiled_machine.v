@@ -330,8 +330,7 @@ module tiled_machine #(
             path_tracker #(
                 .ROWS(ROWS), .COLUMNS(COLUMNS), .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS),
                 .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
-                .SAFE(SAFE), .BITS(BITS), .OBSTACLE_BITS(TRACK_DISTANCE_BITS), .MOST_STEPS(MOST_STEPS),
-                .LATENCY(LATENCY)
+                .SAFE(SAFE), .BITS(BITS), .OBSTACLE_BITS(TRACK_DISTANCE_BITS), .MOST_STEPS(MOST_STEPS)
             ) tracker (
                 .clk(clk), .place(state != TRACKING), .start_row(start_row), .start_column(start_column),
                 .run(state == TRACKING), .read_row(read_row), .read_column(read_column),

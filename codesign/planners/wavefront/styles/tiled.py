@@ -115,10 +115,6 @@ class Tiled(ArrayStyle):
         """Cycles to load the map into the memories of the columns."""
         return timing.tile_load_cycles(self.array_shape(job), job.parameters.tile_count(*job.problem.shape))
 
-    def read_latency(self, _job: Job[Problem, PropagateParameters]) -> int:
-        """The potentials are in memories."""
-        return timing.MEMORY_READ_LATENCY
-
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """A visit is an exchange and a wave; for safe paths, p^d first."""
         for phase, visits in self.passes(job):
