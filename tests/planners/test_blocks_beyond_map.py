@@ -23,6 +23,7 @@ from codesign.planners.harmonic.styles.levers import largest_block, resource_lev
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.styles import timing as wave_timing
 from codesign.scenarios import simulate
 from codesign.system import Result, catalog
 
@@ -159,10 +160,11 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     assert wide.cycles is not None
     assert narrow.cycles is not None
     assert wide.cycles["propagate"] == narrow.cycles["propagate"]
-    visits = narrow.cycles["exchange"] // (
-        3 * inside[0] + 2 + parameters.tile_count(problem.rows, problem.columns)
-    )
-    assert wide.cycles["exchange"] - narrow.cycles["exchange"] == 3 * visits * (tile[0] - inside[0])
+    tiles = parameters.tile_count(problem.rows, problem.columns)
+    exchanges = [wave_timing.exchange_cycles(shape, tiles) for shape in (tile, inside)]
+    scans = [wave_timing.scan_cycles(shape[1], tiles) for shape in (tile, inside)]
+    visits = (narrow.cycles["exchange"] - scans[1]) // exchanges[1]
+    assert wide.cycles["exchange"] - scans[0] == visits * exchanges[0]
 
 
 def test_the_case_of_the_report() -> None:

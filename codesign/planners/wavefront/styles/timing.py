@@ -2,7 +2,7 @@
 
 Published: D_stop + 1 cycles for the wave. The paper does not count the loading of the map, the end of a wave without a
 stop, the read-out, or the tracking of the path. The RTL of this package (``rtl/``) does: ``hwsw verify`` compares
-every cycle of it with these laws. Assumed is only the exchange of tiles.
+every cycle of it with these laws.
 
 Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
 like the array of harmonic control. So its law of the clock over the number of nodes is borrowed (``assumed``; interval
@@ -60,6 +60,15 @@ def load_cycles(shape: tuple[int, int], element_cells: int = 1) -> int:
     return 1 + element_cells * -(-elements // LOAD_CELLS) + 1
 
 
+def tile_load_cycles(tile: tuple[int, int], tiles: int) -> int:
+    """Cycles to load a map in tiles: a word with the start, then each row of each tile, up to 32 cells a word.
+
+    >>> tile_load_cycles((16, 16), 256), tile_load_cycles((64, 64), 16)
+    (4097, 2049)
+    """
+    return 1 + tiles * tile[0] * -(-tile[1] // LOAD_CELLS)
+
+
 def wave_cycles(largest: int, element_cells: int = 1) -> int:
     """Cycles of a wave up to the potential ``largest``: D + 1 steps.
 
@@ -95,19 +104,39 @@ def track_cycles(steps: int) -> int:
     return READ_LATENCY + steps * (NEIGHBOURS + READ_LATENCY)
 
 
-def exchange_cycles(rows: int, tiles: int) -> int:
-    """Cycles of a tile's visit beside its wave.
+def scan_cycles(columns: int, tiles: int) -> int:
+    """Cycles of a scan of the tiles for the earliest change; one is before the first visit, and one in each exchange.
 
-    Every column of the tile has a memory of its own. In: F row by row, the cells above and below (2), those left and
-    right row by row; out: potentials row by row; and a scan of the tiles for the earliest change. Assumed.
+    The least change of a row of the tile takes a level of comparators a cycle. Then a tile a cycle is read, its word is
+    changed and compared, and the choice is made.
+
+    >>> scan_cycles(16, 256)
+    263
     """
-    # F: rows. Above and below: 2. Left and right: rows. Potentials back: rows. The scan: tiles.
-    return 3 * rows + 2 + tiles
+    return (columns - 1).bit_length() + tiles + 3
 
 
-def visit_cycles(span: NDArray[np.int64], longest_delay: int) -> NDArray[np.int64]:
-    """Cycles of the waves of tiles: their spans, and the silence that proves each dead. int64."""
-    return span + longest_delay + 1
+def exchange_cycles(tile: tuple[int, int], tiles: int) -> int:
+    """Cycles of a tile's visit beside its wave, with the scan after it.
+
+    Every column of the tile has a memory of its own, which reads a word a cycle. In: the rows of the tile and the two
+    around it; then the cells beside them, left and right at once (a tile of one column has them in one memory); the
+    last word, and the first time into the counter. Out: potentials row by row, each over the word before.
+
+    >>> exchange_cycles((16, 16), 256)
+    318
+    """
+    rows, columns = tile
+    sweeps = 2 if columns > 1 else 3
+    return sweeps * (rows + 2) + 2 + rows + 1 + scan_cycles(columns, tiles)
+
+
+def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cycles of the waves of tiles, int64: from the first emission to the last emission or arrival, both counted.
+
+    No wave is on its way then, which the nodes show in the same cycle.
+    """
+    return span + 1
 
 
 def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1) -> Registers:
