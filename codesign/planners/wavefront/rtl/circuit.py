@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -18,6 +19,7 @@ from codesign.planners.wavefront.rtl.samples import random_job
 from codesign.planners.wavefront.rtl.tile_layout import TileWords, tile_stream
 from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled
 from codesign.planners.wavefront.styles.array import ArrayStyle
+from codesign.planners.wavefront.styles.resources import held_out
 from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
@@ -133,6 +135,10 @@ class ArrayCircuit(CircuitStyle):
         job = replace(job, parameters=self.model.settled(job.parameters))
         words = Words.of(job.problem, job.parameters, self.model.bits(job))
         return expected_run(self.model, job, words)
+
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """Whether the laws of LUT left the size out of their fit."""
+        return held_out(variables)
 
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
         """A random small map with random parameters."""

@@ -32,7 +32,7 @@ NEIGHBOURS = 8
 """A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
 
 READ_LATENCY = 2
-"""Edges from the address of a node to its word: the address is registered, or the memory of an element; and the word."""
+"""Edges from the address of a node to its word: one to register the address, or to read a memory; one for the word."""
 
 TRACK_CLOCK = 185_000_000
 """Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
@@ -140,7 +140,7 @@ def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1) -> Registers:
-    """What the clock of an array depends on: the kind of its nodes, and the cells of the map."""
+    """What the clock of an array depends on: the kind of its nodes, and how many there are."""
     if adder_bits:
         return Registers("adders and comparators", nodes)
     return Registers("delay lines" if element_cells == 1 else "elements", nodes)
@@ -155,14 +155,15 @@ def placements() -> tuple[Placement, ...]:
 
 def _registers_of(style: str, variables: Mapping[str, int]) -> Registers:
     bits = variables["BITS"] if style == "adder_comparator" else 0
-    return registers(variables["ROWS"] * variables["COLUMNS"], bits, variables["ELEMENT_CELLS"])
+    cells = variables["ELEMENT_CELLS"]
+    return registers(-(-variables["ROWS"] // cells) * variables["COLUMNS"], bits, cells)
 
 
 def clock_limit(nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1) -> Figure:
     """The fastest clock of an array on a part, Hz.
 
     Args:
-        nodes: the cells of the array.
+        nodes: of the array, or elements.
         part: the part.
         adder_bits: the width of an adder/comparator node, or 0.
         element_cells: the cells of one element.
