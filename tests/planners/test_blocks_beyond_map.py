@@ -18,7 +18,7 @@ from codesign.inputs import load_part
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -100,7 +100,8 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert wide.feasible
     demand = {use.resource: use.demand for use in wide.resources}
     grid = -(-problem.rows // block[0]), -(-problem.columns // block[1])
-    assert demand == resources.totals(*block, 63, grid=grid) | {"multipliers": 0}
+    machine = resources.Machine(*block, 63, True, *grid)
+    assert demand == resources.totals(machine, "Virtex-4") | {"multipliers": 0}
     assert wide.blocks == narrow.blocks
     assert wide.stages == narrow.stages
     assert wide.quality == narrow.quality
@@ -120,7 +121,7 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert drops[0][1] == 0
     # The words of all memories that are built are loaded.
     assert wide.blocks is not None
-    words = [2 * wide.blocks * resources.memories(*shape, *grid) for shape in (block, inside)]
+    words = [2 * wide.blocks * geometry.memories(*shape, *grid) for shape in (block, inside)]
     assert wide.cycles["load"] - narrow.cycles["load"] == words[0] - words[1]
     same = {"relax": 0, "load": 0}
     assert {**wide.cycles, **same} == {**narrow.cycles, **same}
@@ -186,8 +187,9 @@ def test_the_case_of_the_report() -> None:
 @pytest.mark.parametrize("name", ["XC2V6000-4", "XC3S500E-4"])
 def test_the_block_that_a_lever_names_is_no_larger_than_the_map(name: str) -> None:
     part, shape = load_part(name), (30, 40)
-    levers = resource_levers(shape, (96, 96), (63,), part, resources.word_depth(part))
-    fits = largest_block(shape, 63, part)
+    machine = resources.Machine(96, 96, 63)
+    levers = resource_levers(shape, machine, (63,), part, resources.word_depth(part))
+    fits = largest_block(resources.Machine(*shape, 63), part)
     assert fits is not None
     texts = {lever.advice for each in levers.values() for lever in each if lever.parameter == "relax.block"}
     assert len(texts) == 1
