@@ -157,7 +157,7 @@ def _never_measured(points: Sequence[Point]) -> Iterator[Mismatch]:
         synthesised = {
             point.family for point in points if point.planner == planner and point.quantity != "clock"
         }
-        missing = [family for family in families if family not in synthesised]
-        if missing:
-            yield Mismatch(f"never synthesised/{planner}", f"no row of {', '.join(missing)}")
+        for family in families:
+            if family not in synthesised:
+                yield Mismatch(f"never synthesised/{planner}/{family}", "no synthesis")
     yield Mismatch("never measured/power", "no board was measured")

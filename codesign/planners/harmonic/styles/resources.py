@@ -12,6 +12,7 @@ than one.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from codesign.figures import Status
 from codesign.part import Part
@@ -29,6 +30,9 @@ ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
 
 RAM_WIDTH = published.CLUSTER.nodes
 """Bits a word of the cluster and border RAMs: one bit of each of 18 nodes."""
+
+
+DECISION_HELD_OUT = {(24, 36), (20, 50), (100, 100)}
 
 
 def cluster_count(rows: int, columns: int) -> int:
@@ -65,6 +69,29 @@ def border_rams(rows: int, columns: int, down: int = 2, across: int = 2) -> int:
 def memories(rows: int, columns: int, down: int, across: int) -> int:
     """Block RAMs of clusters and borders of a map of ``down`` × ``across`` blocks."""
     return cluster_count(rows, columns) + border_rams(rows, columns, down, across)
+
+
+FIELD_MEMORIES = 5
+"""Memories of the field of a decision module by itself: a cell and its neighbours are each in another one."""
+
+
+def field_groups(columns: int) -> int:
+    """Groups of five columns in a row of the field, the last one partly empty."""
+    return -(-columns // FIELD_MEMORIES)
+
+
+def field_plane(rows: int, columns: int) -> int:
+    """Words of one bit that each memory of the field holds for a bit of all cells.
+
+    >>> field_plane(10, 14)
+    30
+    """
+    return rows * field_groups(columns)
+
+
+def decision_held_out(variables: Mapping[str, int]) -> bool:
+    """Whether a decision module of these Verilog parameters is held out of the fit."""
+    return (variables["ROWS"], variables["COLUMNS"]) in DECISION_HELD_OUT
 
 
 def decision_slices(precision: int) -> int:
@@ -147,7 +174,7 @@ def items(
             "lut4",
             2 * or_tree_lut4(nodes),
             Status.MEASURED,
-            "our RTL, Yosys: (N - 1) / 3 LUT a tree",
+            "an earlier synthesis, not of the RTL of this package: (N - 1) / 3 LUT a tree",
         ),
         ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
         ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),

@@ -77,7 +77,7 @@ class DecisionModule(TaskStyle):
     def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Path]:
         """One decision."""
         plan: HarmonicPlan = job.plan
-        yield one_step(self.task, timing.decision_cycles(plan.precision, job.parameters.pipeline))
+        yield one_step(self.task, timing.lone_decision_cycles(plan.precision))
         return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:

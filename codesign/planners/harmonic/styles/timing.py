@@ -32,7 +32,7 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count
+from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count, field_plane
 from codesign.planners.measured import clock_rows
 
 TREE_GROUP = 288
@@ -132,6 +132,17 @@ def reload_cycles(memories: int, blocks: int) -> int:
 def decision_cycles(precision: int, pipeline: int = 0) -> int:
     """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
     return 1 + PREPARATION_CYCLES + precision + 2 + stream_delay(pipeline) + 1
+
+
+def lone_decision_cycles(precision: int) -> int:
+    """Cycles of one decision of the module by itself: p + 7. One takes the position, p + 2 read the bits."""
+    # The registers: the position and addresses, the memory and its output, the five bits, the result.
+    return 1 + precision + 2 + 4
+
+
+def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
+    """Cycles to load the field of a module by itself: the precision, then five columns of a row a cycle, bit by bit."""
+    return 1 + field_plane(*shape) * (precision + 1)
 
 
 def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0) -> int:

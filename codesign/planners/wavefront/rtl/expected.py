@@ -69,7 +69,7 @@ def _parts(
         yield _steps(job, words, plan, begin)
         begin += cycles[TRACK]
     if not words.chain:
-        yield begin + timing.read_latency(words.element_cells) + cells, POTENTIAL, shown
+        yield begin + timing.READ_LATENCY + cells, POTENTIAL, shown
 
 
 def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
@@ -86,7 +86,6 @@ def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: Wavefront
     if plan.potentials[start] >= 0:
         most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
         path = plan.tracker.follow(start, most)[1:]
-    latency = timing.read_latency(words.element_cells)
-    after = np.array([timing.track_cycles(step + 1, latency) for step in range(len(path))], np.int64)
+    after = np.array([timing.track_cycles(step + 1) for step in range(len(path))], np.int64)
     values = (path[:, 0] << words.column_bits | path[:, 1]).astype(np.uint64)
     return begin + after - 1, STEP, values

@@ -15,12 +15,12 @@ from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Designs, Step, slice_power
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, ReadOut
-from codesign.planners.wavefront.plan.plan import WavefrontPlan
+from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
 from codesign.planners.wavefront.styles.designs import DESIGNS
-from codesign.planners.wavefront.styles.resources import ArrayLayout
+from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 
 QUIET_ACTIVITY = 0.1
@@ -68,7 +68,7 @@ class ArrayStyle(Architecture):
 
     def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
         """The sizes that decide the demand of the array."""
-        problem, parameters, obstacle_bits = job.problem, job.parameters, 0
+        problem, parameters, obstacle_bits = job.problem, self.settled(job.parameters), 0
         if parameters.paths is Paths.SAFE and parameters.read_out is ReadOut.ADDRESSED:
             longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
@@ -79,13 +79,18 @@ class ArrayStyle(Architecture):
             parameters.delays[-1],
             0 if parameters.penalty is None else parameters.penalty.delay,
             parameters.corner_cutting,
+            element_cells=parameters.element_cells,
+            safe=parameters.paths is Paths.SAFE,
+            chain=parameters.read_out is ReadOut.CHAIN,
+            waits=waits(problem, parameters),
+            tracked=job.does(TRACK),
+            local=parameters.course is Course.LOCAL,
         )
 
     def demand(self, job: Job[Problem, PropagateParameters]) -> Demand:
-        """Nodes, counter and select lines; the register against the largest potential.
+        """Nodes, memories, read-out, tracker and control; the register against the largest potential.
 
-        ``inside`` changes nothing: the papers count no tracking circuit, and sending the potentials also needs the
-        read-out chains.
+        Where the path is tracked elsewhere, the array has no tracker; its read-out remains, as it sends the potentials.
         """
         map_shape, part = job.problem.shape, job.chip
         layout = self.layout(job)
@@ -94,8 +99,7 @@ class ArrayStyle(Architecture):
         items = self.items(job)
         bounds: tuple[Line, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
-        whole = replace(layout, shape=map_shape)
-        delay_line = resources.array_items(resources.delay_line_node(whole), whole)
+        delay_line = resources.array_items(replace(layout, shape=map_shape, adders=False), part)
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
             return resources.tiled_items(layout, map_shape, tile, part)
@@ -128,8 +132,7 @@ class ArrayStyle(Architecture):
 
     def tracking(self, job: Job[Problem, PropagateParameters], plan: WavefrontPlan) -> Step:
         """The first steps of the path of the first start, or all of them, after the plan."""
-        latency = timing.read_latency(job.parameters.element_cells)
-        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), latency))
+        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan)))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""

@@ -31,8 +31,8 @@ LOAD_CELLS = 32
 NEIGHBOURS = 8
 """A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
 
-READ_LATENCY, ELEMENT_READ_LATENCY = 1, 2
-"""Edges from the address of a node to its word: a register, and with shared elements also their memory."""
+READ_LATENCY = 2
+"""Edges from the address of a node to its word: the address is registered, or the memory of an element; and the word."""
 
 TRACK_CLOCK = 185_000_000
 """Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
@@ -84,23 +84,15 @@ def read_out_cycles(cells: int) -> int:
     return cells
 
 
-def read_latency(element_cells: int = 1) -> int:
-    """Edges from an address to the word of its node."""
-    return READ_LATENCY if element_cells == 1 else ELEMENT_READ_LATENCY
-
-
-def step_cycles(latency: int = READ_LATENCY) -> int:
-    """Cycles of one step of a path: eight addresses, and the words of the last ones."""
-    return NEIGHBOURS + latency
-
-
-def track_cycles(steps: int, latency: int = READ_LATENCY) -> int:
+def track_cycles(steps: int) -> int:
     """Cycles to track ``steps`` steps of a path; before them the potential of the first cell is read.
 
+    A step takes eight addresses, and the words of the last ones.
+
     >>> track_cycles(1), track_cycles(10)
-    (10, 91)
+    (12, 102)
     """
-    return latency + steps * step_cycles(latency)
+    return READ_LATENCY + steps * (NEIGHBOURS + READ_LATENCY)
 
 
 def exchange_cycles(rows: int, tiles: int) -> int:
