@@ -16,7 +16,7 @@ import numpy as np
 from codesign.maps.generate import rooms
 from codesign.planners.circuits import CircuitStyle
 from codesign.planners.harmonic.plan import relax
-from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
 from codesign.planners.harmonic.rtl import CIRCUITS
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -25,8 +25,7 @@ from codesign.rtl.simulate import BACKENDS, simulate
 from codesign.rtl.verify import compared
 
 BLOCK = (12, 24)
-SCHEDULE = tuple(range(8, 65, 8))
-ITERATIONS = 64
+SETTINGS: dict[str, Any] = {"block": BLOCK, "iterations": 64, "schedule": tuple(range(8, 65, 8))}
 GOAL = (2, 3)
 NEEDS = {"cxxrtl": "pyosys", "icarus": "iverilog", "verilator": "verilator"}
 """The tool of each simulator."""
@@ -42,8 +41,7 @@ def design_point() -> tuple[CircuitStyle, Job[Problem, RelaxParameters]]:
     """The array of 12 × 24 nodes at 64 bits, on a map with two rooms."""
     free = rooms(*BLOCK, room=(12, 11), door=2, seed=1).free
     start = tuple(int(side) for side in np.argwhere(free)[-1])
-    settings: dict[str, Any] = {"block": BLOCK, "iterations": ITERATIONS, "schedule": SCHEDULE}
-    parameters = RelaxParameters(**settings, stop="schedule_end")
+    parameters = RelaxParameters(**SETTINGS, stop=Stop.SCHEDULE_END)
     problem = Problem(free, (GOAL,), ((start[0], start[1]),))
     job = Job(problem, parameters, inside=ALL_IN_ONE, position=(float(start[0]), float(start[1])))
     return CIRCUITS[0], job
@@ -71,8 +69,8 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 def run() -> list[dict[str, str]]:
     """One row for each simulator."""
     style, job = design_point()
-    problem, settings = job.problem, {"block": BLOCK, "iterations": ITERATIONS, "schedule": SCHEDULE}
-    plan = partial(relax, problem.free, problem.goals, **settings)
+    problem = job.problem
+    plan = partial(relax, problem.free, problem.goals, **SETTINGS)
     plan()
     times = []
     for _ in range(15):
