@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected, Image
+from codesign.planners.circuits import SHARED, Bits, Circuit, CircuitStyle, Expected, Image
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run
 from codesign.planners.harmonic.rtl.samples import random_job
@@ -143,7 +143,7 @@ def _parameters(job: Job[Problem, RelaxParameters]) -> Mapping[str, int]:
         "ACROSS": across,
         "LAST_PRECISION": precisions[-1],
         "STAGES": len(precisions),
-        "PRECISIONS": packed,
+        "PRECISIONS": Bits(packed, STAGE_BITS * len(precisions)),
         "ITERATIONS": parameters.iterations,
         "SOUND": int(parameters.termination is Termination.SOUND),
         "STOP_WITHOUT_MAXIMA": int(parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA),
