@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from codesign.cli.options import command_line, debug_option, debug_step
+from codesign.cli.options import backend_option, debug_option, debug_step
 from codesign.errors import printable
 
 if TYPE_CHECKING:
@@ -36,9 +37,12 @@ if TYPE_CHECKING:
 @click.option(
     "--jobs", type=click.IntRange(1, 64), default=1, show_default=True, help="Simulations at a time."
 )
+@backend_option
 @debug_option
 @click.option("--json", "as_json", is_flag=True, help="Print everything that is compared as JSON.")
-def fidelity(page: Path | None, picture: Path | None, quick: bool, jobs: int, as_json: bool) -> None:
+def fidelity(
+    page: Path | None, picture: Path | None, quick: bool, jobs: int, backend: str, as_json: bool
+) -> None:
     """Compare what the laws predict with circuits that were simulated, synthesised and placed, and with papers.
 
     Circuits of random design points are simulated here. The rows of synthesis and placement are those that the package
@@ -66,11 +70,11 @@ def fidelity(page: Path | None, picture: Path | None, quick: bool, jobs: int, as
             left = (time.monotonic() - begun) / done * (total - done)
             show(Advance(done, total, f"points verified, {checked.planner} {checked.style}", left))
 
-        result = measure(seeds, jobs, progress)
+        result = measure(seeds, backend, jobs, progress)
     debug_step("compared")
     if page is not None:
         shown = None if picture is None else os.path.relpath(picture, page.parent)
-        write_atomically(page, fidelity_page(result, seeds, command_line(), shown).encode())
+        write_atomically(page, fidelity_page(result, seeds, _command(page, picture, quick), shown).encode())
     if picture is not None:
         write_atomically(picture, fidelity_picture(result))
     if as_json:
@@ -82,6 +86,12 @@ def fidelity(page: Path | None, picture: Path | None, quick: bool, jobs: int, as
     for file in (page, picture):
         if file is not None:
             click.echo(f"written: {printable(str(file), None)}")
+
+
+def _command(page: Path, picture: Path | None, quick: bool) -> str:
+    """The command that writes such a page; the simulator and the simulations at a time do not change it."""
+    drawn = [] if picture is None else ["--picture", str(picture)]
+    return shlex.join(["hwsw", "fidelity", "-o", str(page), *drawn, *(["--quick"] if quick else [])])
 
 
 def _document(result: Fidelity) -> dict[str, Any]:

@@ -53,7 +53,10 @@ def asked(seeds: Sequence[int]) -> list[Asked]:
 
 
 def measure(
-    seeds: Sequence[int], jobs: int = 1, progress: Callable[[Checked], None] = lambda _: None
+    seeds: Sequence[int],
+    backend: str = "cxxrtl",
+    jobs: int = 1,
+    progress: Callable[[Checked], None] = lambda _: None,
 ) -> Fidelity:
     """Simulate the samples of these seeds, and compare all rows with the laws.
 
@@ -62,7 +65,7 @@ def measure(
     Raises:
         MissingToolError: a tool is not installed.
     """
-    return compared(verify_all(asked(seeds), jobs=jobs, progress=progress))
+    return compared(verify_all(asked(seeds), backend, jobs, progress))
 
 
 def compared(cycles: tuple[StyleChecked, ...]) -> Fidelity:

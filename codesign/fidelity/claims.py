@@ -11,7 +11,6 @@ from statistics import fmean
 
 from codesign.fidelity.designs import circuit_of, clocks, job_of, resources, words_of
 from codesign.fidelity.points import TOTAL, Point
-from codesign.fidelity.published import POWER
 from codesign.inputs.part_file import load_part
 from codesign.planners.breadth_first import published as breadth_first
 from codesign.planners.harmonic import published as harmonic
@@ -19,9 +18,13 @@ from codesign.planners.reproduction import Row
 from codesign.planners.velocity_obstacle import published as velocity_obstacle
 from codesign.planners.velocity_obstacle.paper.tables import table_rows
 from codesign.planners.wavefront import published as wavefront
+from codesign.rtl.activity import REPORTS
 
 PRECISION = harmonic.WHOLE_DESIGN_PRECISION
 """Bits that the slices of the published decision are taken at."""
+
+REPORTED, COUNTED_A_SLICE = "XC7Z020-1", 2
+"""The part of the public reports of power, and how many slices laws count in one of it."""
 
 
 @dataclass(frozen=True)
@@ -125,15 +128,15 @@ def _of_clocks(points: Sequence[Point]) -> Iterator[Claim]:
 
 def _of_elements() -> Iterator[Claim]:
     """Cycles a cell of arrays with several cells an element, as the laws count them and ``hwsw verify`` compares."""
-    designs = [
-        design
+    jobs = [
+        (job_of("wavefront", design), design)
         for design in (*resources("wavefront"), *(each.design for each in clocks("wavefront")))
         if design.parameters.get("element_cells", 1) > 1
     ]
-    for design in designs[:1]:
-        job = job_of("wavefront", design)
+    if jobs:
+        job, design = max(jobs, key=lambda pair: pair[0].problem.free.size)
         cycles = sum(circuit_of("wavefront", design).expected(job).cycles.values())
-        cells = job.problem.shape[0] * job.problem.shape[1]
+        cells = job.problem.free.size
         yield Claim(
             "wavefront cycles a cell",
             f"{wavefront.RIVAL}, {wavefront.RIVAL_PART}",
@@ -180,17 +183,18 @@ def _of_velocity_obstacles(points: Sequence[Point]) -> Iterator[Claim]:
 
 def _of_power() -> Iterator[Claim]:
     """Power: the laws beside published figures. No circuit was measured."""
-    for report in POWER:
-        part = load_part(report.part)
+    part = load_part(REPORTED)
+    for report in REPORTS:
+        counted = report.slices * COUNTED_A_SLICE
         yield Claim(
             "power of the fabric",
-            report.source,
-            f"dynamic, {report.slices:,} slices at 100 MHz",
+            f"Mucha and Scechura 2023, {part.name}",
+            f"dynamic, {report.slices:,} slices at {report.clock / 1e6:.0f} MHz",
             "W",
             report.dynamic,
-            part.dynamic_power.value * report.slices * report.counted_a_slice * report.clock,
+            part.dynamic_power.value * counted * report.clock,
             None,
-            f"{part.name}: power of a slice and Hz",
+            f"{part.name}: power of a slice and Hz, which comes from these two reports",
         )
     for row in table_rows():
         if row.unit == "mW" and row.table == "Table III" and isinstance(row.published, int | float):

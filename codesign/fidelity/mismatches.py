@@ -132,6 +132,9 @@ def _of_clocks(points: Sequence[Point]) -> Iterator[Mismatch]:
                 f"clock/outside/{planner}/{style}/{part}",
                 f"{outside} of {len(group)} medians outside the interval",
             )
+        alone = sum(point.without is None for point in group)
+        if alone:
+            yield Mismatch(f"clock/alone/{planner}/{style}/{part}", f"{alone} of {len(group)} medians")
         if widest > CLOCK_WIDTH:
             yield Mismatch(f"clock/wide/{planner}/{style}/{part}", f"interval of ±{widest:.0%}")
 
@@ -157,7 +160,7 @@ def _never_measured(points: Sequence[Point]) -> Iterator[Mismatch]:
         synthesised = {
             point.family for point in points if point.planner == planner and point.quantity != "clock"
         }
-        missing = [family for family in families if family not in synthesised]
-        if missing:
-            yield Mismatch(f"never synthesised/{planner}", f"no row of {', '.join(missing)}")
+        for family in families:
+            if family not in synthesised:
+                yield Mismatch(f"never synthesised/{planner}/{family}", "no synthesis")
     yield Mismatch("never measured/power", "no board was measured")

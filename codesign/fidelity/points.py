@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from typing import Any
 
 from codesign.fidelity.designs import Design, circuit_of, clocks, job_of, resources, variables_of, words_of
 from codesign.figures import Figure, Status
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.part import Part
+from codesign.planners.clock_law import held_out
 from codesign.planners.demand import Line
 from codesign.planners.job import Job
 from codesign.planners.measured import PARTS, ClockRow, ResourceRow, clock_rows, resource_rows
@@ -36,7 +37,9 @@ class Point:
     - ``predicted``: by the law. ``measured``: in its unit; of a clock the median of the seeds.
     - ``held``: whether the law left the row out of its fit.
     - ``present``: whether the row is of the Verilog that the package holds, by its digest.
-    - ``note``: for a clock, the critical path.
+    - ``without``: of a clock, by what share the fit to all other placements is above it; None where no other one
+      speaks of it.
+    - ``note``: of a clock, the seeds and the critical path.
     """
 
     planner: str
@@ -51,6 +54,7 @@ class Point:
     measured: float
     held: bool
     present: bool
+    without: float | None = None
     note: str = ""
 
     @property
@@ -66,10 +70,11 @@ class Point:
 
 
 @dataclass(frozen=True, eq=False)
-class _Known:
+class Known:
     """A design that rows are found for: its variables and the digest of its Verilog."""
 
     design: Design
+    variables: Mapping[str, int]
     digest: str
 
 
@@ -91,20 +96,25 @@ def rows_of(room: str) -> Iterator[ResourceRow | ClockRow]:
             yield from clock_rows(room, style, task)
 
 
-def key_of(style: str, task: str, variables: Mapping[str, int]) -> tuple[str, str, str]:
-    """What rows and designs have in common."""
-    return style, task, json.dumps(variables, sort_keys=True)
-
-
 @cache
-def known_designs(room: str) -> Mapping[tuple[str, str, str], _Known]:
-    """The designs of a room by the key of their rows."""
-    known: dict[tuple[str, str, str], _Known] = {}
-    for design in (*resources(room), *(placed.design for placed in clocks(room))):
-        circuit = circuit_of(room, design).circuit(job_of(room, design))
-        key = key_of(design.style, design.task, variables_of(circuit))
-        known.setdefault(key, _Known(design, digest_of_circuit(circuit)))
-    return known
+def known_designs(room: str) -> tuple[Known, ...]:
+    """The designs of a room, in the order of its lists."""
+    designs = dict.fromkeys((*resources(room), *(placed.design for placed in clocks(room))))
+    circuits = ((each, circuit_of(room, each).circuit(job_of(room, each))) for each in designs)
+    return tuple(Known(each, variables_of(circuit), digest_of_circuit(circuit)) for each, circuit in circuits)
+
+
+def known_of(room: str, row: ResourceRow | ClockRow) -> Known | None:
+    """The design of a row: the first that has its variables. It may have more, which came after the row."""
+    return next(
+        (
+            known
+            for known in known_designs(room)
+            if (known.design.style, known.design.task) == (row.style, row.task)
+            and row.variables.items() <= known.variables.items()
+        ),
+        None,
+    )
 
 
 @cache
@@ -123,9 +133,8 @@ def _asked(room: str, design: Design, part: Part) -> tuple[Architecture, Job[Any
 
 def resource_points(room: str) -> Iterator[Point]:
     """Each line and resource of each synthesis, and their sums."""
-    known = known_designs(room)
     for row in rows_of(room):
-        found = known.get(key_of(row.style, row.task, row.variables))
+        found = known_of(room, row)
         if not isinstance(row, ResourceRow) or found is None:
             continue
         part = part_for(row.family)
@@ -175,9 +184,9 @@ def sum_by_name(items: tuple[Line, ...], resource: str) -> dict[str, Figure]:
 
 def clock_points(room: str) -> Iterator[Point]:
     """Each placed design: the clock limit of its style on that part, and the median of the seeds."""
-    known = known_designs(room)
+    without = held_out(import_module(f"codesign.planners.{room}.styles.timing").placements())
     for row in rows_of(room):
-        found = known.get(key_of(row.style, row.task, row.variables))
+        found = known_of(room, row)
         if not isinstance(row, ClockRow) or found is None:
             continue
         architecture, job = _asked(room, found.design, load_part(row.part))
@@ -195,6 +204,7 @@ def clock_points(room: str) -> Iterator[Point]:
             measured=row.clock,
             held=False,
             present=row.digest == found.digest,
+            without=without.get(row.key),
             note=f"{seeds}; {row.path}",
         )
 

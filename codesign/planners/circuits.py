@@ -134,8 +134,9 @@ class CircuitStyle(ABC):
     def sample(self, seed: int, /) -> Job[Any, Any]:
         """A random design point on a random map, the same for the same seed. Icarus runs it in seconds."""
 
-    def held_out(self, _variables: Mapping[str, int], /) -> bool:
+    def held_out(self, variables: Mapping[str, int], /) -> bool:
         """Whether the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
+        del variables
         return False
 
 

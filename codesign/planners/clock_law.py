@@ -21,7 +21,7 @@ is its middle, but no faster than published.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -75,14 +75,20 @@ class Placement:
 class ClockLaw:
     """The periods of a style over families, pipelines and sizes.
 
-    ``columns``: the name of each factor's logarithm. ``errors``: of placements that were held out, relative.
+    ``columns``: the name of each factor's logarithm. ``held_out``: the errors of placements that were held out,
+    relative, by their places.
     """
 
     growth: str
     columns: tuple[tuple[str, ...], ...]
     factors: tuple[float, ...]
     middle: float
-    errors: tuple[float, ...]
+    held_out: Mapping[int, float]
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """The sizes of the errors."""
+        return tuple(map(abs, self.held_out.values()))
 
     @property
     def width(self) -> float:
@@ -146,15 +152,15 @@ def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> Cloc
     ]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
-    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, ())
+    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, {})
 
 
-def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> tuple[float, ...]:
-    """The relative error of each placement by the fit to the others.
+def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> dict[int, float]:
+    """The clock by the fit to the others over the placed one less 1, by the place of the placement.
 
     The others have to hold its part, its pipeline on its family, and its pipeline in two sizes on one family.
     """
-    errors = []
+    errors = {}
     for index, each in enumerate(placements):
         others = [*placements[:index], *placements[index + 1 :]]
         if not _grows(others, each.registers.pipeline) or each.row.part not in {it.row.part for it in others}:
@@ -162,8 +168,8 @@ def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> tu
         law = _fitted(others, growth, middle)
         period = law.period(each.row.part, each.row.family, each.registers)
         if period is not None:
-            errors.append(abs(each.row.period_ns / period - 1))
-    return tuple(errors)
+            errors[index] = each.row.period_ns / period - 1
+    return errors
 
 
 @cache
@@ -175,11 +181,21 @@ def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
     middle = math.sqrt(min(sizes) * max(sizes))
 
     def worst(growth: str) -> float:
-        return max(_held_out(placements, growth, middle), default=math.inf)
+        return max(map(abs, _held_out(placements, growth, middle).values()), default=math.inf)
 
     growth = min(GROWTHS, key=worst)
     law = _fitted(placements, growth, middle)
     return ClockLaw(law.growth, law.columns, law.factors, middle, _held_out(placements, growth, middle))
+
+
+def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
+    """By what share the fit to all others is above the clock of each placement, by the key of its row.
+
+    Placements that no other one speaks of are not among them.
+    """
+    law = clock_law(placements)
+    errors = {} if law is None else law.held_out
+    return {placements[index].row.key: error for index, error in errors.items()}
 
 
 NOTHING_PLACED = Registers("", 1.0)

@@ -45,7 +45,16 @@ def fidelity_picture(result: Fidelity) -> bytes:
                 y = line + 0.64 * ((place + 0.5) / len(families) - 0.5)
                 axes.plot([low, high], [y, y], color=colour, linewidth=1.2)
                 name = "" if family in seen else FAMILY_NAMES[family]
-                axes.plot([middle], [y], marker, color=colour, markersize=4.5, label=name, linestyle="none")
+                axes.plot(
+                    [middle],
+                    [y],
+                    marker,
+                    color=colour,
+                    markersize=4.5,
+                    label=name,
+                    linestyle="none",
+                    clip_on=False,
+                )
                 seen.add(family)
         axes.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(terms) - 0.4, -0.6))
         axes.set_yticks(range(len(terms)), [name for name, _ in terms])

@@ -109,15 +109,19 @@ def _clocks(points: Sequence[Point]) -> Table:
                 _percent(width_of(point.predicted)),
                 Cell(f"{point.measured / 1e6:.1f}", point.measured / 1e6),
                 _percent(point.error, signed=True),
+                _percent(point.without, signed=True),
                 *words("yes" if point.holds else "no", point.note.split(";")[0]),
             )
         )
     columns = (
         *left("planner", "style", "part", "design"),
-        *right("law, MHz", "interval", "±", "placed, MHz", "error"),
+        *right("law, MHz", "interval", "±", "placed, MHz", "error", "held out"),
         *left("in it", "median of"),
     )
-    notes = ("a clock that is placed is in the fit of its law; the interval comes from placements held out",)
+    notes = (
+        "error: law over placed less 1, with this placement in the fit; held out: by the fit to all others, - where"
+        " none of them speaks of it",
+    )
     return Table("Clocks, law against placement", columns, tuple(rows), notes)
 
 

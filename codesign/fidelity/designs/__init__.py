@@ -26,7 +26,7 @@ def free_map(rows: int, columns: int) -> Problem:
     return Problem(np.ones((rows, columns), bool), ((0, 0),), ((rows - 1, columns - 1),))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Design:
     """A design point: what it plans on, the raw parameters of the planning task, and other fields of its ``Job``."""
 
