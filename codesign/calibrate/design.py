@@ -19,12 +19,12 @@ from codesign.inputs.part_file import PARTS
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.rtl.design import PREFIX, top_name
+from codesign.rtl.export import MANIFEST
 from codesign.rtl.placed import placed
 from codesign.scenarios import bind
 from codesign.system import System, catalog, point_of
 from codesign.system.calibrated import Laws
 
-MANIFEST = "manifest.json"
 FOLDERS_UP = 4
 """Tools write their reports into folders of their own, below that of the design."""
 
@@ -145,9 +145,12 @@ def exported_point(path: Path) -> DesignPoint:
 
     Raises:
         SpecError: the manifest, or its platform or workload, is faulty, or these have changed.
-        InputError: it is of a task that is placed by itself, or its platform or workload is not there any more.
+        InputError: it is of a study or of a task that is placed by itself, or its specs are not there any more.
     """
     manifest = read_manifest(path)
+    if manifest.get("study") is not None:
+        what = f"the design is a point of study {clip(str(manifest['study']), 60)}"
+        raise InputError(what, str(path), "name PLATFORM WORKLOAD and its settings before --report")
     if manifest["task"]:
         what = f"the design is of task {clip(manifest['task'], 40)}, which is placed by itself"
         raise InputError(what, str(path), "calibrate the design of the planning task")

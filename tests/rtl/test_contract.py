@@ -31,7 +31,7 @@ POINTS = 20
 """Exported benches of each style."""
 
 TRIES = 100
-"""Bits that are flipped until one matters: an obstacle behind obstacles, or a robot far from all others, moves nothing."""
+"""Bits that are flipped until one matters: an obstacle behind obstacles, or a robot far from others, moves nothing."""
 
 
 def bench(style: CircuitStyle, seed: int, folder: Path) -> tuple[Circuit, Expected, list[str]]:

@@ -21,8 +21,9 @@ LEVELS: list[list[str]] = [
     ["maps", "trace"],
     ["inputs"],
     ["planners.task_graph", "planners.external_memory"],
+    ["planners.measured"],
     ["planners.job", "planners.quality", "planners.demand"],
-    ["planners.clock_law", "planners.measured", "planners.interface", "planners.reproduction"],
+    ["planners.clock_law", "planners.interface", "planners.reproduction"],
     ["planners.paths", "planners.styles", "planners.circuits"],
     ["planners.host", "planners.plug_in"],
     ["plugin"],
@@ -49,7 +50,7 @@ LEVEL = {name: level for level, names in enumerate(LEVELS) for name in names}
 
 
 # Within a room, the leftmost first. What stands in none of these is the room itself: it may import them all.
-ROOM_ORDER = ["published", "plan", "styles", "rtl", "paper"]
+ROOM_ORDER = ["published", "measured", "plan", "styles", "rtl", "paper"]
 
 
 # trace depends on records alone: nothing of the simulation below the command line and the notebook face may know it.

@@ -60,7 +60,7 @@ def relax_stage(arguments: Arguments, index: int, start: Field) -> Iterator[Visi
             index, start.precision, np.arange(len(corners), dtype=np.int32), np.array(iterations, np.int32)
         )
     inner = values[1:-1, 1:-1]
-    maxima = count_local_maxima(inner, arguments.reachable & arguments.movable)
+    maxima = count_local_maxima(inner, arguments.movable)
     stage = Stage(start.precision, sweeps, sweeps * len(corners), total, maxima)
     yield StageEnd(index, stage, Field.from_ints(inner, start.precision))
 

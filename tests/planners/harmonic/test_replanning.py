@@ -111,14 +111,12 @@ def test_what_each_start_costs_to_bring_in() -> None:
     old, problem = before_and_after()
     rows, columns = PARAMETERS.block_shape(problem.rows, problem.columns)
     blocks = PARAMETERS.block_count(problem.rows, problem.columns)
-    cells = problem.free.size
+    memories = resources.memories(rows, columns, *PARAMETERS.block_grid(problem.rows, problem.columns))
+    words = 2 * memories * blocks
     starts = {
-        "zero": (None, cells + blocks * 41),
-        "bound": (
-            warm_start(problem.free, problem.goals, 40),
-            cells + resources.cluster_count(rows, columns) * blocks * 41,
-        ),
-        "old": (PLANNER.plan(Job(old, PARAMETERS)).field, cells),
+        "zero": (None, words + blocks * 41),
+        "bound": (warm_start(problem.free, problem.goals, 40), memories * blocks * 41),
+        "old": (PLANNER.plan(Job(old, PARAMETERS)).field, words),
     }
     for start, expected in starts.values():
         steps, _ = drain(BIT_SERIAL.work(Job(problem, PARAMETERS, start=start)))

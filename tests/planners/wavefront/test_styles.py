@@ -66,11 +66,12 @@ def test_cycles_are_those_of_the_clocked_circuits(seed: int, density: float) -> 
     _, line_cycles = reference.delay_line_circuit(free, [(0, 0)], start)
     _, adder_cycles, _ = reference.adder_circuit(free, [(0, 0)])
     assert run(DelayLine(), problem)[0]["propagate"] == line_cycles
-    assert run(AdderComparator(), problem)[0]["propagate"] == adder_cycles
+    # Before the updates a cycle sets sources to 0 and all others to infinity.
+    assert run(AdderComparator(), problem)[0]["propagate"] == adder_cycles + 1
     if not free.all():
         obstacles = [tuple(cell) for cell in np.argwhere(~free).tolist()]
         _, obstacle_cycles, _ = reference.adder_circuit(np.ones_like(free), obstacles)
-        assert run(AdderComparator(), problem, paths="safe")[0]["propagate_obstacles"] == obstacle_cycles
+        assert run(AdderComparator(), problem, paths="safe")[0]["propagate_obstacles"] == obstacle_cycles + 1
 
 
 def test_the_paper_s_cycles_and_times() -> None:
@@ -178,11 +179,35 @@ def test_coarse_steps_cost_the_same_and_end_in_the_plan(style: Architecture, raw
         assert (record.task, record.cycles) == (step.phase, int(step.cycles.sum()))
 
 
-def test_a_wave_without_stop_runs_until_the_counter_is_full() -> None:
+def test_a_wave_without_stop_runs_until_no_node_waits_for_it() -> None:
     problem = rooms(starts=())
-    assert run(DelayLine(), problem, stop="whole_map", register_bits=9)[0]["propagate"] == 511
-    needed = DelayLine().bits(Job(problem, PropagateParameters()))
-    assert run(DelayLine(), problem)[0]["propagate"] == 2**needed - 1
+    # The tree that detects silence ends the wave: the width of the counter does not matter.
+    for bits in (None, 9, 12):
+        phases, _, plan = run(DelayLine(), problem, stop="whole_map", register_bits=bits)
+        assert phases["propagate"] == plan.largest_potential + 1
+
+
+def test_a_chain_is_read_out_after_every_wave() -> None:
+    problem = rooms()
+    for style in (DelayLine(), AdderComparator()):
+        addressed, chain = (
+            run(style, problem, paths="safe", read_out=each)[0] for each in ("addressed", "chain")
+        )
+        assert chain.pop("read_out") == 2 * problem.free.size
+        assert chain == addressed
+    tiled = run(Tiled(), problem, read_out="chain")[0]
+    assert tiled == run(Tiled(), problem)[0]
+
+
+def test_shared_elements_change_cycles_and_no_bit() -> None:
+    problem = rooms()
+    whole, _, plan = run(DelayLine(), problem, paths="safe")
+    shared, _, same = run(DelayLine(), problem, paths="safe", element_cells=8)
+    assert PLANNER.identity(plan) == PLANNER.identity(same)
+    for phase in ("propagate", "propagate_obstacles"):
+        assert shared[phase] == 8 * whole[phase]
+    assert (whole["load"], shared["load"]) == (1 + 1600 // 32, 1 + 8 * math.ceil(200 / 32) + 1)
+    assert (whole["track"], shared["track"]) == (1 + 9, 2 + 10)
 
 
 def test_tiles_pay_for_their_exchange() -> None:

@@ -101,8 +101,6 @@ class StateMachine(Architecture):
             return outside.clock_limit(self.clock_limit(replace(job, external=None)), job.external)
         part = job.chip
         ram = part.block_ram_clock
-        if ram.value < published.CLOCK_LIMIT:
-            return on_family(ram, part, published.FAMILY)
         synthesised = part.full_name == "XC2VP30-6"
         limit = Figure(
             value=published.CLOCK_LIMIT,
@@ -112,7 +110,13 @@ class StateMachine(Architecture):
             low=published.SHOWN_CLOCK,
             high=published.CLOCK_LIMIT,
         )
-        return on_family(limit, part, published.FAMILY)
+        return on_family(
+            ram if ram.value < published.CLOCK_LIMIT else limit,
+            part,
+            published.FAMILY,
+            registers=timing.registers(*job.problem.shape),
+            placements=timing.placements(),
+        )
 
     def memory(self, job: Job[Problem, SearchParameters]) -> Memory | None:
         """One bit of the cells in each of their block RAMs; None where the cells are external."""

@@ -21,12 +21,16 @@ latency. All of this is assumed: the paper has no figure.
 
 from __future__ import annotations
 
+from functools import cache
+
 from codesign.planners.breadth_first.plan.parameters import (
     Address,
     MemoryPlace,
     MicroArchitecture,
     SearchParameters,
 )
+from codesign.planners.clock_law import Placement, Registers
+from codesign.planners.measured import clock_rows
 
 INIT_CYCLES = 1
 """c_init: cycles for each word of the memory of the cells."""
@@ -109,3 +113,17 @@ def total_cycles(shape: tuple[int, int], popped: int, path_steps: int, parameter
     # The goal is popped but not expanded: V - 1 expansions. A path of L steps marks L + 1 cells.
     expansions = EXPANSION_CYCLES[parameters.micro_architecture] * (popped - 1) + SEARCH_CHANGES
     return init_cycles(shape, parameters) + expansions + path_cycles(path_steps + 1, MemoryPlace.BLOCK_RAM, 0)
+
+
+def registers(rows: int, columns: int) -> Registers:
+    """What the clock of an engine depends on: its cells. All micro-architectures and addresses are as fast."""
+    return Registers("memories with output registers", rows * columns)
+
+
+@cache
+def placements() -> tuple[Placement, ...]:
+    """The engines that were placed and routed."""
+    return tuple(
+        Placement(row, registers(row.variables["ROWS"], row.variables["COLUMNS"]))
+        for row in clock_rows("breadth_first", "state_machine")
+    )

@@ -16,12 +16,20 @@ from dataclasses import dataclass
 from functools import partial
 from statistics import fmean
 
+import numpy as np
+from numpy.typing import NDArray
+
 from codesign import maps
 from codesign.figures import Status
+from codesign.planners.circuits import phase_cycles
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan import HarmonicPlan, relax
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
-from codesign.planners.harmonic.styles import timing
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
+from codesign.planners.harmonic.styles import BitSerial, timing
+from codesign.planners.harmonic.styles.steps import RELAX
+from codesign.planners.interface import Problem
+from codesign.planners.job import Job
 from codesign.planners.reproduction import Finding, Progress, Row, Use, row
 
 ROWS, COLUMNS = 72, 132
@@ -61,12 +69,20 @@ def software_seconds(iterations: int, nodes: int) -> float:
     return iterations * nodes / (BLOCK[0] * BLOCK[1]) * published.SOFTWARE_ITERATION_PS / 1e12
 
 
-def circuit_seconds(result: HarmonicPlan) -> float:
-    """Seconds of a relaxation at the paper's 150 MHz: p + 2 an iteration, and the changes of block."""
-    nodes = BLOCK[0] * BLOCK[1]
-    waits = result.total_visits * timing.switch_cycles(nodes, BLOCKS)
-    waits += len(result.stages) * timing.stage_end_cycles(nodes)
-    return (result.total_cycles + waits) / published.ESTIMATED_CLOCK
+def circuit_run(
+    free: NDArray[np.bool_], goal: tuple[int, int], schedule: Sequence[int], termination: str
+) -> tuple[float, HarmonicPlan]:
+    """Seconds of a relaxation at the paper's 150 MHz, and its plan."""
+    parameters = RelaxParameters(
+        block=BLOCK,
+        iterations=ITERATIONS,
+        schedule=tuple(schedule),
+        termination=Termination(termination),
+        stop=Stop.SCHEDULE_END,
+    )
+    job = Job(Problem(free, (goal,), ()), parameters, detail=False)
+    cycles, plan = phase_cycles(BitSerial().work(job))
+    return cycles[RELAX] / published.ESTIMATED_CLOCK, plan
 
 
 def measurements(
@@ -102,16 +118,7 @@ def _measure(
     for step in steps:
         schedule = [*range(step - 1, PRECISION, step), PRECISION]
         for termination in TERMINATIONS:
-            result = relax(
-                grid.free,
-                [goal],
-                block=BLOCK,
-                iterations=ITERATIONS,
-                schedule=schedule,
-                termination=termination,
-                record_visits=False,
-            )
-            circuit = circuit_seconds(result)
+            circuit, result = circuit_run(grid.free, goal, schedule, termination)
             yield Measurement(
                 corridor,
                 step,

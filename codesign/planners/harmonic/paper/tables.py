@@ -112,7 +112,7 @@ def _count_rows() -> list[Row]:
             "block RAMs for its 204 border nodes",
             12,
             resources.border_rams(*shape),
-            source="one for 18 border nodes",
+            source="one for 18 border nodes of a side",
         ),
         _text_row(
             "slices of XC2V6000, 4 blocks, p = 255",

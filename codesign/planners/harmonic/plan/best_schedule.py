@@ -132,7 +132,10 @@ class _Stages:
     """
 
     def __init__(self, problem: Problem, parameters: RelaxParameters, memo: Memo) -> None:
-        self._problem = problem
+        from codesign.planners.harmonic.plan.pockets import sent_map
+
+        self._problem, self._pockets = problem, parameters.pockets
+        self._free = sent_map(problem, parameters)
         self._memo = memo
         self._block = parameters.block_shape(*problem.shape)
         self._iterations = parameters.iterations
@@ -140,7 +143,7 @@ class _Stages:
 
     def between(self, begin: int | None, end: int) -> Stage:
         """The stage from one precision (None: from zero) to another."""
-        key = ("stage", self._problem.digest, self._block, self._iterations, begin, end)
+        key = ("stage", self._problem.digest, self._pockets, self._block, self._iterations, begin, end)
         stage = self._memo.get(key, lambda: self._simulated(begin, end))
         self.local_maxima[end] = stage.local_maxima
         return stage
@@ -159,7 +162,7 @@ class _Stages:
         from codesign.planners.harmonic.plan.relax import stage_cost
 
         return stage_cost(
-            self._problem.free,
+            self._free,
             self._problem.goals,
             None if begin is None else self._field(begin),
             end,

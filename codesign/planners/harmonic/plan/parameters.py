@@ -27,8 +27,21 @@ class Stop(StrEnum):
     SCHEDULE_END = "schedule_end"
 
 
+class Pockets(StrEnum):
+    """The free cells from which no path leads to a goal, in the map that is sent."""
+
+    KEPT = "kept"
+    FILLED = "filled"
+
+
+POCKETS_DESCRIPTION = (
+    "free cells from which no path leads to a goal. kept: they are sent as free cells, and each is a local maximum for"
+    " ever; filled: the component that sends the map makes obstacles of them, and its time for that is not counted"
+)
+
 STOP_DESCRIPTION = (
-    "first_without_local_maxima: after the first stage without local maxima; schedule_end: after the last stage."
+    "first_without_local_maxima: after the first stage without local maxima, pockets counted; schedule_end: after the"
+    " last stage."
     " A plan from a lower bound runs the last stage only, so it has the bits of a restart under schedule_end"
 )
 
@@ -86,6 +99,7 @@ class RelaxParameters(TaskParameters):
         Field(description="sound: no visit of the sweep changed a bit; published: as in the paper"),
     ] = Termination.SOUND
     stop: Annotated[Stop, Field(description=STOP_DESCRIPTION)] = Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+    pockets: Annotated[Pockets, Field(description=POCKETS_DESCRIPTION)] = Pockets.KEPT
     pipeline: Annotated[
         int,
         Field(ge=0, le=1, description="1: registers after the memory, on the streams and before the memory"),

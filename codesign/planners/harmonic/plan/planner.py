@@ -22,6 +22,7 @@ from codesign.planners.harmonic.plan.parameters import (
     Stop,
     Termination,
 )
+from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, relax
 from codesign.planners.interface import Cell, LoadParameters, Planner, Policy, Problem
 from codesign.planners.job import Job
@@ -127,7 +128,7 @@ class Harmonic(Planner):
         """Relax the field without a clock."""
         problem, parameters = job.problem, job.parameters
         return relax(
-            problem.free,
+            sent_map(problem, parameters),
             problem.goals,
             block=parameters.block_shape(*problem.shape),
             iterations=parameters.iterations,

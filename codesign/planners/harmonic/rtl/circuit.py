@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners import verilog
-from codesign.planners.circuits import Circuit, CircuitStyle, Expected, Image
+from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected, Image
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run
 from codesign.planners.harmonic.rtl.samples import random_job
@@ -74,7 +73,7 @@ class BitSerialCircuit(CircuitStyle):
         grid = parameters.block_grid(*problem.shape)
         return Circuit(
             top="harmonic",
-            sources=(*SOURCES, Path(verilog.__path__[0]) / "ram_1w1r.v"),
+            sources=(*SOURCES, SHARED / "ram_1w1r.v"),
             parameters=_parameters(job),
             stream=Image(stream_bits(job), list(stream_words(job))),
             phases=PHASES,

@@ -11,6 +11,7 @@ from codesign.planners.circuits import Events, Expected, phase_cycles
 from codesign.planners.harmonic.plan.decision import chosen_triangle
 from codesign.planners.harmonic.plan.fixed_point import Field
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import work
 from codesign.planners.harmonic.plan.stages import StageEnd
 from codesign.planners.harmonic.rtl.stream import nearest_cell
@@ -75,7 +76,7 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
     shift = np.uint64(parameters.iterations.bit_length())
     now = begin
     for item in work(
-        problem.free,
+        sent_map(problem, parameters),
         problem.goals,
         block=shape,
         iterations=parameters.iterations,
@@ -93,8 +94,8 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
         cycles = costs.visits(item.precision, visits)
         passes = visits.iterations * timing.iteration_cycles(item.precision)
         begins = now + np.cumsum(cycles) - cycles
-        value = item.block.astype(np.uint64) << shift | visits.iterations.astype(np.uint64)
-        recorder.add(VISIT, begins + passes + answer + EVENT_DELAY, value)
+        values = item.block.astype(np.uint64) << shift | visits.iterations.astype(np.uint64)
+        recorder.add(VISIT, begins + passes + answer + EVENT_DELAY, values)
         now += int(cycles.sum())
 
 

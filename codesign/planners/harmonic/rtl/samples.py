@@ -38,10 +38,8 @@ def random_job(seed: int) -> Job[Problem, RelaxParameters]:
 
 def _parameters(random: np.random.Generator, shape: tuple[int, int]) -> RelaxParameters:
     parts = [int(random.integers(1, min(side, 3) + 1)) for side in shape]
-    block = tuple(
-        -(-side // part) + int(random.random() > NEARLY_ALWAYS)
-        for side, part in zip(shape, parts, strict=True)
-    )
+    beyond = [int(random.random() > NEARLY_ALWAYS) for _ in range(2)]
+    block = -(-shape[0] // parts[0]) + beyond[0], -(-shape[1] // parts[1]) + beyond[1]
     pipeline = int(random.integers(2))
     options: dict[str, Any] = {
         "block": block,
@@ -49,6 +47,7 @@ def _parameters(random: np.random.Generator, shape: tuple[int, int]) -> RelaxPar
         "schedule": _schedule(random, timing.least_precision(*block, pipeline)),
         "termination": str(random.choice(["sound", "published"])),
         "stop": str(random.choice(["first_without_local_maxima", "schedule_end"])),
+        "pockets": str(random.choice(["kept", "filled"])),
         "pipeline": pipeline,
     }
     return RelaxParameters(**options)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
+from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.published import CLUSTER_COLUMNS, CLUSTER_ROWS
 from codesign.planners.harmonic.styles.resources import RAM_WIDTH
 from codesign.planners.harmonic.styles.steps import DECIDE
@@ -42,7 +43,7 @@ def stream_words(job: Job[Problem, RelaxParameters]) -> Iterator[int]:
     # Nodes beyond the map are obstacles.
     fixed = np.ones((down * height, across * width), np.bool_)
     goal = np.zeros_like(fixed)
-    fixed[: problem.rows, : problem.columns] = ~problem.free
+    fixed[: problem.rows, : problem.columns] = ~sent_map(problem, parameters)
     for cell in problem.goals:
         fixed[cell] = goal[cell] = True
     for row in range(0, down * height, height):
@@ -91,13 +92,15 @@ def position_word(job: Job[Problem, RelaxParameters]) -> int:
     height, width = parameters.block_shape(*problem.shape)
     down, across = parameters.block_grid(*problem.shape)
     last = parameters.precisions[-1]
-    (line, row), (place, column) = (
-        divmod(*pair) for pair in zip(nearest_cell(job), (height, width), strict=True)
-    )
+    cell = nearest_cell(job)
+    line, row = divmod(cell[0], height)
+    place, column = divmod(cell[1], width)
     word, shift = column, index_bits(width)
     word |= row << shift
     shift += index_bits(height)
     word |= (line * across + place) * (last + 1) << shift
     shift += address_bits(down * across, last)
-    sides = (place > 0, line < down - 1, place < across - 1, line > 0)
-    return word | sum(int(inside) << shift + index for index, inside in enumerate(sides))
+    inside = (place > 0, line < down - 1, place < across - 1, line > 0)
+    for index, side in enumerate(inside):
+        word |= int(side) << shift + index
+    return word

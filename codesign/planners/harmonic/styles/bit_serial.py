@@ -22,7 +22,7 @@ from codesign.planners.harmonic.styles.steps import (
     READ,
     Costs,
     Visits,
-    block_notes,
+    notes,
     relax_steps,
 )
 from codesign.planners.host import one_step
@@ -42,8 +42,8 @@ class BitSerial(Architecture):
     component_type = "fpga"
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
-        """A block that is larger than the map."""
-        return block_notes(job.problem, job.parameters)
+        """See ``steps.notes``."""
+        return notes(job.problem, job.parameters)
 
     def designs(self, job: Job[Problem, Any]) -> Designs:
         """Blocks that fit the part, each at rising precisions."""
@@ -62,7 +62,7 @@ class BitSerial(Architecture):
         last = precisions[-1]
         depth, decision = resources.word_depth(part), job.does(DECIDE)
         return Demand(
-            items=resources.items(*block, last, decision),
+            items=resources.items(*block, last, decision, parameters.block_grid(*map_shape)),
             bounds=(levers.word_depth_bound(map_shape, block, precisions, part, depth, decision),),
             levers=levers.resource_levers(map_shape, block, precisions, part, depth, decision),
         )
@@ -70,7 +70,8 @@ class BitSerial(Architecture):
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
-        return timing.clock_limit(*job.parameters.block_shape(*problem.shape), job.chip)
+        block = job.parameters.block_shape(*problem.shape)
+        return timing.clock_limit(*block, job.chip, job.parameters.pipeline)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
         """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4)."""

@@ -20,13 +20,19 @@ Shape = tuple[int, int]
 Precisions = tuple[int, ...]
 
 
+def block_grid(map_shape: Shape, block: Shape) -> tuple[int, int]:
+    """Blocks down and across that cover a map, partial ones counted."""
+    return -(-map_shape[0] // block[0]), -(-map_shape[1] // block[1])
+
+
 def block_count(map_shape: Shape, block: Shape) -> int:
     """Blocks that cover a map, partial ones counted."""
-    return -(-map_shape[0] // block[0]) * -(-map_shape[1] // block[1])
+    down, across = block_grid(map_shape, block)
+    return down * across
 
 
 def fits(block: Shape, precision: int, part: Part, decision: bool = True) -> bool:
-    """Whether the part has the resources for such a block, with or without the decision module."""
+    """Whether the part has the resources for such a block with borders, with or without the decision module."""
     return not short_resources(items(*block, precision, decision), part)
 
 
@@ -50,12 +56,13 @@ def resource_levers(
 ) -> dict[str, tuple[Lever, ...]]:
     """Levers for each resource that the part lacks: block, precision, another place for ``decide``, part."""
     precision = precisions[-1]
-    need = totals(*block, precision, decision)
-    short = short_resources(items(*block, precision, decision), part)
+    grid = block_grid(map_shape, block)
+    need = totals(*block, precision, decision, grid)
+    short = short_resources(items(*block, precision, decision, grid), part)
     if not short:
         return {}
     shared = _block_lever(map_shape, block, precisions, part, depth, decision)
-    without = totals(*block, precision, False)
+    without = totals(*block, precision, False, grid)
     by_kind: dict[str, tuple[Lever, ...]] = {}
     for kind in (kind for kind in part.resources if kind in short):
         levers = [shared]

@@ -113,10 +113,13 @@ def or_tree_lut4(nodes: int) -> int:
     return -(-(nodes - 1) // 3)
 
 
-def items(rows: int, columns: int, precision: int, decision: bool = True) -> tuple[Line, ...]:
+def items(
+    rows: int, columns: int, precision: int, decision: bool = True, grid: tuple[int, int] = (2, 2)
+) -> tuple[Line, ...]:
     """The demand of a design with blocks of ``rows`` × ``columns`` and the last precision ``precision``.
 
-    ``decision``: whether it has its decision module.
+    ``decision``: whether it has its decision module. ``grid``: blocks down and across; the borders of one block alone
+    have no memories.
     """
     nodes = rows * columns
     logic = {
@@ -128,6 +131,7 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
     border = f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node"
+    sides = f"RTL of this package, hwsw verify: each side by itself; {text} has 12 for 36×66"
     shown, calibrated = Status.PUBLISHED, Status.CALIBRATED
     laws = (
         ("nodes", "slices", NODE_SLICES * nodes, shown, table_1),
@@ -148,7 +152,7 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
         ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
         ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
         ("clusters", "block_rams", cluster_count(rows, columns), shown, f"{text}: one a cluster"),
-        ("borders", "block_rams", border_rams(rows, columns), shown, f"{text}: 12 for 36×66"),
+        ("borders", "block_rams", border_rams(rows, columns, *grid), Status.MEASURED, sides),
     )
     lines = [Line.item(*line) for line in laws]
     bound = "upper bound: two a slice; published in slices only"
@@ -157,9 +161,11 @@ def items(rows: int, columns: int, precision: int, decision: bool = True) -> tup
     return tuple(item for item in lines if decision or item.name != "decision")
 
 
-def totals(rows: int, columns: int, precision: int, decision: bool = True) -> dict[str, int]:
+def totals(
+    rows: int, columns: int, precision: int, decision: bool = True, grid: tuple[int, int] = (2, 2)
+) -> dict[str, int]:
     """The demand by resource, without its items; see ``items``."""
-    return sum_by_resource(items(rows, columns, precision, decision))
+    return sum_by_resource(items(rows, columns, precision, decision, grid))
 
 
 def word_depth(part: Part) -> int:

@@ -21,7 +21,7 @@ from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.styles.designs import LAST, WORD, host_designs
-from codesign.planners.harmonic.styles.steps import DECIDE, Costs, Visits, block_notes, relax_steps
+from codesign.planners.harmonic.styles.steps import DECIDE, Costs, Visits, notes, relax_steps
 from codesign.planners.host import HostStyle, assumed_bytes
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -67,8 +67,8 @@ class Software(HostStyle):
         return assumed_bytes(limbs + 1, source, low=(last + 2) / 8, high=2 * limbs + 1)
 
     def notes(self, job: Job[Problem, RelaxParameters]) -> tuple[str, ...]:
-        """A block that is larger than the map."""
-        return block_notes(job.problem, job.parameters)
+        """See ``steps.notes``."""
+        return notes(job.problem, job.parameters)
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``relax`` and ``decide``; cycles are units of ``kernel``."""

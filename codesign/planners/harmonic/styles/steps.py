@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from codesign.errors import InputError
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.fixed_point import Field, LowerBound
-from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan.parameters import Pockets, RelaxParameters, Stop
+from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import HarmonicPlan, work
 from codesign.planners.harmonic.plan.stages import Stage, StageEnd, VisitBatch
 from codesign.planners.host import one_step
@@ -35,10 +36,17 @@ MOST_SWEEPS = 1 << 16
 """The most sweeps of a stage that starts from old values. Assumed: a watchdog of 16 bits."""
 
 
-def block_notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
-    """A note where a block is larger than the map."""
+def notes(problem: Problem, parameters: RelaxParameters) -> tuple[str, ...]:
+    """A note where a block is larger than the map, and where the sender of the map fills pockets."""
     map_shape = problem.shape
-    return beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
+    block = beyond_map("relax.block", "block", parameters.block_shape(*map_shape), map_shape)
+    if parameters.pockets is Pockets.KEPT:
+        return block
+    return (
+        *block,
+        "relax.pockets: the component that sends the map fills the pockets; no platform has a cost for that, so its"
+        " time is not counted",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,6 +227,7 @@ def _each_stage(run: _Run, costs: Costs, memo: Memo | None) -> _StageSteps:
         (min(height, problem.rows), min(width, problem.columns)),
         parameters.iterations,
         parameters.termination,
+        parameters.pockets,
     )
     for precision in run.precisions:
         compute = partial(_stage_sums, run, precision, field)
@@ -257,7 +266,7 @@ def _stage_sums(run: _Run, precision: int, start: Field | None) -> _StageSums:
 def _work(run: _Run, precisions: tuple[int, ...], start: Field | None) -> Iterator[VisitBatch | StageEnd]:
     problem, parameters = run.problem, run.parameters
     return work(
-        problem.free,
+        sent_map(problem, parameters),
         problem.goals,
         block=parameters.block_shape(*problem.shape),
         iterations=parameters.iterations,

@@ -30,9 +30,10 @@ from functools import cache
 
 from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
-from codesign.planners.clock_law import on_family
+from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count
+from codesign.planners.measured import clock_rows
 
 TREE_GROUP = 288
 """Nodes to a register of the OR trees without a pipeline: 5 levels of 4 inputs."""
@@ -205,11 +206,25 @@ def clock_miss() -> float:
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
-def clock_limit(rows: int, columns: int, part: Part) -> Figure:
+def registers(rows: int, columns: int, pipeline: int) -> Registers:
+    """What the clock of a block depends on: its pipeline, and its nodes."""
+    return Registers(f"relax.pipeline {pipeline}", rows * columns)
+
+
+@cache
+def placements() -> tuple[Placement, ...]:
+    """The blocks that were placed and routed."""
+    return tuple(
+        Placement(row, registers(*(row.variables[name] for name in ("ROWS", "COLUMNS", "PIPELINE"))))
+        for row in clock_rows("harmonic", "bit_serial")
+    )
+
+
+def clock_limit(rows: int, columns: int, part: Part, pipeline: int) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
-    The law of the size is one line for all parts and grades: three points cannot distinguish them. On another family
-    than theirs its interval is wider (``on_family``).
+    The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot
+    distinguish them. On other families than theirs, blocks were placed and routed (``on_family``).
     """
     # Three points leave one degree of freedom, too little for a statistical interval. So the interval is twice the
     # error on the held-out clock.
@@ -232,4 +247,6 @@ def clock_limit(rows: int, columns: int, part: Part) -> Figure:
         low=min(law * (1 - margin), ram_low),
         high=min(law * (1 + margin), ram_high),
     )
-    return on_family(limit, part, *FITTED)
+    return on_family(
+        limit, part, *FITTED, registers=registers(rows, columns, pipeline), placements=placements()
+    )

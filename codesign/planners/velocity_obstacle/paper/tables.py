@@ -42,7 +42,7 @@ def _module_rows() -> list[Row]:
             module_cycles(name, Unit.SERIAL),
             unit="cycles",
             status=Status.MEASURED,
-            source=f"{count} {text}; the same in own RTL",
+            source=f"{count} {text}; the same in the RTL of this package",
             use=Use.HELD_OUT,
         )
         for name, cycles, count in (
@@ -113,7 +113,7 @@ def _table_ii() -> list[Row]:
             timing.cycles_of_trial(style, robots, PARAMETERS),
             unit="cycles",
             status=Status.MEASURED,
-            source="list schedule of n updates and n - 1 detections over the style's units; the same in own RTL",
+            source="list schedule of n updates and n - 1 detections over the style's units; the same in RTL",
             use=Use.HELD_OUT,
         )
         for style, listed in published.TABLE_II.items()

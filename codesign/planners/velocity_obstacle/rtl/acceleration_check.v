@@ -5,8 +5,8 @@
 // Three cycles for the comparison, and two more for the acceleration of a candidate that passes.
 module acceleration_check #(
     parameter WIDTH = 16,
-    parameter CHANGE = 1,
-    parameter INVERSE_STEP = 1,
+    parameter [31:0] CHANGE = 1,
+    parameter [31:0] INVERSE_STEP = 1,
     parameter CHANGE_INVERSE_STEP_SHIFT = 16
 ) (
     input  wire                      clk,
@@ -23,9 +23,16 @@ module acceleration_check #(
     output reg  signed [WIDTH-1:0]   acceleration_x,
     output reg  signed [WIDTH-1:0]   acceleration_y
 );
-    localparam [2*WIDTH+4:0] CHANGE_WIDE = CHANGE;
-    localparam [2*WIDTH+4:0] CHANGE_SQUARED = CHANGE_WIDE * CHANGE_WIDE;
-    localparam signed [WIDTH:0] INVERSE = INVERSE_STEP;
+    localparam SQUARE = 2 * WIDTH + 5;
+    function [SQUARE-1:0] squared(input [31:0] value);
+        reg [SQUARE+31:0] top_unused;
+        begin
+            top_unused = {{(SQUARE) {1'b0}}, value};
+            squared = top_unused[SQUARE-1:0] * top_unused[SQUARE-1:0];
+        end
+    endfunction
+    localparam [SQUARE-1:0] CHANGE_SQUARED = squared(CHANGE);
+    localparam signed [WIDTH:0] INVERSE = INVERSE_STEP[WIDTH:0];
 
     // Steps 0, 1: cx cx, cy cy. Steps 2, 3: cx / t, cy / t.
     wire signed [WIDTH:0] cx = {candidate_x[WIDTH-1], candidate_x} - {vx[WIDTH-1], vx};

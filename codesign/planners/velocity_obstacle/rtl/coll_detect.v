@@ -17,8 +17,8 @@ module coll_detect #(
     parameter APPROACHING = 0,
     parameter RANGED = 0,
     parameter HALF = 0,
-    parameter RADIUS = 1,
-    parameter RANGE = 1
+    parameter [31:0] RADIUS = 1,
+    parameter [31:0] RANGE = 1
 ) (
     input  wire                         clk,
     input  wire                         reset,

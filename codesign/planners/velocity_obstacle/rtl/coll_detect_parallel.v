@@ -5,8 +5,8 @@ module coll_detect_parallel #(
     parameter APPROACHING = 0,
     parameter RANGED = 0,
     parameter HALF = 0,
-    parameter RADIUS = 1,
-    parameter RANGE = 1
+    parameter [31:0] RADIUS = 1,
+    parameter [31:0] RANGE = 1
 ) (
     input  wire                       clk,
     input  wire                       reset,
@@ -21,10 +21,15 @@ module coll_detect_parallel #(
 );
     // |r|², |V|² and r·V, each with its sign.
     localparam FACTOR = 2 * WIDTH + 2 + HALF;
-    localparam signed [FACTOR-1:0] RADIUS_WIDE = RADIUS;
-    localparam signed [FACTOR-1:0] RADIUS_SQUARED = RADIUS_WIDE * RADIUS_WIDE;
-    localparam signed [FACTOR-1:0] RANGE_WIDE = RANGE;
-    localparam signed [FACTOR-1:0] RANGE_SQUARED = RANGE_WIDE * RANGE_WIDE;
+    function [FACTOR-1:0] squared(input [31:0] value);
+        reg [FACTOR+31:0] top_unused;
+        begin
+            top_unused = {{(FACTOR) {1'b0}}, value};
+            squared = top_unused[FACTOR-1:0] * top_unused[FACTOR-1:0];
+        end
+    endfunction
+    localparam signed [FACTOR-1:0] RADIUS_SQUARED = squared(RADIUS);
+    localparam signed [FACTOR-1:0] RANGE_SQUARED = squared(RANGE);
 
     reg [1:0] step;
     always @(posedge clk) begin

@@ -6,11 +6,11 @@
 // a product a cycle, summed up in the cycle after it.
 module pid_control #(
     parameter WIDTH = 16,
-    parameter PROPORTIONAL = 1,
-    parameter INTEGRAL = 0,
-    parameter DERIVATIVE = 0,
-    parameter SPEED = 1,
-    parameter ACCELERATION = 1,
+    parameter [31:0] PROPORTIONAL = 1,
+    parameter [31:0] INTEGRAL = 0,
+    parameter [31:0] DERIVATIVE = 0,
+    parameter [31:0] SPEED = 1,
+    parameter [31:0] ACCELERATION = 1,
     parameter GAIN_SHIFT = 16
 ) (
     input  wire                      clk,
@@ -27,11 +27,18 @@ module pid_control #(
     output wire signed [WIDTH-1:0]   acceleration_x,
     output wire signed [WIDTH-1:0]   acceleration_y
 );
-    localparam signed [WIDTH:0] P = PROPORTIONAL, I = INTEGRAL, D = DERIVATIVE;
-    localparam signed [WIDTH+1:0] MOST_SUM = SPEED, LEAST_SUM = -MOST_SUM;
+    localparam signed [WIDTH:0] P = PROPORTIONAL[WIDTH:0], I = INTEGRAL[WIDTH:0], D = DERIVATIVE[WIDTH:0];
+    localparam signed [WIDTH+1:0] MOST_SUM = SPEED[WIDTH+1:0], LEAST_SUM = -MOST_SUM;
     localparam TERM = 2 * WIDTH + 2 > GAIN_SHIFT + WIDTH ? 2 * WIDTH + 2 - GAIN_SHIFT : WIDTH;
     localparam SUM = TERM + 2;
-    localparam signed [SUM-1:0] MOST = ACCELERATION, LEAST = -MOST;
+    function [SUM-1:0] extended(input [31:0] value);
+        reg [SUM+31:0] top_unused;
+        begin
+            top_unused = {{(SUM) {1'b0}}, value};
+            extended = top_unused[SUM-1:0];
+        end
+    endfunction
+    localparam signed [SUM-1:0] MOST = extended(ACCELERATION), LEAST = -MOST;
 
     reg signed [WIDTH-1:0] sum_x, sum_y, last_x, last_y;
     wire y_axis = step >= 3'd3;

@@ -13,8 +13,8 @@ module pos_vel_update #(
     parameter WIDTH = 16,
     parameter PARALLEL = 0,
     parameter ACCELERATED = 1,
-    parameter STEP = 1,
-    parameter HALF_SQUARE = 1,
+    parameter [31:0] STEP = 1,
+    parameter [31:0] HALF_SQUARE = 1,
     parameter VELOCITY_STEP_SHIFT = 16,
     parameter ACCELERATION_STEP_SHIFT = 16,
     parameter ACCELERATION_HALF_SQUARE_SHIFT = 16
@@ -45,8 +45,8 @@ module pos_vel_update #(
     localparam A_BITS = PRODUCT > ACCELERATION_HALF_SQUARE_SHIFT + WIDTH
         ? PRODUCT - ACCELERATION_HALF_SQUARE_SHIFT : WIDTH;
     localparam SUM = (V_BITS > A_BITS ? V_BITS : A_BITS) + 2;
-    localparam signed [WIDTH-1:0] T = STEP;
-    localparam signed [WIDTH-1:0] T2 = HALF_SQUARE;
+    localparam signed [WIDTH-1:0] T = STEP[WIDTH-1:0];
+    localparam signed [WIDTH-1:0] T2 = HALF_SQUARE[WIDTH-1:0];
 
     generate
         if (PARALLEL != 0) begin : parallel

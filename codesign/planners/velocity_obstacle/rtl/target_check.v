@@ -3,7 +3,7 @@
 // For the selector, the direction to the target is mirrored into the first octant: `along` ≥ `across` ≥ 0.
 module target_check #(
     parameter WIDTH = 16,
-    parameter TOLERANCE = 1
+    parameter [31:0] TOLERANCE = 1
 ) (
     input  wire                      clk,
     input  wire                      y_axis,
@@ -21,8 +21,15 @@ module target_check #(
     output reg                       mirror_x,
     output reg                       mirror_y
 );
-    localparam [2*WIDTH+1:0] TOLERANCE_WIDE = TOLERANCE;
-    localparam [2*WIDTH+1:0] TOLERANCE_SQUARED = TOLERANCE_WIDE * TOLERANCE_WIDE;
+    localparam SQUARE = 2 * WIDTH + 2;
+    function [SQUARE-1:0] squared(input [31:0] value);
+        reg [SQUARE+31:0] top_unused;
+        begin
+            top_unused = {{(SQUARE) {1'b0}}, value};
+            squared = top_unused[SQUARE-1:0] * top_unused[SQUARE-1:0];
+        end
+    endfunction
+    localparam [SQUARE-1:0] TOLERANCE_SQUARED = squared(TOLERANCE);
 
     // Cycle 0 multiplies dx dx, cycle 1 dy dy (`y_axis`), cycle 2 compares.
     wire signed [WIDTH:0] dx = {target_x[WIDTH-1], target_x} - {x[WIDTH-1], x};

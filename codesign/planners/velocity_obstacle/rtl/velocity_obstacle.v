@@ -27,19 +27,19 @@ module velocity_obstacle #(
     parameter SPEEDS = 10,
     parameter TURNS = 64,
     parameter HALVINGS = 4,
-    parameter RADIUS = 1,
-    parameter RANGE = 1,
-    parameter TOLERANCE = 1,
-    parameter CHANGE = 1,
-    parameter BRAKE = 1,
-    parameter STEP = 1,
-    parameter HALF_SQUARE = 1,
-    parameter INVERSE_STEP = 1,
-    parameter PROPORTIONAL = 1,
-    parameter INTEGRAL = 0,
-    parameter DERIVATIVE = 0,
-    parameter SPEED = 1,
-    parameter ACCELERATION = 1,
+    parameter [31:0] RADIUS = 1,
+    parameter [31:0] RANGE = 1,
+    parameter [31:0] TOLERANCE = 1,
+    parameter [31:0] CHANGE = 1,
+    parameter [31:0] BRAKE = 1,
+    parameter [31:0] STEP = 1,
+    parameter [31:0] HALF_SQUARE = 1,
+    parameter [31:0] INVERSE_STEP = 1,
+    parameter [31:0] PROPORTIONAL = 1,
+    parameter [31:0] INTEGRAL = 0,
+    parameter [31:0] DERIVATIVE = 0,
+    parameter [31:0] SPEED = 1,
+    parameter [31:0] ACCELERATION = 1,
     parameter VELOCITY_STEP_SHIFT = 16,
     parameter ACCELERATION_STEP_SHIFT = 16,
     parameter ACCELERATION_HALF_SQUARE_SHIFT = 16,
@@ -170,7 +170,7 @@ module velocity_obstacle #(
     );
 
     // Without a safe velocity, and at the target, each axis brakes by itself.
-    localparam signed [WIDTH:0] MOST_BRAKE = BRAKE, LEAST_BRAKE = -MOST_BRAKE;
+    localparam signed [WIDTH:0] MOST_BRAKE = BRAKE[WIDTH:0], LEAST_BRAKE = -MOST_BRAKE;
     wire signed [WIDTH:0] wide_vx = {own_vx[WIDTH-1], own_vx};
     wire signed [WIDTH:0] wide_vy = {own_vy[WIDTH-1], own_vy};
     wire signed [WIDTH:0] slower_x = wide_vx > MOST_BRAKE ? wide_vx - MOST_BRAKE

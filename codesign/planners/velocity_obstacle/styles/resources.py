@@ -1,8 +1,8 @@
 """The demand of the circuits: items by unit, as functions of style, number of robots and width.
 
 Units
-    Own RTL at 16 bits, synthesised (LUT4, flip-flops, multipliers): one unit of either module with one multiplier
-    (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
+    An earlier synthesis at 16 bits, not of the RTL of this package (LUT4, flip-flops): one unit of a module with one
+    multiplier (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
 
 Rest
     Selector, checks, PID control, state of the robots, control. The rest is Table I less the units with 2 robots. So
@@ -16,9 +16,11 @@ Rest
     difference belongs to the style, once, and not to the unit.
 
 Multipliers
-    A product of a and b bits takes ⌈a/17⌉ · ⌈b/17⌉ multipliers of 18 × 18 bits (17 without the sign). The widest
-    factors of a detector, |r|², |V|² and r·V, have 2w + 1 bits: 4 multipliers at 16 bits, 9 at 18. Our own synthesis
-    takes 8 at 17 bits. All other modules wait while a trial runs, and use the update unit's multiplier.
+    A product takes a multiplier of 18 × 18 bits for each pair of digits of 17 bits. Where two last digits are short,
+    synthesis multiplies them in LUTs. The widest factors of a detector, |r|², |V|² and r·V, have 2w + 2 bits with their
+    sign, one more with ``half``: 4 multipliers at 16 bits, 8 at 17, 9 at 24. The laws equal the rows of
+    ``measured``, which count the RTL of this package. Target check, selector, acceleration check and PID control
+    share one product of w + 1 bits. Of the update units only the first takes an acceleration.
 
 Slices
     The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record
@@ -42,7 +44,7 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
     Responsibility,
     Unit,
 )
-from codesign.planners.velocity_obstacle.published import PAPER, Style
+from codesign.planners.velocity_obstacle.published import FAMILY, PAPER, Style
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, Units, products
 
 UPDATES, DETECTIONS, STATES, ARRAY, REST = (
@@ -61,17 +63,15 @@ MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {
     (DETECT, Unit.SERIAL): (779, 180),
     (DETECT, Unit.PARALLEL): (675, 382),
 }
-"""LUT4 and flip-flops of one unit at 16 bits, by own RTL."""
-MEASURED_WIDE = {(35, 35): 8}
-"""Multipliers of a product of two unsigned numbers, where synthesis did better than the law (width 17)."""
-
-MULTIPLIER_BITS = 17
+"""LUT4 and flip-flops of one unit at 16 bits, by an earlier synthesis."""
+DIGIT_BITS, LEAST_PRODUCT_BITS = 17, 9
+"""Bits of a factor that a multiplier of 18 × 18 bits takes beside its sign; products below these bits take LUTs."""
 STORE_DEPTH = 16
 """Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
 STATE_COMPONENTS = 4
 FULL = 0.97
 
-SYNTHESIS = "own RTL, bit-exact against an integer model; Yosys synth_xilinx, 16 bits"
+SYNTHESIS = "an earlier synthesis at 16 bits, not of the RTL of this package"
 
 
 def default_units(style: Style, robots: int) -> Units:
@@ -143,15 +143,23 @@ def slices_of(style: Style, lut4: int, budget: int) -> int:
     return related if related <= full else max(full, math.ceil(lut4 / 2))
 
 
-def product_multipliers(a: int, b: int) -> int:
-    """18 × 18 multipliers of a product of two numbers of a and b bits, signs left out.
+def digits(bits: int) -> list[int]:
+    """The bits of the digits that a number of ``bits`` bits, sign included, is multiplied in, the last with its sign.
 
-    >>> [product_multipliers(2 * width + 1, 2 * width + 1) for width in (8, 16, 17, 18)]
-    [1, 4, 8, 9]
+    >>> digits(18), digits(35), digits(37)
+    ([18], [17, 18], [17, 17, 3])
     """
-    # Schoolbook multiplication in digits of 17 bits: ⌈a / 17⌉ · ⌈b / 17⌉ products of digits.
-    law = -(-a // MULTIPLIER_BITS) * -(-b // MULTIPLIER_BITS)
-    return MEASURED_WIDE.get((a, b), law)
+    return [bits] if bits <= DIGIT_BITS + 1 else [DIGIT_BITS, *digits(bits - DIGIT_BITS)]
+
+
+def product_multipliers(a: int, b: int) -> int:
+    """18 × 18 multipliers of a product of two numbers of a and b bits, signs included.
+
+    >>> [product_multipliers(bits, bits) for bits in (18, 19, 35, 37, 39, 51)]
+    [1, 3, 4, 8, 9, 9]
+    """
+    # Schoolbook multiplication in digits of 17 bits. Synthesis forms a product of two short last digits of LUTs.
+    return sum(first + second >= LEAST_PRODUCT_BITS for first in digits(a) for second in digits(b))
 
 
 def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
@@ -176,14 +184,29 @@ def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
 def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
     """Multipliers of one unit: of its widest product where it is serial, of all of them where it is parallel."""
     approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
-    bits = factor_bits(parameters)
-    counts = []
-    for name, _ in products(module, parameters.detector, approaching, ranged):
-        first, second = (
-            parameters.width - 1 if module == UPDATE else bits[factor] for factor in name.split()
+    width, half = parameters.width, parameters.responsibility is Responsibility.HALF
+    # |r|², |V|² and r·V have words of one width in the circuit, 2w + 1 bits and their sign, one more with ``half``.
+    words = {**dict.fromkeys(("rx", "ry"), width + 1), **dict.fromkeys(("vx", "vy"), width + 1 + half)}
+    wide = width if module == UPDATE else 2 * width + 2 + half
+    counts = [
+        product_multipliers(
+            *(words.get(factor, wide) if module == DETECT else wide for factor in name.split())
         )
-        counts.append(product_multipliers(first, second))
+        for name, _ in products(module, parameters.detector, approaching, ranged)
+    ]
     return max(counts) if parameters.unit is Unit.SERIAL else sum(counts)
+
+
+def update_multipliers(count: int, parameters: AvoidParameters) -> int:
+    """Multipliers of ``count`` update units. Only the first takes an acceleration; the others form v t alone."""
+    first = unit_multipliers(UPDATE, parameters)
+    others = first if parameters.unit is Unit.SERIAL else first // 3
+    return first + (count - 1) * others
+
+
+def rest_multipliers(width: int) -> int:
+    """Multipliers of the one product that target check, selector, acceleration check and PID control share."""
+    return product_multipliers(width + 1, width + 1)
 
 
 def array_rams(parameters: AvoidParameters, part: Part) -> tuple[int, int]:
@@ -214,12 +237,12 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
     rest = rest_style(style, units)
     lines: list[Line] = []
     for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
-        lines += _unit_items(module, count, parameters)
+        lines += _unit_items(module, count, parameters, part)
     if parameters.range is not None:
         text = "a LUT for each bit of |r|², beside the detector's own comparison"
         amount = units.detect * factor_bits(parameters)["r_sq"]
         lines.append(Line.item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
-    lines += _rest_items(rest, robots, parameters)
+    lines += _rest_items(rest, robots, parameters, part)
     rams, _ = array_rams(parameters, part)
     lines.append(
         Line.item(
@@ -240,23 +263,35 @@ def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) ->
     return tuple(lines)
 
 
-def _unit_items(module: str, count: int, parameters: AvoidParameters) -> list[Line]:
+def _multiplier_law(part: Part) -> tuple[Status, str]:
+    """Status and source of a count of multipliers."""
+    law = "a multiplier for each product of digits of 17 bits, but of LUTs where both are short"
+    if part.family == FAMILY:
+        return Status.MEASURED, f"{law}; RTL of this package, Yosys"
+    return Status.ASSUMED, f"{law}; as counted for {FAMILY}"
+
+
+def _unit_items(module: str, count: int, parameters: AvoidParameters, part: Part) -> list[Line]:
     name = f"{count} × {module}"
     as_measured = parameters.width == UNIT_WIDTH and parameters.detector is Detector.PUBLISHED
-    status = Status.MEASURED if as_measured else Status.ASSUMED
+    status = Status.CALIBRATED if as_measured else Status.ASSUMED
     source = (
         SYNTHESIS if as_measured else f"{SYNTHESIS}; in proportion to the width, the same for either detector"
     )
-    wide = "⌈a/17⌉ · ⌈b/17⌉ for a product of a and b bits; met by synthesis at 16 and 18 bits"
+    multipliers = (
+        update_multipliers(count, parameters)
+        if module == UPDATE
+        else count * unit_multipliers(module, parameters)
+    )
     unit, width = parameters.unit, parameters.width
     return [
         Line.item(name, "lut4", count * unit_lut4(module, unit, width), status, source),
         Line.item(name, "flip_flops", count * unit_flip_flops(module, unit, width), status, source),
-        Line.item(name, "multipliers", count * unit_multipliers(module, parameters), Status.MEASURED, wide),
+        Line.item(name, "multipliers", multipliers, *_multiplier_law(part)),
     ]
 
 
-def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[Line]:
+def _rest_items(rest: Style, robots: int, parameters: AvoidParameters, part: Part) -> list[Line]:
     name = "selector, checks, control, states"
     listed = published.TABLE_I[rest][1]
     law = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less its units"
@@ -266,6 +301,7 @@ def _rest_items(rest: Style, robots: int, parameters: AvoidParameters) -> list[L
         Line.item(
             name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"
         ),
+        Line.item(name, "multipliers", rest_multipliers(parameters.width), *_multiplier_law(part)),
     ]
     stores = -(-robots // STORE_DEPTH) - 1
     if stores:

@@ -62,7 +62,7 @@ class Circuit(Architecture):
 
     def clock_limit(self, job: Job[RobotsProblem, AvoidParameters]) -> Figure:
         """The fastest published clock, Hz."""
-        return timing.clock_limit(job.chip)
+        return timing.clock_limit(job.chip, job.parameters.width)
 
     def memory(self, job: Job[RobotsProblem, AvoidParameters]) -> Memory:
         """One component of each velocity of the array; a deep array is cut over several block RAMs."""

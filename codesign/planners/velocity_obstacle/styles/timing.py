@@ -20,13 +20,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.clock_law import on_family
+from codesign.planners.clock_law import Placement, Registers, on_family
+from codesign.planners.measured import clock_rows
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
 from codesign.planners.velocity_obstacle.published import CLOCK, FAMILY, PAPER, Style
@@ -107,7 +109,7 @@ def halvings(parameters: AvoidParameters) -> int:
 def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
     """The costs of an update in a style."""
     return UpdateCosts(
-        # The target's word, and two words a robot. Target check: x², y², compare. Acceleration check: cx², cy², compare,
+        # A word for the target, two a robot. Target check: x², y², compare. Acceleration check: cx², cy², compare,
         # and cx / t meanwhile, so a trial takes two cycles more: cy / t, round. PID: three gains on two axes.
         load=2 * robots + 1,
         target_check=3,
@@ -148,8 +150,23 @@ def addresses(phase: str) -> int:
     return int(phase == SELECT)
 
 
-def clock_limit(part: Part) -> Figure:
-    """The fastest clock, Hz: the board's oscillator, the only published clock."""
+def registers(width: int) -> Registers:
+    """What the clock of a robot's circuit depends on: its words. A unit more or less is not on the critical path."""
+    return Registers("units with a register behind each product", width)
+
+
+@cache
+def placements() -> tuple[Placement, ...]:
+    """The circuits of robots that were placed and routed."""
+    return tuple(
+        Placement(row, registers(row.variables["WIDTH"]))
+        for style in Style
+        for row in clock_rows("velocity_obstacle", style.value)
+    )
+
+
+def clock_limit(part: Part, width: int) -> Figure:
+    """The fastest clock, Hz: on the board's family its oscillator, the only published clock."""
     ram = part.block_ram_clock.interval[1]
     limit = Figure(
         value=min(CLOCK, ram),
@@ -160,4 +177,4 @@ def clock_limit(part: Part) -> Figure:
         low=min(CLOCK, ram),
         high=min(FASTEST_SHOWN, ram),
     )
-    return on_family(limit, part, FAMILY)
+    return on_family(limit, part, FAMILY, registers=registers(width), placements=placements())

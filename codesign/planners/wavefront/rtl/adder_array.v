@@ -105,5 +105,5 @@ module adder_array #(
     endgenerate
 
     // Inputs that other parameters need.
-    wire unused = &{1'b0, row, column, shift, flags, p};
+    wire unused = &{1'b0, load_word, row, column, shift, flags, p};
 endmodule

@@ -21,7 +21,14 @@ from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
 MACHINE = (
-    *("wavefront_machine", "select_word", "path_tracker", "delay_line_array", "delay_line_node"),
+    *(
+        "wavefront_machine",
+        "select_word",
+        "select_line",
+        "path_tracker",
+        "delay_line_array",
+        "delay_line_node",
+    ),
     *("adder_array", "adder_node", "element_array", "wave_element"),
 )
 """The modules of the machine: it names every array, and Yosys reads them all."""
@@ -40,7 +47,7 @@ class ArrayCircuit(CircuitStyle):
     planner = "wavefront"
     model: ClassVar[ArrayStyle]
 
-    def array(self, parameters: PropagateParameters) -> tuple[int, str]:
+    def array(self, parameters: PropagateParameters, /) -> tuple[int, str]:
         """The number of the array, and its node.
 
         Raises:
@@ -96,7 +103,7 @@ class ArrayCircuit(CircuitStyle):
             pieces={
                 "nodes": (node,),
                 "tracker": ("path_tracker",),
-                "read-out": ("select_word",),
+                "read-out": ("select_line",),
             },
             notes=(TRACKER_NOTE,),
         )
@@ -118,7 +125,7 @@ class DelayLineCircuit(ArrayCircuit):
     style = "delay_line"
     model = DelayLine()
 
-    def array(self, parameters: PropagateParameters) -> tuple[int, str]:
+    def array(self, parameters: PropagateParameters, /) -> tuple[int, str]:
         """A node for every cell, or elements."""
         if parameters.element_cells == 1:
             return DELAY_LINE, "delay_line_node"
@@ -137,7 +144,7 @@ class AdderCircuit(ArrayCircuit):
     style = "adder_comparator"
     model = AdderComparator()
 
-    def array(self, parameters: PropagateParameters) -> tuple[int, str]:
+    def array(self, _parameters: PropagateParameters, /) -> tuple[int, str]:
         """A node for every cell."""
         return ADDER_COMPARATOR, "adder_node"
 

@@ -77,7 +77,7 @@ module delay_line_array #(
                     end
                     delay_line_node #(
                         .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
-                        .SAFE(SAFE), .CHAIN(CHAIN), .BITS(BITS), .OBSTACLE_BITS(OBSTACLE_BITS),
+                        .WAITS(WAITS), .SAFE(SAFE), .CHAIN(CHAIN), .BITS(BITS), .OBSTACLE_BITS(OBSTACLE_BITS),
                         .COUNTER_BITS(COUNTER_BITS), .FLAGS(FLAGS), .WORD(WORD)
                     ) node (
                         .clk(clk), .load(load), .flags_in(flags_in), .flags(flags[NODE*FLAGS +: FLAGS]),
@@ -130,5 +130,5 @@ module delay_line_array #(
     endgenerate
 
     // Inputs that other parameters need.
-    wire unused = &{1'b0, row, column, shift, node_y, moving, flags, obstacle_pass};
+    wire unused = &{1'b0, load_word, row, column, shift, node_y, moving, flags, obstacle_pass};
 endmodule

@@ -14,6 +14,7 @@ module delay_line_node #(
     parameter DIAGONAL = 3,
     parameter EXTRA = 0,            // cycles more to enter a penalised node; 0: none is penalised
     parameter CORNER_CUTTING = 1,
+    parameter WAITS = 1,            // 1: the wave ends at a start, so that nobody asks for moving
     parameter SAFE = 0,             // 1: a first wave from the obstacles, for p^d
     parameter CHAIN = 0,            // 1: registers form a chain for the read-out, and p^d is read out before p^t
     parameter BITS = 11,            // of the register
@@ -129,7 +130,13 @@ module delay_line_node #(
     assign y = f ? arrived | z & ~pass : pass & ~z;
 
     // The wave is still on its way to this node.
-    assign moving = f & ~y & (straight_in | diagonal_in);
+    generate
+        if (WAITS != 0) begin : no_silence
+            assign moving = 1'b0;
+        end else begin : silence
+            assign moving = f & ~y & (straight_in | diagonal_in);
+        end
+    endgenerate
 
     // The register, and p^d beside it unless it was read out before p^t.
     reg [BITS-1:0] register;

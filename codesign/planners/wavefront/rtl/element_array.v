@@ -106,7 +106,7 @@ module element_array #(
                     end
                     wave_element #(
                         .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
-                        .SAFE(SAFE), .CELLS(CELLS), .CELL_BITS(CELL_BITS), .BITS(BITS),
+                        .WAITS(WAITS), .SAFE(SAFE), .CELLS(CELLS), .CELL_BITS(CELL_BITS), .BITS(BITS),
                         .OBSTACLE_BITS(OBSTACLE_BITS), .COUNTER_BITS(COUNTER_BITS), .FLAGS(FLAGS), .WORD(WORD)
                     ) element (
                         .clk(clk), .load(load), .flags_in(flags_in), .flags(flags[ELEMENT*FLAGS +: FLAGS]),
@@ -162,5 +162,5 @@ module element_array #(
     assign word = read_word;
 
     // Inputs that other parameters need.
-    wire unused = &{1'b0, row, column, y, moving, flags, obstacle_pass};
+    wire unused = &{1'b0, load_word, row, column, y, moving, flags, obstacle_pass};
 endmodule

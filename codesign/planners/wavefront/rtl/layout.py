@@ -81,8 +81,9 @@ class Words:
 
     @property
     def load_cells(self) -> int:
-        """Cells of a word of the load stream."""
-        return min(timing.LOAD_CELLS, self.elements[0] * self.elements[1])
+        """Cells of a word of the load stream; on a small map as many as there are, but enough bits for the start."""
+        start = -(-(self.row_bits + self.column_bits) // self.flags)
+        return min(timing.LOAD_CELLS, max(start, self.elements[0] * self.elements[1]))
 
     def packed(
         self,

@@ -20,7 +20,7 @@ def random_job(seed: int, style: str) -> Job[Problem, PropagateParameters]:
     """A design point of a style, every option at random, on a map that the planner accepts."""
     rng = np.random.default_rng(seed)
     problem = _problem(rng, LARGEST_SIDE[style])
-    parameters = PropagateParameters(**_options(rng, style, problem))
+    parameters = PropagateParameters(**_options(rng, style))
     inside = frozenset({"propagate"}) if rng.random() < 0.2 else None
     job = Job(problem, parameters, inside=inside)
     if PLANNER.check(job) is not None:
@@ -45,7 +45,7 @@ def _problem(rng: np.random.Generator, largest_side: int) -> Problem:
     return Problem(free, goals, starts, task=task)
 
 
-def _options(rng: np.random.Generator, style: str, problem: Problem) -> dict[str, Any]:
+def _options(rng: np.random.Generator, style: str) -> dict[str, Any]:
     """Every parameter of the planning task, raw."""
     straight = int(rng.integers(1, 5))
     delays = (2, 3) if rng.random() < 0.5 else (straight, straight + int(rng.integers(0, 4)))

@@ -12,6 +12,7 @@ module wave_element #(
     parameter DIAGONAL = 3,
     parameter EXTRA = 0,
     parameter CORNER_CUTTING = 1,
+    parameter WAITS = 1,            // 1: the wave ends at a start, so that nobody asks for moving
     parameter SAFE = 0,
     parameter CELLS = 4,            // a power of two, 2 or more
     parameter CELL_BITS = 2,
@@ -154,7 +155,13 @@ module wave_element #(
             assign y_next = f & (arrived_next | z);
         end
     endgenerate
-    assign moving = f & ~y & (straight_in | diagonal_in);
+    generate
+        if (WAITS != 0) begin : no_silence
+            assign moving = 1'b0;
+        end else begin : silence
+            assign moving = f & ~y & (straight_in | diagonal_in);
+        end
+    endgenerate
 
     // The registers.
     wire [BITS-1:0] potential = state[BITS-1:0];

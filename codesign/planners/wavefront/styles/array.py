@@ -106,7 +106,8 @@ class ArrayStyle(Architecture):
     def clock_limit(self, job: Job[Problem, PropagateParameters]) -> Figure:
         """The fastest clock for an array of this size on the part, Hz."""
         rows, columns = self.array_shape(job)
-        return timing.clock_limit(rows * columns, job.chip)
+        cells = self.settled(job.parameters).element_cells
+        return timing.clock_limit(rows * columns, job.chip, element_cells=cells)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,

@@ -11,18 +11,22 @@ from the paper's 20 MHz up). The adder/comparator node has five chained operatio
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from codesign.figures import Figure, Status
 from codesign.part import Part
-from codesign.planners.clock_law import on_family
+from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic.styles import timing as harmonic_timing
+from codesign.planners.measured import clock_rows
 from codesign.planners.wavefront import published
 from codesign.planners.wavefront.plan.wave import stop_cycle
 
 LOAD_CELLS = 32
-"""Cells of a word of the load stream: F and Z of each, and where nodes are penalised P. Words move through the array."""
+"""Cells of a word of the load stream: F and Z of each, and P where nodes are penalised. The words shift on."""
 
 NEIGHBOURS = 8
 """A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
@@ -114,8 +118,34 @@ def visit_cycles(span: NDArray[np.int64], longest_delay: int) -> NDArray[np.int6
     return span + longest_delay + 1
 
 
-def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
-    """The fastest clock of an array on a part, Hz; ``adder_bits``: the width of an adder/comparator node, or 0."""
+def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1) -> Registers:
+    """What the clock of an array depends on: the kind of its nodes, and the cells of the map."""
+    if adder_bits:
+        return Registers("adders and comparators", nodes)
+    return Registers("delay lines" if element_cells == 1 else "elements", nodes)
+
+
+@cache
+def placements() -> tuple[Placement, ...]:
+    """The arrays that were placed and routed."""
+    rows = (*clock_rows("wavefront", "delay_line"), *clock_rows("wavefront", "adder_comparator"))
+    return tuple(Placement(row, _registers_of(row.style, row.variables)) for row in rows)
+
+
+def _registers_of(style: str, variables: Mapping[str, int]) -> Registers:
+    bits = variables["BITS"] if style == "adder_comparator" else 0
+    return registers(variables["ROWS"] * variables["COLUMNS"], bits, variables["ELEMENT_CELLS"])
+
+
+def clock_limit(nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1) -> Figure:
+    """The fastest clock of an array on a part, Hz.
+
+    Args:
+        nodes: the cells of the array.
+        part: the part.
+        adder_bits: the width of an adder/comparator node, or 0.
+        element_cells: the cells of one element.
+    """
     # Period of the borrowed grid, and of the operations that the adder/comparator node (equation 3) chains in a cycle.
     period = 1e9 / harmonic_timing.clock_fit().clock(nodes)
     chain = ADDER_LEVELS * (LEVEL_NS + CARRY_NS * adder_bits) if adder_bits else 0.0
@@ -132,4 +162,10 @@ def clock_limit(nodes: int, part: Part, adder_bits: int = 0) -> Figure:
         low=min(value, published.CLOCK),
         high=min(1.5 * law, part.block_ram_clock.interval[1]),
     )
-    return on_family(limit, part, *harmonic_timing.FITTED)
+    return on_family(
+        limit,
+        part,
+        *harmonic_timing.FITTED,
+        registers=registers(nodes, adder_bits, element_cells),
+        placements=placements(),
+    )
