@@ -61,7 +61,7 @@ def expected_run(job: Job[Problem, RelaxParameters]) -> Expected:
     begin = cycles[LOAD] + cycles[RELAX]
     if job.does(DECIDE):
         begin += cycles[DECIDE]
-        value = _decision(plan.field, *nearest_cell(job))
+        value = decision_value(plan.field, *nearest_cell(job))
         recorder.add(DECISION, np.array([begin], np.int64), np.array([value], np.uint64))
     cycles[READ] = timing.read_cycles(*shape, blocks, plan.precision, pipeline)
     _add_bits(job, plan.field, begin, recorder)
@@ -99,7 +99,7 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
         now += int(cycles.sum())
 
 
-def _decision(field: Field, row: int, column: int) -> int:
+def decision_value(field: Field, row: int, column: int) -> int:
     """The value of the event of a decision; see ``harmonic.v``."""
     value = 0
     for axis, (side, sign) in enumerate(chosen_triangle(field, row, column)):

@@ -32,14 +32,8 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count
+from codesign.planners.harmonic.styles.geometry import field_plane, tree_widths
 from codesign.planners.measured import clock_rows
-
-TREE_GROUP = 288
-"""Nodes to a register of the OR trees without a pipeline: 5 levels of 4 inputs."""
-
-PIPELINE_TREE_GROUP = 16
-"""Clusters to a register of the OR trees with a pipeline, after a register for each cluster."""
 
 PREPARATION_CYCLES = 3
 """Cycles before the first slot of a read-out or a decision: block, address, and the slot in which flags are read."""
@@ -70,14 +64,7 @@ def or_tree_stages(rows: int, columns: int, pipeline: int = 0) -> int:
     >>> or_tree_stages(6, 12), or_tree_stages(48, 96), or_tree_stages(6, 12, 1), or_tree_stages(48, 96, 1)
     (1, 2, 2, 3)
     """
-    clusters = cluster_count(rows, columns)
-    # Without a pipeline the last register is that of the control. With it each cluster has a register first.
-    inputs, group = (clusters, PIPELINE_TREE_GROUP) if pipeline else (RAM_WIDTH * clusters, TREE_GROUP)
-    stages = 1 + pipeline
-    while inputs > group:
-        inputs = -(-inputs // group)
-        stages += 1
-    return stages
+    return 1 + pipeline + len(tree_widths(rows, columns, pipeline))
 
 
 def stream_delay(pipeline: int) -> int:
@@ -132,6 +119,17 @@ def reload_cycles(memories: int, blocks: int) -> int:
 def decision_cycles(precision: int, pipeline: int = 0) -> int:
     """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
     return 1 + PREPARATION_CYCLES + precision + 2 + stream_delay(pipeline) + 1
+
+
+def lone_decision_cycles(precision: int) -> int:
+    """Cycles of one decision of the module by itself: p + 7. One takes the position, p + 2 read the bits."""
+    # The registers: the position and addresses, the memory and its output, the five bits, the result.
+    return 1 + precision + 2 + 4
+
+
+def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
+    """Cycles to load the field of a module by itself: the precision, then five columns of a row a cycle, bit by bit."""
+    return 1 + field_plane(*shape) * (precision + 1)
 
 
 def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0) -> int:
@@ -220,7 +218,7 @@ def placements() -> tuple[Placement, ...]:
     )
 
 
-def clock_limit(rows: int, columns: int, part: Part, pipeline: int) -> Figure:
+def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
     The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot
