@@ -50,6 +50,12 @@ def machine(
     return Design("bit_serial", settings, problem, job=job)
 
 
+def alone(rows: int, columns: int, last: int) -> Design:
+    """The decision module by itself, beside the field of a map at ``last`` bits."""
+    settings = {"blocks": (1, 1), "iterations": 50, "schedule": (last,)}
+    return Design("bit_serial", settings, partial(free_map, rows, columns), "decide")
+
+
 RESOURCES = [
     machine((6, 6)),
     machine((6, 6), (4, 4), 1, (15, 31)),
@@ -66,4 +72,14 @@ RESOURCES = [
     machine((10, 14), (2, 2), 1),
     machine((12, 24), (2, 2), 1, (15, 31, 47, 63, 127)),
     machine((18, 24), (2, 2), schedule=(31, 63)),
+    *(alone(8, 8, last) for last in (15, 63)),
+    alone(16, 20, 31),
+    alone(12, 24, 127),
+    alone(30, 30, 63),
+    alone(64, 64, 31),
+    alone(60, 60, 127),
+    # Held out.
+    alone(24, 36, 63),
+    alone(20, 50, 31),
+    alone(50, 80, 63),
 ]

@@ -16,7 +16,8 @@ from codesign.planners.harmonic.plan.relax import HarmonicPlan
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, decision_value
 from codesign.planners.harmonic.rtl.samples import random_job
 from codesign.planners.harmonic.rtl.stream import index_bits, nearest_cell
-from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import counted, timing
+from codesign.planners.harmonic.styles.geometry import field_groups
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD
 from codesign.planners.harmonic.styles.tasks import DecisionModule
 from codesign.planners.interface import Problem
@@ -70,8 +71,8 @@ class DecisionCircuit(CircuitStyle):
         return replace(job, inside=frozenset({DECIDE}), plan=PLANNER.plan(job))
 
     def held_out(self, variables: Mapping[str, int]) -> bool:
-        """See ``resources.decision_held_out``."""
-        return resources.decision_held_out(variables)
+        """See ``counted.alone_held_out``."""
+        return counted.alone_held_out(variables)
 
 
 def _plan(job: RelaxJob) -> HarmonicPlan:
@@ -80,7 +81,7 @@ def _plan(job: RelaxJob) -> HarmonicPlan:
 
 def stream_bits(rows: int, columns: int, last: int) -> int:
     """The width of the load stream: a precision, a word of the field, or a position."""
-    return max(index_bits(rows * resources.field_groups(columns)) + 9, index_bits(last + 2))
+    return max(index_bits(rows * field_groups(columns)) + 9, index_bits(last + 2))
 
 
 def stream_words(job: RelaxJob) -> Iterator[int]:
@@ -94,7 +95,7 @@ def stream_words(job: RelaxJob) -> Iterator[int]:
 def field_words(field: Field) -> Iterator[int]:
     """A word for each five columns of a row: bit k is that of memory k; plane by plane, the lowest bit first."""
     rows, columns = field.shape
-    groups = resources.field_groups(columns)
+    groups = field_groups(columns)
     limbs = np.zeros((rows, 5 * groups, field.limbs.shape[2]), np.uint64)
     limbs[:, :columns] = field.limbs
     memory = (np.arange(rows)[:, None] + 2 * np.arange(5 * groups)) % 5
@@ -108,7 +109,7 @@ def position_word(job: RelaxJob) -> int:
     """The cell of the robot: address, crossings to other groups of columns, memory, and sides inside of the map."""
     rows, columns = job.problem.shape
     row, column = nearest_cell(job)
-    groups = resources.field_groups(columns)
+    groups = field_groups(columns)
     group, place = divmod(column, 5)
     word, shift = row * groups + group, index_bits(rows * groups)
     sides = column > 0, row < rows - 1, column < columns - 1, row > 0

@@ -14,7 +14,7 @@ from codesign.planners.demand import Demand
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.styles import levers, resources, timing
+from codesign.planners.harmonic.styles import geometry, levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.steps import (
     DECIDE,
@@ -55,16 +55,12 @@ class BitSerial(Architecture):
         Without the decision module where another component does ``decide``. The OR tree that detects a changed bit
         stays where another component does ``detect``, since its answer is sent.
         """
-        problem, parameters, part = job.problem, job.parameters, job.chip
-        map_shape = problem.shape
-        block = parameters.block_shape(*map_shape)
-        precisions = parameters.precisions
-        last = precisions[-1]
-        depth, decision = resources.word_depth(part), job.does(DECIDE)
+        shape, precisions, part = job.problem.shape, job.parameters.precisions, job.chip
+        machine, depth = machine_of(job), resources.word_depth(part)
         return Demand(
-            items=resources.items(*block, last, decision, parameters.block_grid(*map_shape)),
-            bounds=(levers.word_depth_bound(map_shape, block, precisions, part, depth, decision),),
-            levers=levers.resource_levers(map_shape, block, precisions, part, depth, decision),
+            items=resources.items(machine, part.family),
+            bounds=(levers.word_depth_bound(shape, machine, precisions, part, depth),),
+            levers=levers.resource_levers(shape, machine, precisions, part, depth),
         )
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
@@ -78,7 +74,7 @@ class BitSerial(Architecture):
         problem, parameters = job.problem, job.parameters
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
-        return Memory(resources.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
+        return Memory(geometry.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
@@ -92,7 +88,7 @@ class BitSerial(Architecture):
         rows, columns = parameters.block_shape(*problem.shape)
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
-        memories = resources.memories(rows, columns, *parameters.block_grid(*problem.shape))
+        memories = geometry.memories(rows, columns, *parameters.block_grid(*problem.shape))
         if start is None:
             load = timing.load_cycles(memories, blocks, last)
         elif isinstance(start, LowerBound):
@@ -113,6 +109,19 @@ class BitSerial(Architecture):
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
+
+
+def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:
+    """What the resources of a design depend on."""
+    parameters, shape = job.parameters, job.problem.shape
+    return resources.Machine(
+        *parameters.block_shape(*shape),
+        parameters.precisions[-1],
+        job.does(DECIDE),
+        *parameters.block_grid(*shape),
+        parameters.pipeline,
+        len(parameters.precisions),
+    )
 
 
 def relax_costs(job: Job[Problem, RelaxParameters]) -> Costs:

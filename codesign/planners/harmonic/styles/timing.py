@@ -32,14 +32,8 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count, field_plane
+from codesign.planners.harmonic.styles.geometry import field_plane, tree_widths
 from codesign.planners.measured import clock_rows
-
-TREE_GROUP = 288
-"""Nodes to a register of the OR trees without a pipeline: 5 levels of 4 inputs."""
-
-PIPELINE_TREE_GROUP = 16
-"""Clusters to a register of the OR trees with a pipeline, after a register for each cluster."""
 
 PREPARATION_CYCLES = 3
 """Cycles before the first slot of a read-out or a decision: block, address, and the slot in which flags are read."""
@@ -70,14 +64,7 @@ def or_tree_stages(rows: int, columns: int, pipeline: int = 0) -> int:
     >>> or_tree_stages(6, 12), or_tree_stages(48, 96), or_tree_stages(6, 12, 1), or_tree_stages(48, 96, 1)
     (1, 2, 2, 3)
     """
-    clusters = cluster_count(rows, columns)
-    # Without a pipeline the last register is that of the control. With it each cluster has a register first.
-    inputs, group = (clusters, PIPELINE_TREE_GROUP) if pipeline else (RAM_WIDTH * clusters, TREE_GROUP)
-    stages = 1 + pipeline
-    while inputs > group:
-        inputs = -(-inputs // group)
-        stages += 1
-    return stages
+    return 1 + pipeline + len(tree_widths(rows, columns, pipeline))
 
 
 def stream_delay(pipeline: int) -> int:

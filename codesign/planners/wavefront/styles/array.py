@@ -54,6 +54,10 @@ class ArrayStyle(Architecture):
         """Rows and columns of the array: those of the map."""
         return job.problem.shape
 
+    def load_cycles(self, job: Job[Problem, PropagateParameters]) -> int:
+        """Cycles to load the map."""
+        return timing.load_cycles(job.problem.shape, job.parameters.element_cells)
+
     def chained_distance(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest p^d that the register of a chain must hold; 0 where p^d has a register of its own or none."""
         parameters = job.parameters
@@ -111,7 +115,7 @@ class ArrayStyle(Architecture):
         """The fastest clock for an array of this size on the part, Hz."""
         rows, columns = self.array_shape(job)
         cells = self.settled(job.parameters).element_cells
-        return timing.clock_limit(rows * columns, job.chip, element_cells=cells)
+        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,
@@ -124,7 +128,7 @@ class ArrayStyle(Architecture):
         )
         plan = planned(job)
         # Safe paths load the map once: in the wave from the obstacles every node takes its F for Z, and is free.
-        yield one_step(LOAD, timing.load_cycles(job.problem.shape, job.parameters.element_cells))
+        yield one_step(LOAD, self.load_cycles(job))
         yield from self.wave_steps(job)
         if job.does(TRACK):
             yield self.tracking(job, plan)

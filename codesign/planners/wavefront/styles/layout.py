@@ -16,7 +16,7 @@ Shape = tuple[int, int]
 DRIVEN_BITS = 16
 """Of the counters of load words and of tracked steps."""
 TRACKER_BITS = 11
-"""Of a tracker: the slot (4), the side of the best neighbour (3), whether there is one, on the map (2), at the start."""
+"""Of a tracker: the slot (4), the side of the best neighbour (3), whether there is one, on the map (2), the start."""
 STATE_BITS = 3
 
 
@@ -143,7 +143,10 @@ class ArrayLayout:
 
     @property
     def tracker_flip_flops(self) -> int:
-        """Flip-flops of the tracker: two potentials, a cell, the state; p^d, F of four neighbours, P of two cells."""
+        """Flip-flops of the tracker: two potentials, a cell, the state; p^d, F of four neighbours, P of two cells.
+
+        A safe path does not ask for P.
+        """
         if not self.tracked:
             return 0
         return (
@@ -153,7 +156,7 @@ class ArrayLayout:
             + TRACKER_BITS
             + (DRIVEN_BITS if self.local else 0)
             + (0 if self.corner_cutting else 4)
-            + (2 if self.extra else 0)
+            + (2 if self.extra and not self.safe else 0)
         )
 
     @property
@@ -166,7 +169,7 @@ class ArrayLayout:
         elements = 0
         if self.shared:
             turn = side_bits(self.element_cells)
-            down = max(1, side_bits(self.shape[0]) - turn)
+            down = max(0, side_bits(self.shape[0]) - turn)
             # The loader's words and its two edges more, the turn, the address of the read-out, the end of a step.
             elements = 1 + DRIVEN_BITS + 1 + turn + down + side_bits(self.shape[1]) + 1
         return states + self.counter + loader + report + elements

@@ -20,9 +20,9 @@ from codesign.planners.wavefront.plan.grid import tile_count
 from codesign.planners.wavefront.published import PAPER
 from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
 
-HELD_OUT = {(20, 14), (14, 18), (10, 14), (12, 14), (24, 18), (6, 5), (5, 4), (5, 5)}
+HELD_OUT = {(10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)}
 """Sizes (rows, columns) that no LUT are fitted to."""
-SIMILAR = "xc4v"
+SIMILAR = "ecp5"
 """The family that stands for one without rows: LUT of four inputs with a carry chain."""
 LUT_INPUTS = {"xc7": 6}
 """Inputs of a LUT, where they are not four."""
@@ -51,11 +51,11 @@ def _node_terms(layout: ArrayLayout) -> tuple[float, ...]:
         registers = layout.bits + layout.obstacle_bits
         return 1, registers, layout.element_cells, corners, silence, layout.safe, extra
     kept = layout.safe and not layout.chain
-    return 1, corners, silence, kept, layout.chain, layout.chain * layout.bits, extra
+    return 1, corners, silence, corners and silence, kept, layout.chain, layout.chain * layout.bits, extra
 
 
 def _read_out_terms(layout: ArrayLayout, inputs: int) -> tuple[float, ...]:
-    """The terms of the words that are selected: the potential unless a chain brings it, and y where a start ends a wave.
+    """The terms of the words that are selected: potentials unless a chain brings them, y where a start ends a wave.
 
     A bit of one of n words is an AND of each with its line, and an OR: 2n inputs, which LUT of i inputs bring down to
     one, i - 1 each.
@@ -69,7 +69,7 @@ def _read_out_terms(layout: ArrayLayout, inputs: int) -> tuple[float, ...]:
 
 
 def _tracker_terms(layout: ArrayLayout) -> tuple[float, ...]:
-    extra = bool(layout.extra)
+    extra = bool(layout.extra) and not layout.safe
     return (
         *(1, layout.bits, layout.address, not layout.corner_cutting, layout.safe, layout.distance_bits),
         *(extra, extra * layout.bits, layout.local),
@@ -149,6 +149,12 @@ def flip_flops(piece: str, layout: ArrayLayout) -> int:
     return counts.get(piece, 0)
 
 
+def node_slices(layout: ArrayLayout, part: Part) -> int:
+    """Slices of a node of two LUT and two flip-flops each, not shared with other nodes."""
+    family, _ = family_with_rows(part)
+    return -(-max(round(lut4(NODES, layout, family) / layout.nodes), layout.node_flip_flops) // 2)
+
+
 def array_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
     """The demand of an array for a map: nodes, memories, read-out, tracker, control.
 
@@ -157,9 +163,8 @@ def array_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
     family, own = family_with_rows(part)
     pieces = [piece for piece in (NODES, READ_OUT, TRACKER, CONTROL) if piece != TRACKER or layout.tracked]
     luts = {piece: lut4(piece, layout, family) for piece in pieces}
-    a_node = max(luts[NODES], flip_flops(NODES, layout)) / layout.nodes
     slices = {piece: -(-max(luts[piece], flip_flops(piece, layout)) // 2) for piece in pieces}
-    slices[NODES] = layout.nodes * -(-round(a_node) // 2)
+    slices[NODES] = layout.nodes * node_slices(layout, part)
     slices[READ_OUT] = max(0, -(-(luts[NODES] + luts[READ_OUT]) // 2) - slices[NODES])
     status = Status.CALIBRATED if own else Status.ASSUMED
     lines = []
