@@ -95,12 +95,13 @@ def variables_of(circuit: Circuit) -> dict[str, int]:
 
 
 def words_of(job: Job[Any, Any], design: Design) -> str:
-    """A design in a few words: its map or its robots, and the parameters of one value that it gives."""
+    """A design in a few words: its map or its robots, and the parameters that it gives, without mappings."""
     problem = job.problem
     size = "{} × {}".format(*problem.shape) if isinstance(problem, Problem) else f"{problem.count} robots"
-    values = (
-        f"{name} {value}".replace("_", " ")
+    texts = {
+        name: " × ".join(map(str, value)) if isinstance(value, tuple) else str(value)
         for name, value in design.parameters.items()
-        if isinstance(value, int | str)
-    )
+        if isinstance(value, int | str | tuple)
+    }
+    values = (f"{name} {text}".replace("_", " ") for name, text in texts.items())
     return ", ".join((size, *values))
