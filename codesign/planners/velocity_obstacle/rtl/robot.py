@@ -7,7 +7,7 @@ control are those of ``plan.reference``. Cycles follow from ``styles.timing``.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -21,19 +21,19 @@ from codesign.planners.velocity_obstacle.plan import reference
 from codesign.planners.velocity_obstacle.plan.arithmetic import Arithmetic, fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
-from codesign.planners.velocity_obstacle.plan.parameters import Detection, Detector, Responsibility, Unit
 from codesign.planners.velocity_obstacle.plan.reference import BRAKE, RobotState
 from codesign.planners.velocity_obstacle.published import Style
 from codesign.planners.velocity_obstacle.rtl.samples import AvoidJob, random_job
 from codesign.planners.velocity_obstacle.styles import timing
-from codesign.planners.velocity_obstacle.styles.resources import (
+from codesign.planners.velocity_obstacle.styles.logic import (
     ARRAY,
     DETECTIONS,
     REST,
     STATES,
     UPDATES,
-    units_of,
+    held_out,
 )
+from codesign.planners.velocity_obstacle.styles.resources import structure
 
 TOO_FAR, COLLIDES, TAKEN, VELOCITY, ACCELERATION = range(5)
 KINDS = ("too far", "collides", "taken", "velocity", "acceleration")
@@ -109,13 +109,12 @@ class RobotCircuit(CircuitStyle):
         parameters = job.parameters
         numbers = fixed(job.problem, parameters)
         width = parameters.width
-        halvings = timing.halvings(parameters)
+        layout = structure(self._style, job.problem.count, parameters)
         return Circuit(
             top="velocity_obstacle",
             sources=(*(HERE / f"{name}.v" for name in MODULES), SHARED / "ram_1w1r.v"),
             parameters={
-                **_structure(self._style, job),
-                "HALVINGS": halvings,
+                **layout,
                 **_constants(numbers),
                 "VELOCITIES_X": "velocities_x.hex",
                 "VELOCITIES_Y": "velocities_y.hex",
@@ -133,7 +132,7 @@ class RobotCircuit(CircuitStyle):
                     )
                     for axis, name in enumerate("xy")
                 },
-                "bounds.hex": Image(2 * width, _bounds(numbers, width, 1 << halvings)),
+                "bounds.hex": Image(2 * width, _bounds(numbers, width, 1 << layout["HALVINGS"])),
             },
             pieces=PIECES,
             notes=(
@@ -160,6 +159,10 @@ class RobotCircuit(CircuitStyle):
             Events(np.array(cycle, np.int64), np.array(kind, np.uint8), np.array(value, np.uint64)), cycles
         )
 
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """Whether the laws of LUT and flip-flops left this synthesis out of their fits."""
+        return held_out(variables)
+
     def sample(self, seed: int) -> AvoidJob:
         """Random robots, options and units: see ``random_job``."""
         return random_job(self._style, seed)
@@ -183,27 +186,6 @@ def _refuse(style: Style, job: AvoidJob) -> None:
     ]
     if faults:
         raise UnsuitedError(faults)
-
-
-def _structure(style: Style, job: AvoidJob) -> dict[str, int]:
-    """The Verilog parameters that say which units there are and what they form."""
-    parameters, robots = job.parameters, job.problem.count
-    units = units_of(style, robots, parameters)
-    return {
-        "WIDTH": parameters.width,
-        "ROBOTS": robots,
-        "UPDATE_UNITS": units.update,
-        "DETECT_UNITS": units.detect,
-        "IN_TURN": int(units.shared),
-        "PARALLEL": int(parameters.unit is Unit.PARALLEL),
-        "CROSS_PRODUCT": int(parameters.detector is Detector.CROSS_PRODUCT),
-        "APPROACHING": int(parameters.detection is Detection.APPROACHING),
-        "RANGED": int(parameters.range is not None),
-        "HALF": int(parameters.responsibility is Responsibility.HALF),
-        "DIRECTIONS": parameters.directions,
-        "SPEEDS": parameters.speeds,
-        "TURNS": parameters.turns,
-    }
 
 
 def _constants(numbers: Arithmetic) -> dict[str, int]:

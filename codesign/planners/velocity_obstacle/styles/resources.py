@@ -1,37 +1,30 @@
-"""The demand of the circuits: items by unit, as functions of style, number of robots and width.
+"""The demand of the circuits: lines by unit, as functions of style, number of robots, width and options.
 
-Units
-    An earlier synthesis at 16 bits, not of the RTL of this package (LUT4, flip-flops): one unit of a module with one
-    multiplier (serial) or one for each product (parallel). LUTs and flip-flops at other widths in proportion: assumed.
+Units, states and rest
+    Multipliers, LUTs and flip-flops are those of the RTL of this package: ``multipliers`` and ``logic``.
 
-Rest
-    Selector, checks, PID control, state of the robots, control. The rest is Table I less the units with 2 robots. So
-    the law meets that table by construction, within the half percent of its rounding: 47 LUTs.
-    It does not grow with the number of robots ("all other parts [...] require [...] same amount of resources
-    irrespective of number of robots", section V). A circuit with more than one unit of a kind needs all states at
-    once, so it is given the rest of the hybrid style.
+Table I
+    On the paper's family, Spartan-3E, a line of its own has the LUTs of Table I that the RTL of this package does not
+    take: the table less the circuit of 2 robots at 16 bits. So the demand meets that table by construction, within the
+    half percent of its rounding: 47 LUTs. The line does not grow with the number of robots ("all other parts [...]
+    require [...] same amount of resources irrespective of number of robots", section V). A circuit with more than one
+    unit of a kind needs all states at once, so it is given the line of the hybrid style.
 
-    The units explain little of the table: the second update unit of the hybrid style should cost 122 LUTs
+    The units explain little of the table: the second update unit of the hybrid style takes about a hundred LUTs
     and costs 2,700. Two more such steps would not fit the part with 4 robots, but that design ran. So the
     difference belongs to the style, once, and not to the unit.
-
-Multipliers
-    A product takes a multiplier of 18 × 18 bits for each pair of digits of 17 bits. Where two last digits are short,
-    synthesis multiplies them in LUTs. The widest factors of a detector, |r|², |V|² and r·V, have 2w + 2 bits with their
-    sign, one more with ``half``: 4 multipliers at 16 bits, 8 at 17, 9 at 24. The laws equal the rows of
-    ``measured``, which count the RTL of this package. Target check, selector, acceleration check and PID control
-    share one product of w + 1 bits. Of the update units only the first takes an acceleration.
 
 Slices
     The mapper packs unrelated logic into one slice only when the part gets full (at 97 %: Xilinx answer record
     2666). Up to there slices are LUT/2 times a ratio that Table I gives for each style. Then they stay at 97 %
-    until all slices are packed, LUT/2. So a hybrid design for 4 robots fits. At the ratio of 2 robots it would
-    miss by 39 slices. The design ran, and the rule was chosen knowing that: the row is not held out.
+    until all slices are packed, LUT/2. So a hybrid design for 4 robots fits. The rule was chosen knowing that: the row
+    is not held out.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 from codesign.figures import Status
 from codesign.part import Part
@@ -45,33 +38,20 @@ from codesign.planners.velocity_obstacle.plan.parameters import (
     Unit,
 )
 from codesign.planners.velocity_obstacle.published import FAMILY, PAPER, Style
-from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, Units, products
-
-UPDATES, DETECTIONS, STATES, ARRAY, REST = (
-    "pos_vel_update units",
-    "coll_detect units",
-    "states of the robots",
-    "array of velocities",
-    "selector, checks, control",
+from codesign.planners.velocity_obstacle.styles import logic
+from codesign.planners.velocity_obstacle.styles.logic import ARRAY, DETECTIONS, REST, STATES, UPDATES
+from codesign.planners.velocity_obstacle.styles.multipliers import (
+    detector_products,
+    multipliers,
+    shared_product,
+    update_products,
 )
-"""The lines of the demand."""
+from codesign.planners.velocity_obstacle.styles.schedule import Units
 
-UNIT_WIDTH = 16
-MEASURED: dict[tuple[str, Unit], tuple[int, int]] = {
-    (UPDATE, Unit.SERIAL): (122, 100),
-    (UPDATE, Unit.PARALLEL): (96, 304),
-    (DETECT, Unit.SERIAL): (779, 180),
-    (DETECT, Unit.PARALLEL): (675, 382),
-}
-"""LUT4 and flip-flops of one unit at 16 bits, by an earlier synthesis."""
-DIGIT_BITS, LEAST_PRODUCT_BITS = 17, 9
-"""Bits of a factor that a multiplier of 18 × 18 bits takes beside its sign; products below these bits take LUTs."""
-STORE_DEPTH = 16
-"""Words of a LUT used as memory: the states of 16 robots take no more LUTs than those of one."""
-STATE_COMPONENTS = 4
+TABLE_I = "Table I beyond the RTL of this package"
+"""The line of the demand that no module stands for."""
+PUBLISHED_ROBOTS = 2
 FULL = 0.97
-
-SYNTHESIS = "an earlier synthesis at 16 bits, not of the RTL of this package"
 
 
 def default_units(style: Style, robots: int) -> Units:
@@ -103,27 +83,6 @@ def _order(style: Style) -> int:
     return list(Style).index(style)
 
 
-def unit_lut4(module: str, unit: Unit, width: int) -> int:
-    """LUT4 of one unit."""
-    return math.ceil(MEASURED[module, unit][0] * width / UNIT_WIDTH)
-
-
-def unit_flip_flops(module: str, unit: Unit, width: int) -> int:
-    """Flip-flops of one unit."""
-    return math.ceil(MEASURED[module, unit][1] * width / UNIT_WIDTH)
-
-
-def rest_lut4(style: Style) -> float:
-    """LUT4 of all but the units: Table I less the units of 2 robots."""
-    # rest = Table I - (updates · LUT of an update + detections · LUT of a detection), for 2 robots at 16 bits.
-    units = default_units(style, 2)
-    listed = published.TABLE_I[style][1] / 100.0 * published.LUT4_OF_PART
-    return listed - sum(
-        count * MEASURED[module, Unit.SERIAL][0]
-        for module, count in ((UPDATE, units.update), (DETECT, units.detect))
-    )
-
-
 def slice_ratio(style: Style) -> float:
     """Slices over LUT/2 of Table I."""
     # A slice has two LUTs: slices = ratio · LUT / 2, both of them given in percent of the part.
@@ -141,72 +100,6 @@ def slices_of(style: Style, lut4: int, budget: int) -> int:
     related = math.ceil(slice_ratio(style) * lut4 / 2.0)
     full = math.floor(FULL * budget)
     return related if related <= full else max(full, math.ceil(lut4 / 2))
-
-
-def digits(bits: int) -> list[int]:
-    """The bits of the digits that a number of ``bits`` bits, sign included, is multiplied in, the last with its sign.
-
-    >>> digits(18), digits(35), digits(37)
-    ([18], [17, 18], [17, 17, 3])
-    """
-    return [bits] if bits <= DIGIT_BITS + 1 else [DIGIT_BITS, *digits(bits - DIGIT_BITS)]
-
-
-def product_multipliers(a: int, b: int) -> int:
-    """18 × 18 multipliers of a product of two numbers of a and b bits, signs included.
-
-    >>> [product_multipliers(bits, bits) for bits in (18, 19, 35, 37, 39, 51)]
-    [1, 3, 4, 8, 9, 9]
-    """
-    # Schoolbook multiplication in digits of 17 bits. Synthesis forms a product of two short last digits of LUTs.
-    return sum(first + second >= LEAST_PRODUCT_BITS for first in digits(a) for second in digits(b))
-
-
-def factor_bits(parameters: AvoidParameters) -> dict[str, int]:
-    """Bits of each factor of a detector's products, signs left out.
-
-    Speeds are bounded as vectors. So a relative velocity is below 2^w as a vector where the others are passive, and
-    below 2^(w + 1) where it is 2v' - v - v2.
-    """
-    width, half = parameters.width, parameters.responsibility is Responsibility.HALF
-    velocity = width + half
-    # A sum of two products takes a bit more than one of them: |r|² = x² + y², r·V = x vx + y vy, r × V = x vy - y vx.
-    return {
-        **dict.fromkeys(("rx", "ry"), width),
-        **dict.fromkeys(("vx", "vy"), velocity),
-        **dict.fromkeys(("dotp", "cross"), width + velocity + 1),
-        "r_sq": 2 * width + 1,
-        "vab_sq": 2 * width + 1 + half,
-        "R_sq": 2 * width,
-    }
-
-
-def unit_multipliers(module: str, parameters: AvoidParameters) -> int:
-    """Multipliers of one unit: of its widest product where it is serial, of all of them where it is parallel."""
-    approaching, ranged = parameters.detection is Detection.APPROACHING, parameters.range is not None
-    width, half = parameters.width, parameters.responsibility is Responsibility.HALF
-    # |r|², |V|² and r·V have words of one width in the circuit, 2w + 1 bits and their sign, one more with ``half``.
-    words = {**dict.fromkeys(("rx", "ry"), width + 1), **dict.fromkeys(("vx", "vy"), width + 1 + half)}
-    wide = width if module == UPDATE else 2 * width + 2 + half
-    counts = [
-        product_multipliers(
-            *(words.get(factor, wide) if module == DETECT else wide for factor in name.split())
-        )
-        for name, _ in products(module, parameters.detector, approaching, ranged)
-    ]
-    return max(counts) if parameters.unit is Unit.SERIAL else sum(counts)
-
-
-def update_multipliers(count: int, parameters: AvoidParameters) -> int:
-    """Multipliers of ``count`` update units. Only the first takes an acceleration; the others form v t alone."""
-    first = unit_multipliers(UPDATE, parameters)
-    others = first if parameters.unit is Unit.SERIAL else first // 3
-    return first + (count - 1) * others
-
-
-def rest_multipliers(width: int) -> int:
-    """Multipliers of the one product that target check, selector, acceleration check and PID control share."""
-    return product_multipliers(width + 1, width + 1)
 
 
 def array_rams(parameters: AvoidParameters, part: Part) -> tuple[int, int]:
@@ -231,83 +124,88 @@ def ram_width(words: int) -> int:
     return next((width for depth, width in shapes if words <= depth), 1)
 
 
-def items(style: Style, robots: int, parameters: AvoidParameters, part: Part) -> tuple[Line, ...]:
-    """All lines of the demand."""
+def structure(style: Style, robots: int, parameters: AvoidParameters) -> dict[str, int]:
+    """The parameters of the Verilog that say which units there are and what they form."""
     units = units_of(style, robots, parameters)
-    rest = rest_style(style, units)
-    lines: list[Line] = []
-    for module, count in ((UPDATE, units.update), (DETECT, units.detect)):
-        lines += _unit_items(module, count, parameters, part)
-    if parameters.range is not None:
-        text = "a LUT for each bit of |r|², beside the detector's own comparison"
-        amount = units.detect * factor_bits(parameters)["r_sq"]
-        lines.append(Line.item(f"{units.detect} × range", "lut4", amount, Status.ASSUMED, text))
-    lines += _rest_items(rest, robots, parameters, part)
+    return {
+        "WIDTH": parameters.width,
+        "ROBOTS": robots,
+        "UPDATE_UNITS": units.update,
+        "DETECT_UNITS": units.detect,
+        "IN_TURN": int(units.shared),
+        "PARALLEL": int(parameters.unit is Unit.PARALLEL),
+        "CROSS_PRODUCT": int(parameters.detector is Detector.CROSS_PRODUCT),
+        "APPROACHING": int(parameters.detection is Detection.APPROACHING),
+        "RANGED": int(parameters.range is not None),
+        "HALF": int(parameters.responsibility is Responsibility.HALF),
+        "DIRECTIONS": parameters.directions,
+        "SPEEDS": parameters.speeds,
+        "TURNS": parameters.turns,
+        "HALVINGS": halvings(parameters),
+    }
+
+
+def halvings(parameters: AvoidParameters) -> int:
+    """How often the selector halves an octant: its directions // 8 bounds part it into as many directions and one."""
+    return math.ceil(math.log2(parameters.directions // 8 + 1))
+
+
+def items(
+    style: Style,
+    robots: int,
+    parameters: AvoidParameters,
+    part: Part,
+    constants: Mapping[str, int] | None = None,
+) -> tuple[Line, ...]:
+    """All lines of the demand.
+
+    ``constants``: the constant factors, as ``multipliers`` has them; without them a line is that of the largest.
+    """
+    circuit = {**structure(style, robots, parameters), **(constants or {})}
+    rest = rest_style(style, units_of(style, robots, parameters))
+    lines = list(_circuit_items(circuit, part))
     rams, _ = array_rams(parameters, part)
-    lines.append(
-        Line.item(
-            "array of velocities",
-            "block_rams",
-            rams,
-            Status.ASSUMED,
-            "x and y of each velocity in a word each",
-        )
-    )
+    text = "x and y of each velocity in a word each, as synthesis counts the RTL of this package"
+    lines.append(Line.item(ARRAY, "block_rams", rams, Status.MEASURED, text))
+    if part.family == FAMILY:
+        listed = published.TABLE_I[rest][1]
+        text = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less the RTL of this package"
+        lines.append(Line.item(TABLE_I, "lut4", beyond_lut4(rest, part), Status.CALIBRATED, text))
     lut4 = sum(item.amount for item in lines if item.resource == "lut4")
     budget = int(part.resources["slices"].value) if "slices" in part.resources else lut4
     source = (
         f"LUT/2 × {slice_ratio(rest):.3f} (Table I, 2 robots, {rest}); from {FULL:.0%} of the part on, unrelated"
         " logic is packed together (Xilinx answer record 2666)"
     )
-    lines.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), Status.CALIBRATED, source))
+    status = Status.CALIBRATED if part.family == FAMILY else Status.ASSUMED
+    lines.append(Line.item("slices", "slices", slices_of(rest, lut4, budget), status, source))
     return tuple(lines)
 
 
-def _multiplier_law(part: Part) -> tuple[Status, str]:
-    """Status and source of a count of multipliers."""
-    law = "a multiplier for each product of digits of 17 bits, but of LUTs where both are short"
-    if part.family == FAMILY:
-        return Status.MEASURED, f"{law}; RTL of this package, Yosys"
-    return Status.ASSUMED, f"{law}; as counted for {FAMILY}"
-
-
-def _unit_items(module: str, count: int, parameters: AvoidParameters, part: Part) -> list[Line]:
-    name = f"{count} × {module}"
-    as_measured = parameters.width == UNIT_WIDTH and parameters.detector is Detector.PUBLISHED
-    status = Status.CALIBRATED if as_measured else Status.ASSUMED
-    source = (
-        SYNTHESIS if as_measured else f"{SYNTHESIS}; in proportion to the width, the same for either detector"
-    )
-    multipliers = (
-        update_multipliers(count, parameters)
-        if module == UPDATE
-        else count * unit_multipliers(module, parameters)
-    )
-    unit, width = parameters.unit, parameters.width
-    return [
-        Line.item(name, "lut4", count * unit_lut4(module, unit, width), status, source),
-        Line.item(name, "flip_flops", count * unit_flip_flops(module, unit, width), status, source),
-        Line.item(name, "multipliers", multipliers, *_multiplier_law(part)),
-    ]
-
-
-def _rest_items(rest: Style, robots: int, parameters: AvoidParameters, part: Part) -> list[Line]:
-    name = "selector, checks, control, states"
-    listed = published.TABLE_I[rest][1]
-    law = f"{listed} % of {published.LUT4_OF_PART:,} LUTs ({PAPER}, Table I, {rest}) less its units"
-    lut4 = round(rest_lut4(rest))
-    lines = [
-        Line.item(name, "lut4", lut4, Status.CALIBRATED, law),
-        Line.item(
-            name, "flip_flops", lut4, Status.ASSUMED, "one for each LUT of the rest; nothing is published"
-        ),
-        Line.item(name, "multipliers", rest_multipliers(parameters.width), *_multiplier_law(part)),
-    ]
-    stores = -(-robots // STORE_DEPTH) - 1
-    if stores:
-        amount = stores * 2 * STATE_COMPONENTS * parameters.width
-        text = "two LUTs for each bit of the states of 16 robots more, as dual-port memory"
-        lines.append(
-            Line.item(f"states of robots beyond {STORE_DEPTH}", "lut4", amount, Status.ASSUMED, text)
-        )
+def _circuit_items(circuit: Mapping[str, int], part: Part) -> list[Line]:
+    """The lines of the RTL of this package but for its memory."""
+    family, own = logic.family_of_rows(part)
+    status = Status.MEASURED if own else Status.ASSUMED
+    text = f"products cut into the digits of a multiplier; as synthesis counts the RTL of this package for {family}"
+    formed = {
+        UPDATES: multipliers(update_products(circuit), family),
+        DETECTIONS: circuit["DETECT_UNITS"] * multipliers(detector_products(circuit), family),
+        REST: multipliers([shared_product(circuit)], family),
+    }
+    lines = []
+    for piece in (UPDATES, DETECTIONS, STATES, REST):
+        for resource in ("lut4", "flip_flops"):
+            amount, known, source = logic.counted(piece, resource, circuit, part)
+            if amount:
+                lines.append(Line.item(piece, resource, amount, known, source))
+        if formed.get(piece):
+            lines.append(Line.item(piece, "multipliers", math.ceil(formed[piece]), status, text))
     return lines
+
+
+def beyond_lut4(style: Style, part: Part) -> int:
+    """LUT4 of Table I that the RTL of this package does not take with 2 robots at 16 bits."""
+    listed = published.TABLE_I[style][1] / 100.0 * published.LUT4_OF_PART
+    circuit = structure(style, PUBLISHED_ROBOTS, AvoidParameters())
+    lines = _circuit_items(circuit, part)
+    return round(listed) - sum(each.amount for each in lines if each.resource == "lut4")

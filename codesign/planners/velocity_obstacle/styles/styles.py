@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from codesign.errors import InputError
 from codesign.figures import Figure
 from codesign.part import Part
 from codesign.planners.demand import Demand
 from codesign.planners.host import task_record
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Memory, Step
+from codesign.planners.velocity_obstacle.plan.arithmetic import fixed
 from codesign.planners.velocity_obstacle.plan.avoid import avoid
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters
@@ -53,7 +56,7 @@ class Circuit(Architecture):
         robots = job.problem.count
         units = resources.units_of(self._style, robots, parameters)
         return CircuitDemand(
-            items=resources.items(self._style, robots, parameters, part),
+            items=resources.items(self._style, robots, parameters, part, constants(job)),
             bounds=(levers.array_bound(parameters, part), *levers.unit_bounds(self._style, parameters)),
             levers=levers.resource_levers(self._style, robots, parameters, part),
             style=resources.rest_style(self._style, units),
@@ -102,6 +105,20 @@ class Circuit(Architecture):
         """Static and dynamic power at ``clock`` Hz, W, of one robot's circuit."""
         assert isinstance(demand, CircuitDemand), "power follows from a demand of this style"
         return power.power(demand.style, demand.robots, clock, part)
+
+
+def constants(job: Job[RobotsProblem, AvoidParameters]) -> dict[str, int]:
+    """The constant factors of the circuit's products, by their names in the Verilog; none that words cannot hold."""
+    try:
+        numbers = fixed(job.problem, job.parameters)
+    except InputError:
+        # The planner refuses the width, with its fault.
+        return {}
+    return {
+        "RADIUS": math.isqrt(numbers.radius_squared),
+        "STEP": numbers.step,
+        "HALF_SQUARE": numbers.half_square,
+    }
 
 
 def _whole(job: Job[RobotsProblem, AvoidParameters]) -> Avoidance:

@@ -18,7 +18,6 @@ A trial of the paper (Table II) is one candidate. The number of trials of an upd
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -32,7 +31,7 @@ from codesign.planners.measured import clock_rows
 from codesign.planners.velocity_obstacle.plan.avoidance import Avoidance
 from codesign.planners.velocity_obstacle.plan.parameters import AvoidParameters, Detection
 from codesign.planners.velocity_obstacle.published import CLOCK, FAMILY, PAPER, Style
-from codesign.planners.velocity_obstacle.styles.resources import units_of
+from codesign.planners.velocity_obstacle.styles.resources import halvings, units_of
 from codesign.planners.velocity_obstacle.styles.schedule import DETECT, UPDATE, module_cycles, trial_cycles
 
 LOAD, TARGET_CHECK, SELECT, ACCELERATION_CHECK, VERIFY, PID = (
@@ -99,11 +98,6 @@ def module_latencies(parameters: AvoidParameters) -> tuple[int, int]:
         module_cycles(UPDATE, parameters.unit),
         module_cycles(DETECT, parameters.unit, parameters.detector, approaching, ranged),
     )
-
-
-def halvings(parameters: AvoidParameters) -> int:
-    """How often the selector halves an octant: its directions // 8 bounds part it into as many directions and one."""
-    return math.ceil(math.log2(parameters.directions // 8 + 1))
 
 
 def update_costs(style: Style, robots: int, parameters: AvoidParameters) -> UpdateCosts:
