@@ -66,8 +66,10 @@ class Point:
 
     @property
     def error(self) -> float:
-        """By what share of the measured figure the law is above it."""
-        return (self.predicted.value - self.measured) / max(1.0, self.measured)
+        """By what share of the measured figure the law is above it; 1 where nothing of it was measured."""
+        if not self.measured:
+            return float(self.predicted.value > 0)
+        return self.predicted.value / self.measured - 1
 
     @property
     def holds(self) -> bool:

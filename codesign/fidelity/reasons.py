@@ -66,8 +66,8 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "resources/velocity_obstacle/*",
-        "The law takes the logic beside the units from Table I of the paper. That table charges each style for more"
-        " than the Verilog of this package needs, and the paper does not say what for.",
+        "On Spartan-3E the law adds what Table I of the paper has beyond the circuit of this package. The paper does not"
+        " say what that is.",
         "The Verilog of the authors, or a synthesis report by module: `hwsw calibrate fpga --report` holds it against"
         " the law line by line.",
     ),
