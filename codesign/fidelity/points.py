@@ -7,17 +7,23 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
-from typing import Any
 
-from codesign.fidelity.designs import Design, circuit_of, clocks, job_of, resources, variables_of, words_of
+from codesign.fidelity.designs import (
+    Design,
+    circuit_of,
+    clocks,
+    job_of,
+    laws_of,
+    resources,
+    variables_of,
+    words_of,
+)
 from codesign.figures import Figure, Status
 from codesign.inputs.part_file import list_parts, load_part
 from codesign.part import Part
 from codesign.planners.clock_law import held_out
 from codesign.planners.demand import Line
-from codesign.planners.job import Job
 from codesign.planners.measured import PARTS, ClockRow, ResourceRow, clock_rows, resource_rows
-from codesign.planners.styles import Architecture
 from codesign.rtl.cells import Counts
 from codesign.rtl.design import digest_of_circuit
 from codesign.system import catalog
@@ -31,7 +37,8 @@ TOTAL, OTHERS = "all", "others"
 class Point:
     """One figure of the laws beside the same one counted by synthesis, or reached by placements.
 
-    - ``planner``, ``style``, ``family`` (of rows), ``part`` (that the law was asked about), ``design`` in words.
+    - ``planner``, ``style`` (after its task, where that is placed by itself), ``design`` in words.
+    - ``family`` (of rows), and the ``part`` that the law was asked about.
     - ``line``, ``quantity``: of the demand; for a clock "" and ``clock``.
     - ``variables``: the parameters of the top module.
     - ``predicted``: by the law. ``measured``: in its unit; of a clock the median of the seeds.
@@ -59,8 +66,10 @@ class Point:
 
     @property
     def error(self) -> float:
-        """By what share of the measured figure the law is above it."""
-        return (self.predicted.value - self.measured) / max(1.0, self.measured)
+        """By what share of the measured figure the law is above it; 1 where nothing of it was measured."""
+        if not self.measured:
+            return float(self.predicted.value > 0)
+        return self.predicted.value / self.measured - 1
 
     @property
     def holds(self) -> bool:
@@ -127,10 +136,6 @@ def part_for(family: str) -> Part:
     )
 
 
-def _asked(room: str, design: Design, part: Part) -> tuple[Architecture, Job[Any, Any]]:
-    return catalog.architectures()[room, design.style], job_of(room, design, part)
-
-
 def resource_points(room: str) -> Iterator[Point]:
     """Each line and resource of each synthesis, and their sums."""
     for row in rows_of(room):
@@ -138,12 +143,12 @@ def resource_points(room: str) -> Iterator[Point]:
         if not isinstance(row, ResourceRow) or found is None:
             continue
         part = part_for(row.family)
-        architecture, job = _asked(room, found.design, part)
+        job = job_of(room, found.design, part)
         held = circuit_of(room, found.design).held_out(row.variables)
-        for line, resource, predicted, counted in _lines(architecture.demand(job).items, row):
+        for line, resource, predicted, counted in _lines(laws_of(room, found.design).demand(job).items, row):
             yield Point(
                 planner=room,
-                style=row.style,
+                style=f"{row.task} {row.style}".strip(),
                 family=row.family,
                 part=part.full_name,
                 design=words_of(job, found.design),
@@ -189,18 +194,18 @@ def clock_points(room: str) -> Iterator[Point]:
         found = known_of(room, row)
         if not isinstance(row, ClockRow) or found is None:
             continue
-        architecture, job = _asked(room, found.design, load_part(row.part))
+        job = job_of(room, found.design, load_part(row.part))
         seeds = f"{len(row.clocks)} seed{'s' if len(row.clocks) > 1 else ''}"
         yield Point(
             planner=room,
-            style=row.style,
+            style=f"{row.task} {row.style}".strip(),
             family=row.family,
             part=row.part,
             design=words_of(job, found.design),
             variables=row.variables,
             line="",
             quantity="clock",
-            predicted=architecture.clock_limit(job),
+            predicted=laws_of(room, found.design).clock_limit(job),
             measured=row.clock,
             held=False,
             present=row.digest == found.digest,

@@ -18,6 +18,7 @@ from codesign.part import Part
 from codesign.planners.circuits import Circuit, CircuitStyle
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.styles import Architecture, TaskStyle
 from codesign.system import catalog
 
 
@@ -76,8 +77,16 @@ def job_of(room: str, design: Design, part: Part | None = None) -> Job[Any, Any]
     """What circuit and laws of a design are asked about, on a part."""
     planner = catalog.planners()[room]
     parameters = planner.tasks[planner.planning_task].model_validate(design.parameters)
-    settled = catalog.architectures()[room, design.style].settled(parameters)
-    return Job(design.problem(), settled, part=part, **design.job)
+    if not design.task:
+        parameters = catalog.architectures()[room, design.style].settled(parameters)
+    return Job(design.problem(), parameters, part=part, **design.job)
+
+
+def laws_of(room: str, design: Design) -> Architecture | TaskStyle:
+    """The style that predicts a design."""
+    if design.task:
+        return catalog.task_styles()[room, design.task, "fpga", design.style]
+    return catalog.architectures()[room, design.style]
 
 
 def variables_of(circuit: Circuit) -> dict[str, int]:
@@ -86,12 +95,13 @@ def variables_of(circuit: Circuit) -> dict[str, int]:
 
 
 def words_of(job: Job[Any, Any], design: Design) -> str:
-    """A design in a few words: its map or its robots, and the parameters of one value that it gives."""
+    """A design in a few words: its map or its robots, and the parameters that it gives, without mappings."""
     problem = job.problem
     size = "{} × {}".format(*problem.shape) if isinstance(problem, Problem) else f"{problem.count} robots"
-    values = (
-        f"{name} {value}".replace("_", " ")
+    texts = {
+        name: " × ".join(map(str, value)) if isinstance(value, tuple) else str(value)
         for name, value in design.parameters.items()
-        if isinstance(value, int | str)
-    )
+        if isinstance(value, int | str | tuple)
+    }
+    values = (f"{name} {text}".replace("_", " ") for name, text in texts.items())
     return ", ".join((size, *values))
