@@ -173,17 +173,29 @@ def word_depth(part: Part) -> int:
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
 
 
-def words(blocks: int, precision: int) -> int:
-    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2)."""
+def digits(precision: int, digit_bits: int) -> int:
+    """Digits of a value of ``precision`` bits, the lowest one perhaps in part.
+
+    >>> digits(63, 1), digits(63, 2), digits(63, 8)
+    (63, 32, 8)
+    """
+    return -(-precision // digit_bits)
+
+
+def words(blocks: int, precision: int, digit_bits: int = 1) -> int:
+    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2).
+
+    With digits of d bits, a RAM for each bit of a digit has ⌈p/d⌉ + 1 words for each block.
+    """
     # address  0 .. p            p + 1 .. 2p + 1     ..
     #          flag and p bits   flag and p bits     ..     of blocks 0, 1, ..; each word a bit of the 18 nodes
-    return blocks * (precision + 1)
+    return blocks * (digits(precision, digit_bits) + 1)
 
 
-def largest_precision(blocks: int, depth: int) -> int:
-    """The highest p with blocks × (p + 1) ≤ ``depth``; below 1 where no precision fits.
+def largest_precision(blocks: int, depth: int, digit_bits: int = 1) -> int:
+    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``; below 1 where no precision fits.
 
     >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
     (63, 255, 1023)
     """
-    return depth // blocks - 1
+    return digit_bits * (depth // blocks - 1)
