@@ -45,7 +45,9 @@ module harmonic_array #(
     localparam SIDE_COLUMNS = (COLUMNS + 17) / 18;
     localparam WEST_SIDE = CLUSTERS + (DOWN > 1 ? 2 * SIDE_COLUMNS : 0);
 
-    wire [DIGIT_BITS*ROWS*COLUMNS-1:0] streams, borders;
+    localparam LINE = DIGIT_BITS * COLUMNS;
+
+    wire [LINE*ROWS-1:0] streams, borders;
     wire [18*CLUSTERS-1:0] changed_bits, maximum_bits;
 
     // Streams of the nodes around the block.
@@ -91,7 +93,6 @@ module harmonic_array #(
                         localparam C = 6 * column + j;
                         localparam LOW = DIGIT_BITS * (6 * i + j);
                         localparam HERE = DIGIT_BITS * (COLUMNS * R + C);
-                        localparam LINE = DIGIT_BITS * COLUMNS;
                         if (i < HEIGHT && j < WIDTH) begin : present
                             assign streams[HERE+:DIGIT_BITS] = stream[LOW+:DIGIT_BITS];
                             assign borders[HERE+:DIGIT_BITS] = border[LOW+:DIGIT_BITS];
@@ -231,47 +232,48 @@ module harmonic_array #(
     endgenerate
 
     // One row of streams for the read-out and the decision.
-    genvar place;
-    generate
-        for (place = 0; place < DIGIT_BITS; place = place + 1) begin : row_lines
-            for (column = 0; column < COLUMNS; column = column + 1) begin : columns
-                wire [ROWS-1:0] bits;
-                for (row = 0; row < ROWS; row = row + 1) begin : rows
-                    assign bits[row] = streams[DIGIT_BITS*(COLUMNS*row+column)+place] & row_select[row];
-                end
-                always @(posedge clk) row_line[DIGIT_BITS*(column+1)+place] <= |bits;
-            end
-            wire [ROWS-1:0] west_bits, east_bits;
-            for (row = 0; row < ROWS; row = row + 1) begin : ends
-                assign west_bits[row] = west_stream[DIGIT_BITS*row+place];
-                assign east_bits[row] = east_stream[DIGIT_BITS*row+place];
-            end
-            always @(posedge clk) begin
-                row_line[place] <= |(west_bits & row_select);
-                row_line[DIGIT_BITS*(COLUMNS+1)+place] <= |(east_bits & row_select);
-            end
+    always @(posedge clk)
+        row_line <= {side_node(east_stream), selected_row(streams), side_node(west_stream)};
+
+    function [LINE-1:0] selected_row(input [LINE*ROWS-1:0] block);
+        integer line;
+        begin
+            selected_row = {LINE{1'b0}};
+            for (line = 0; line < ROWS; line = line + 1)
+                selected_row = selected_row | block[LINE*line+:LINE] & {LINE{row_select[line]}};
         end
-    endgenerate
+    endfunction
+
+    function [DIGIT_BITS-1:0] side_node(input [DIGIT_BITS*ROWS-1:0] side);
+        integer line;
+        begin
+            side_node = {DIGIT_BITS{1'b0}};
+            for (line = 0; line < ROWS; line = line + 1)
+                side_node = side_node | side[DIGIT_BITS*line+:DIGIT_BITS] & {DIGIT_BITS{row_select[line]}};
+        end
+    endfunction
 
     // One column of streams for the decision.
     generate
         if (DECISION != 0) begin : column_lines
-            reg [DIGIT_BITS*(ROWS+2)-1:0] line;
-            for (place = 0; place < DIGIT_BITS; place = place + 1) begin : places
-                for (row = 0; row < ROWS + 2; row = row + 1) begin : rows
-                    wire [COLUMNS-1:0] bits;
-                    for (column = 0; column < COLUMNS; column = column + 1) begin : columns
-                        if (row == 0) assign bits[column] = north_stream[DIGIT_BITS*column+place];
-                        else if (row == ROWS + 1) assign bits[column] = south_stream[DIGIT_BITS*column+place];
-                        else assign bits[column] = streams[DIGIT_BITS*(COLUMNS*(row-1)+column)+place];
-                    end
-                    always @(posedge clk) line[DIGIT_BITS*row+place] <= |(bits & column_select);
-                end
+            reg [DIGIT_BITS*(ROWS+2)-1:0] digits;
+            wire [LINE*(ROWS+2)-1:0] lines = {south_stream, streams, north_stream};
+            for (row = 0; row < ROWS + 2; row = row + 1) begin : rows
+                always @(posedge clk) digits[DIGIT_BITS*row+:DIGIT_BITS] <= selected_node(lines[LINE*row+:LINE]);
             end
-            assign column_line = line;
+            assign column_line = digits;
         end else begin : no_column_lines
             assign column_line = {(DIGIT_BITS * (ROWS + 2)){1'b0}};
             wire unused = &{1'b0, column_select};
         end
     endgenerate
+
+    function [DIGIT_BITS-1:0] selected_node(input [LINE-1:0] line);
+        integer place;
+        begin
+            selected_node = {DIGIT_BITS{1'b0}};
+            for (place = 0; place < COLUMNS; place = place + 1)
+                selected_node = selected_node | line[DIGIT_BITS*place+:DIGIT_BITS] & {DIGIT_BITS{column_select[place]}};
+        end
+    endfunction
 endmodule

@@ -21,23 +21,35 @@ module harmonic_border #(
 );
     localparam MEMORIES = (NODES + 17) / 18;
 
-    wire [DIGIT_BITS*NODES-1:0] stored;
+    localparam WIDTH = 18 * MEMORIES;
+
+    // Node k has bits DIGIT_BITS k and above of the streams; the memories of a bit have that bit of all nodes.
+    wire [DIGIT_BITS*WIDTH-1:0] values;
+    reg [DIGIT_BITS*NODES-1:0] stored;
+    reg [DIGIT_BITS*WIDTH-1:0] results;
+    always @* stored = by_node(values);
+    always @* results = by_place(written);
+
+    function [DIGIT_BITS*NODES-1:0] by_node(input [DIGIT_BITS*WIDTH-1:0] bits);
+        integer node, bit_place;
+        for (node = 0; node < NODES; node = node + 1)
+            for (bit_place = 0; bit_place < DIGIT_BITS; bit_place = bit_place + 1)
+                by_node[DIGIT_BITS*node+bit_place] = bits[WIDTH*bit_place+node];
+    endfunction
+
+    function [DIGIT_BITS*WIDTH-1:0] by_place(input [DIGIT_BITS*NODES-1:0] bits);
+        integer node, bit_place;
+        for (node = 0; node < WIDTH; node = node + 1)
+            for (bit_place = 0; bit_place < DIGIT_BITS; bit_place = bit_place + 1)
+                by_place[WIDTH*bit_place+node] = node < NODES ? bits[DIGIT_BITS*node+bit_place] : 1'b0;
+    endfunction
 
     genvar place, index;
     generate
         for (place = 0; place < DIGIT_BITS; place = place + 1) begin : places
             wire [17:0] load = place == 0 ? load_word : 18'd0;
-            wire [18*MEMORIES-1:0] results, values;
-            for (index = 0; index < 18 * MEMORIES; index = index + 1) begin : nodes
-                if (index < NODES) begin : present
-                    assign results[index] = written[DIGIT_BITS*index+place];
-                    assign stored[DIGIT_BITS*index+place] = values[index];
-                end else begin : absent
-                    assign results[index] = 1'b0;
-                    wire unused = &{1'b0, values[index]};
-                end
-            end
             for (index = 0; index < MEMORIES; index = index + 1) begin : memories
+                localparam LOW = WIDTH * place + 18 * index;
                 ram_1w1r #(
                     .WIDTH(18),
                     .DEPTH(1 << ADDRESS_BITS),
@@ -47,12 +59,15 @@ module harmonic_border #(
                     .clk(clk),
                     .write_enable(write_enable[index]),
                     .write_address(write_address),
-                    .write_data(loads ? load : results[18 * index +: 18]),
+                    .write_data(loads ? load : results[LOW+:18]),
                     .read_enable(1'b1),
                     .read_address(read_address),
-                    .read_data(values[18 * index +: 18])
+                    .read_data(values[LOW+:18])
                 );
             end
+        end
+        if (WIDTH > NODES) begin : padding
+            wire unused = &{1'b0, values};
         end
         if (PIPELINE != 0) begin : registered
             reg [DIGIT_BITS*NODES-1:0] streams;

@@ -28,12 +28,29 @@ module harmonic_cluster #(
     output wire [17:0]                  maximum
 );
     // Node k has bits DIGIT_BITS k and above of these; the memory of a bit has that bit of all nodes.
-    wire [18*DIGIT_BITS-1:0] stored, written;
+    wire [18*DIGIT_BITS-1:0] written, values;
+    reg [18*DIGIT_BITS-1:0] stored, results;
+    always @* stored = by_node(values);
+    always @* results = by_place(written);
+
+    function [18*DIGIT_BITS-1:0] by_node(input [18*DIGIT_BITS-1:0] from);
+        integer node, bit_place;
+        for (node = 0; node < 18; node = node + 1)
+            for (bit_place = 0; bit_place < DIGIT_BITS; bit_place = bit_place + 1)
+                by_node[DIGIT_BITS*node+bit_place] = from[18*bit_place+node];
+    endfunction
+
+    function [18*DIGIT_BITS-1:0] by_place(input [18*DIGIT_BITS-1:0] from);
+        integer node, bit_place;
+        for (node = 0; node < 18; node = node + 1)
+            for (bit_place = 0; bit_place < DIGIT_BITS; bit_place = bit_place + 1)
+                by_place[18*bit_place+node] = from[DIGIT_BITS*node+bit_place];
+    endfunction
+
     genvar row, column, index, place;
     generate
         for (place = 0; place < DIGIT_BITS; place = place + 1) begin : places
             wire [17:0] load = place == DIGIT_BITS - 1 ? load_word : 18'd0;
-            wire [17:0] results, values;
             ram_1w1r #(
                 .WIDTH(18),
                 .DEPTH(1 << ADDRESS_BITS),
@@ -43,15 +60,11 @@ module harmonic_cluster #(
                 .clk(clk),
                 .write_enable(write_enable),
                 .write_address(write_address),
-                .write_data(loads ? load : results),
+                .write_data(loads ? load : results[18*place+:18]),
                 .read_enable(1'b1),
                 .read_address(read_address),
-                .read_data(values)
+                .read_data(values[18*place+:18])
             );
-            for (index = 0; index < 18; index = index + 1) begin : nodes
-                assign results[index] = written[DIGIT_BITS*index+place];
-                assign stored[DIGIT_BITS*index+place] = values[index];
-            end
         end
     endgenerate
 
