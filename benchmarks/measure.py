@@ -4,7 +4,7 @@ python -m benchmarks.measure resources ROOM [FAMILY ...]
 python -m benchmarks.measure clocks ROOM [PART ...]
 
 Rows go to ``codesign/planners/ROOM/measured``; each is written as soon as it is there, and a later one of the same
-design takes its place. The designs stand in ``benchmarks/designs/ROOM.py``.
+design takes its place. The designs stand in ``codesign/fidelity/designs/ROOM.py``.
 """
 
 from __future__ import annotations
@@ -14,23 +14,17 @@ import time
 from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import codesign
-from benchmarks.designs import Design, Placed
+from codesign.fidelity.designs import Design, Placed, circuit_of, clocks, job_of, resources, variables_of
 from codesign.files import write_atomically
 from codesign.planners.circuits import Circuit, CircuitStyle
-from codesign.planners.job import Job
 from codesign.planners.measured import ClockRow, ResourceRow, Row, clock_rows, resource_rows, rows_text
 from codesign.rtl.cells import FAMILIES
 from codesign.rtl.design import digest_of_circuit
 from codesign.rtl.place import Placement, device_of, place
 from codesign.rtl.synthesis import Synthesis, synthesise
 from codesign.rtl.tools import version_of
-
-
-def designs_module(room: str) -> Any:
-    return import_module(f"benchmarks.designs.{room}")
 
 
 def file_of(room: str, kind: str) -> Path:
@@ -52,20 +46,11 @@ def put(room: str, kind: str, styles: Sequence[CircuitStyle], row: Row) -> None:
     write_atomically(path, rows_text(rows).encode())
 
 
-def designs_of(room: str, designs: Sequence[Design]) -> Iterator[tuple[CircuitStyle, Circuit]]:
+def circuits_of(room: str, designs: Sequence[Design]) -> Iterator[tuple[CircuitStyle, Circuit]]:
     """The circuit of each design, with its style."""
-    plug_in = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN
-    planner = plug_in.planner
     for design in designs:
-        style = next(
-            each for each in plug_in.circuits if (each.style, each.task) == (design.style, design.task)
-        )
-        parameters = planner.tasks[planner.planning_task].model_validate(design.parameters)
-        yield style, style.circuit(Job(design.problem(), parameters, **design.job))
-
-
-def variables_of(circuit: Circuit) -> dict[str, int]:
-    return {name: value for name, value in circuit.parameters.items() if isinstance(value, int)}
+        style = circuit_of(room, design)
+        yield style, style.circuit(job_of(room, design))
 
 
 def resource_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis) -> ResourceRow:
@@ -85,7 +70,7 @@ def resource_row(style: CircuitStyle, circuit: Circuit, synthesis: Synthesis) ->
 
 def measure_resources(room: str, families: Sequence[str]) -> None:
     styles = import_module(f"codesign.planners.{room}.plug_in").PLUG_IN.circuits
-    for style, circuit in designs_of(room, designs_module(room).RESOURCES):
+    for style, circuit in circuits_of(room, resources(room)):
         for family in families:
             begun = time.monotonic()
             synthesis = synthesise(circuit, family)
@@ -129,7 +114,7 @@ def measure_clocks(room: str, placements: Sequence[Placed], parts: Sequence[str]
     for placed in placements:
         if parts and placed.part not in parts:
             continue
-        [(style, circuit)] = designs_of(room, [placed.design])
+        [(style, circuit)] = circuits_of(room, [placed.design])
         synthesis = synthesise(circuit, device_of(placed.part)[0].family)
         done: list[Placement] = []
         for seed in placed.seeds:
@@ -149,7 +134,7 @@ def main(words: list[str]) -> None:
             # No block RAM of the iCE40 has two ports that write.
             measure_resources(room, families or [name for name in FAMILIES if FAMILIES[name].true_two_ports])
         case ["clocks", room, *parts]:
-            measure_clocks(room, designs_module(room).CLOCKS, parts)
+            measure_clocks(room, clocks(room), parts)
         case _:
             raise SystemExit(__doc__)
 

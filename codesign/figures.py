@@ -4,7 +4,7 @@ Every number that a report shows is one of four kinds, and says which:
 
 - ``published``: stands in a paper or a datasheet,
 - ``calibrated``: fitted to published or measured rows; the fit and its residuals are in the repo,
-- ``measured``: counted or timed on our own RTL, synthesis or machine,
+- ``measured``: counted or timed on RTL of this package, in synthesis or on a machine,
 - ``assumed``: nobody has shown it; the source says what it was taken from.
 """
 

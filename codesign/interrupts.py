@@ -157,7 +157,7 @@ def child(
 ) -> Iterator[subprocess.Popen[bytes]]:
     """A tool in a process of its own, with pipes for its output. All its processes end at the end of the block.
 
-    They end with this process too: at an exception, and at Ctrl-C and SIGTERM.
+    They end with this process too: at an exception, at Ctrl-C and SIGTERM, and when it is killed.
 
     Raises:
         OSError: the tool cannot be started.
@@ -172,12 +172,33 @@ def child(
         )
         _children.add(process)
     try:
-        yield process
+        with _guard(process):
+            yield process
     finally:
         _end_child(process)
         with suppress(OSError), process:
             pass  # closes the pipes, and waits
         _children.discard(process)
+
+
+@contextmanager
+def _guard(process: subprocess.Popen[bytes]) -> Iterator[None]:
+    """Until the end of the block: a shell ends the tool once this process is gone, however it ended.
+
+    Only this process can write to the shell's input, so the input ends with it.
+    """
+    if os.name != "posix":
+        yield
+        return
+    command = ("/bin/sh", "-c", 'read _; kill -9 -"$0"', str(process.pid))
+    none = subprocess.DEVNULL
+    guard = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=none, stderr=none, start_new_session=True)
+    try:
+        yield
+    finally:
+        guard.kill()
+        with guard:
+            pass  # closes the pipe, and waits
 
 
 def end_children() -> None:

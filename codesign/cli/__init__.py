@@ -73,6 +73,10 @@ COMMANDS = {
         "codesign.cli.synth:synth",
         "Synthesise a circuit with open tools, place and route it, and compare it with the laws.",
     ),
+    "fidelity": (
+        "codesign.cli.fidelity:fidelity",
+        "Hold all laws against circuits that were simulated, synthesised and placed, and against papers.",
+    ),
     "check": (
         "codesign.cli.inspect:check",
         "Check platform and workload files, and report all faults at once.",

@@ -131,6 +131,15 @@ def output_options(quiet: str, verbose: str) -> Callable[[_Command], _Command]:
 _PRINTED_ONLY = frozenset({"as_json", "detail", "debug"})
 """Parameters that change only what is printed."""
 
+backend_option = click.option(
+    "--backend",
+    type=click.Choice(("cxxrtl", "icarus", "verilator")),
+    default="cxxrtl",
+    show_default=True,
+    help="The simulator.",
+)
+"""What runs circuits."""
+
 memory_option = click.option(
     "--memory",
     type=Quantity("size", "data", scale=8, least=1),

@@ -11,15 +11,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from codesign.cli.options import debug_option, debug_step, set_option, settings_of
+from codesign.cli.options import backend_option, debug_option, debug_step, set_option, settings_of
 from codesign.cli.specs import specs_of
 from codesign.errors import EXIT_FAILED, InputError, choose_hint, printable
 from codesign.units import counted
 
 if TYPE_CHECKING:
     from codesign.rtl.campaign import Asked, Checked, StyleChecked
-
-_BACKENDS = ("cxxrtl", "icarus", "verilator")
 
 
 @click.command(short_help="Compare circuits in Verilog with the model, cycle for cycle.")
@@ -39,9 +37,7 @@ _BACKENDS = ("cxxrtl", "icarus", "verilator")
     help="With --all: points of each style.  [default: 3]",
 )
 @click.option("--seed", type=click.IntRange(0), metavar="S", help="With --all: the first seed.  [default: 0]")
-@click.option(
-    "--backend", type=click.Choice(_BACKENDS), default=_BACKENDS[0], show_default=True, help="The simulator."
-)
+@backend_option
 @click.option(
     "--jobs", type=click.IntRange(1, 256), default=1, show_default=True, help="Points verified at a time."
 )

@@ -52,12 +52,25 @@ class Image:
         return "".join(f"{int(word):0{digits}x}\n" for word in self.words)
 
 
+class Bits(int):
+    """A parameter of more than 32 bits: Verilog has to know its ``width``."""
+
+    width: int
+
+    def __new__(cls, value: int, width: int) -> Bits:
+        """``value`` >= 0 in ``width`` bits."""
+        bits = super().__new__(cls, value)
+        bits.width = width
+        return bits
+
+
 @dataclass(frozen=True, eq=False)
 class Circuit:
     """What is built for one design point.
 
     - ``top``: the top module. ``sources``: the Verilog-2005 files that it needs, all shipped with the package.
-    - ``parameters``: the Verilog parameters of the top; text is a file name of ``images``.
+    - ``parameters``: the Verilog parameters of the top; text is a file name of ``images``. One of
+      more than 32 bits is ``Bits``.
     - ``images``: the memories with contents at power-up, by the file name that ``parameters`` gives to the top.
     - ``stream``: the load stream, in the order in which the circuit takes it.
     - ``phases``: the names of the phases, those of ``Step.phase``. ``kinds``: the names of the kinds of events.
@@ -133,6 +146,11 @@ class CircuitStyle(ABC):
     @abstractmethod
     def sample(self, seed: int, /) -> Job[Any, Any]:
         """A random design point on a random map, the same for the same seed. Icarus runs it in seconds."""
+
+    def held_out(self, variables: Mapping[str, int], /) -> bool:
+        """Whether the resource laws of the style left a synthesis out of their fit, by the parameters of its top."""
+        del variables
+        return False
 
 
 def phase_cycles(steps: Any) -> tuple[dict[str, int], Any]:

@@ -14,13 +14,14 @@ Each placement is predicted by the fit to all others, wherever its pipeline was 
 part. The interval is the largest of these errors and a quarter more, at least 5 %.
 
 A published clock stays what it is on its own families. On a family that was neither placed nor published, the interval
-reaches from the slowest to the fastest that the design is on the families that were, and the value is its middle.
+reaches from the slowest to the fastest that the design is on the families that were, and half as far again. The value
+is its middle, but no faster than published.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -43,6 +44,9 @@ LEAST_WIDTH, MARGIN = 0.05, 1.25
 
 GRADES_APART = 1.15
 """What a grade that was not placed may differ by from the one that was; grades of one family lie 10 to 20 % apart."""
+
+BEYOND = 0.5
+"""What is added to the spread (its logarithm) between the families that are known, for one that is not."""
 
 SLOW_FAMILIES = {"iCE40 UltraPlus": 3 / 8}
 """Families made for low power, over the slowest that was placed: their LUT take about three times as long. Assumed."""
@@ -71,14 +75,20 @@ class Placement:
 class ClockLaw:
     """The periods of a style over families, pipelines and sizes.
 
-    ``columns``: the name of each factor's logarithm. ``errors``: of placements that were held out, relative.
+    ``columns``: the name of each factor's logarithm. ``held_out``: the errors of placements that were held out,
+    relative, by their places.
     """
 
     growth: str
     columns: tuple[tuple[str, ...], ...]
     factors: tuple[float, ...]
     middle: float
-    errors: tuple[float, ...]
+    held_out: Mapping[int, float]
+
+    @property
+    def errors(self) -> tuple[float, ...]:
+        """The sizes of the errors."""
+        return tuple(map(abs, self.held_out.values()))
 
     @property
     def width(self) -> float:
@@ -103,8 +113,18 @@ def _columns(placements: Sequence[Placement]) -> tuple[tuple[str, ...], ...]:
     }
     times = {("T", each.row.family, each.registers.pipeline) for each in placements}
     grades = {("r", row.part) for row in rows if row.part != first[row.family]}
-    slopes = {("s", each.registers.pipeline) for each in placements}
+    slopes = {
+        ("s", each.registers.pipeline) for each in placements if _grows(placements, each.registers.pipeline)
+    }
     return (*sorted(times), *sorted(grades), *sorted(slopes))
+
+
+def _grows(placements: Sequence[Placement], pipeline: str) -> bool:
+    """Whether the pipeline was placed in two sizes at least on one family, so that its growth is known."""
+    sizes = {
+        (each.row.family, each.registers.size) for each in placements if each.registers.pipeline == pipeline
+    }
+    return len(sizes) > len({family for family, _ in sizes})
 
 
 def _terms(
@@ -132,19 +152,24 @@ def _fitted(placements: Sequence[Placement], growth: str, middle: float) -> Cloc
     ]
     periods = [math.log(each.row.period_ns) for each in placements]
     factors = np.linalg.lstsq(np.array(terms), np.array(periods), rcond=None)[0]
-    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, ())
+    return ClockLaw(growth, columns, tuple(float(factor) for factor in factors), middle, {})
 
 
-def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> tuple[float, ...]:
-    """The relative error of each placement by the fit to the others, where they speak of its pipeline and family."""
-    errors = []
+def _held_out(placements: Sequence[Placement], growth: str, middle: float) -> dict[int, float]:
+    """The clock by the fit to the others over the placed one less 1, by the place of the placement.
+
+    The others have to hold its part, its pipeline on its family, and its pipeline in two sizes on one family.
+    """
+    errors = {}
     for index, each in enumerate(placements):
-        law = _fitted([*placements[:index], *placements[index + 1 :]], growth, middle)
-        known = each.row.part in {other.row.part for other in placements if other is not each}
-        period = law.period(each.row.part, each.row.family, each.registers) if known else None
+        others = [*placements[:index], *placements[index + 1 :]]
+        if not _grows(others, each.registers.pipeline) or each.row.part not in {it.row.part for it in others}:
+            continue
+        law = _fitted(others, growth, middle)
+        period = law.period(each.row.part, each.row.family, each.registers)
         if period is not None:
-            errors.append(abs(each.row.period_ns / period - 1))
-    return tuple(errors)
+            errors[index] = each.row.period_ns / period - 1
+    return errors
 
 
 @cache
@@ -156,11 +181,21 @@ def clock_law(placements: tuple[Placement, ...]) -> ClockLaw | None:
     middle = math.sqrt(min(sizes) * max(sizes))
 
     def worst(growth: str) -> float:
-        return max(_held_out(placements, growth, middle), default=math.inf)
+        return max(map(abs, _held_out(placements, growth, middle).values()), default=math.inf)
 
     growth = min(GROWTHS, key=worst)
     law = _fitted(placements, growth, middle)
     return ClockLaw(law.growth, law.columns, law.factors, middle, _held_out(placements, growth, middle))
+
+
+def held_out(placements: tuple[Placement, ...]) -> Mapping[tuple[str, ...], float]:
+    """By what share the fit to all others is above the clock of each placement, by the key of its row.
+
+    Placements that no other one speaks of are not among them.
+    """
+    law = clock_law(placements)
+    errors = {} if law is None else law.held_out
+    return {placements[index].row.key: error for index, error in errors.items()}
 
 
 NOTHING_PLACED = Registers("", 1.0)
@@ -271,13 +306,15 @@ def _between(
         value = published.value
         what = f"{published.source}; of {' and '.join(families)}, not of {part.family}: no circuit of it was placed"
     else:
-        low = min(low, 1e9 / max(periods) * (1 - law.width)) * slow
+        low = min(low, 1e9 / max(periods) * (1 - law.width))
         high = max(high, 1e9 / min(periods) * (1 + law.width))
-        value = math.sqrt(low * high)
+        value = min(math.sqrt(low * high), published.value)
+        beyond = (high / low) ** (BEYOND / 2)
+        low, high = min(low / beyond * slow, value), high * beyond
         names = " and ".join(sorted(parts))
         what = (
-            f"{part.family} was never placed: the middle between the slowest and the fastest of {names}, and of"
-            f" {' and '.join(families)} by {published.source}"
+            f"{part.family} was never placed: from the slowest to the fastest of {names}, and of"
+            f" {' and '.join(families)} by {published.source}; half as wide again, as it may be beyond them"
         )
     return _below_ram(Figure(value, "Hz", Status.ASSUMED, what, low, high), part)
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-from codesign.planners.circuits import Circuit
+from codesign.planners.circuits import Bits, Circuit
 from codesign.rtl.cache import digest_of
 
 DIGITS = 12
@@ -101,9 +101,10 @@ def _value(circuit: Circuit, value: int | str) -> str:
     if isinstance(value, str):
         assert value in circuit.images, f"{value} is no image of {circuit.top}"
         return f'"{value}"'
-    if -(2**31) <= value < 2**31:
-        return str(value)
-    return f"{value.bit_length()}'d{value}"
+    if isinstance(value, Bits):
+        return f"{value.width}'d{value}"
+    assert -(2**31) <= value < 2**31, f"{value} has more bits than a number without a width: use Bits"
+    return str(value)
 
 
 def write_design(circuit: Circuit, folder: Path) -> None:

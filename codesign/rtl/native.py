@@ -62,8 +62,11 @@ def _build(circuit: Circuit, folder: Path, driver: str, waves: bool) -> None:
         *(f"read_verilog {name}" for name in sources),
         f"hierarchy -check -top {top}",
         "proc",
+        # Modules stay apart, so a module that is used a hundred times is compiled once. Nets as wide as an array are
+        # split: each slice of one would be a type of its own in C++.
         "opt_clean",
-        # Modules stay apart, so a module that is used a hundred times is compiled once.
+        "splitnets -driver",
+        "opt_clean -purge",
         f"write_cxxrtl -noflatten {'-g4' if waves else '-g0'} design.cc",
     ]
     tools.yosys("\n".join(script) + "\n", folder, f"Yosys, of {circuit.top},", seconds=_COMPILE_S)

@@ -18,11 +18,12 @@ from codesign.inputs import load_part
 from codesign.maps import OccupancyGrid
 from codesign.memo import Memo
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.harmonic.styles.levers import largest_block, resource_levers
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
+from codesign.planners.wavefront.styles import timing as wave_timing
 from codesign.scenarios import simulate
 from codesign.system import Result, catalog
 
@@ -99,7 +100,8 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert wide.feasible
     demand = {use.resource: use.demand for use in wide.resources}
     grid = -(-problem.rows // block[0]), -(-problem.columns // block[1])
-    assert demand == resources.totals(*block, 63, grid=grid) | {"multipliers": 0}
+    machine = resources.Machine(*block, 63, True, *grid)
+    assert demand == resources.totals(machine, "Virtex-4") | {"multipliers": 0}
     assert wide.blocks == narrow.blocks
     assert wide.stages == narrow.stages
     assert wide.quality == narrow.quality
@@ -119,7 +121,7 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert drops[0][1] == 0
     # The words of all memories that are built are loaded.
     assert wide.blocks is not None
-    words = [2 * wide.blocks * resources.memories(*shape, *grid) for shape in (block, inside)]
+    words = [2 * wide.blocks * geometry.memories(*shape, *grid) for shape in (block, inside)]
     assert wide.cycles["load"] - narrow.cycles["load"] == words[0] - words[1]
     same = {"relax": 0, "load": 0}
     assert {**wide.cycles, **same} == {**narrow.cycles, **same}
@@ -149,9 +151,13 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     assert [note.partition(":")[0] for note in of_design(wide)] == ["propagate.tile"] * (tile != inside)
     parameters = PropagateParameters(tile=tile, stop="whole_map", corner_cutting=False)  # type: ignore[arg-type]
     style = catalog.styles_of("wavefront")["tiled"]
-    demand = style.demand(Job(problem, parameters, part=load_part("XC4VLX160-12")))
-    nodes = {item.resource: item.amount for item in demand.items if item.name in {"F", "node logic"}}
-    assert nodes == {"flip_flops": tile[0] * tile[1], "lut4": 5 * tile[0] * tile[1]}
+    job = Job(problem, parameters, part=load_part("XC4VLX160-12"))
+    demand = style.demand(job)
+    (flip_flops,) = [
+        item.amount for item in demand.items if (item.name, item.resource) == ("nodes", "flip_flops")
+    ]
+    # Three of the delay line, F, Z and the register.
+    assert flip_flops == tile[0] * tile[1] * (5 + style.bits(job))  # type: ignore[attr-defined]
     assert {use.resource: use.demand for use in wide.resources if use.demand} == {
         kind: demand.total(kind) for kind in ("slices", "lut4", "flip_flops", "block_rams")
     }
@@ -159,10 +165,11 @@ def test_a_tile_may_be_larger_than_the_map(problem: Problem, data: st.DataObject
     assert wide.cycles is not None
     assert narrow.cycles is not None
     assert wide.cycles["propagate"] == narrow.cycles["propagate"]
-    visits = narrow.cycles["exchange"] // (
-        3 * inside[0] + 2 + parameters.tile_count(problem.rows, problem.columns)
-    )
-    assert wide.cycles["exchange"] - narrow.cycles["exchange"] == 3 * visits * (tile[0] - inside[0])
+    tiles = parameters.tile_count(problem.rows, problem.columns)
+    exchanges = [wave_timing.exchange_cycles(shape, tiles) for shape in (tile, inside)]
+    scans = [wave_timing.scan_cycles(shape[1], tiles) for shape in (tile, inside)]
+    visits = (narrow.cycles["exchange"] - scans[1]) // exchanges[1]
+    assert wide.cycles["exchange"] - scans[0] == visits * exchanges[0]
 
 
 def test_the_case_of_the_report() -> None:
@@ -180,8 +187,9 @@ def test_the_case_of_the_report() -> None:
 @pytest.mark.parametrize("name", ["XC2V6000-4", "XC3S500E-4"])
 def test_the_block_that_a_lever_names_is_no_larger_than_the_map(name: str) -> None:
     part, shape = load_part(name), (30, 40)
-    levers = resource_levers(shape, (96, 96), (63,), part, resources.word_depth(part))
-    fits = largest_block(shape, 63, part)
+    machine = resources.Machine(96, 96, 63)
+    levers = resource_levers(shape, machine, (63,), part, resources.word_depth(part))
+    fits = largest_block(resources.Machine(*shape, 63), part)
     assert fits is not None
     texts = {lever.advice for each in levers.values() for lever in each if lever.parameter == "relax.block"}
     assert len(texts) == 1

@@ -97,7 +97,9 @@ def test_a_family_that_was_never_placed_lies_between_those_that_were(family: str
     found = limit(of_family(family), 1, 72)
     low, high = found.interval
     assert low < 1e9 / period(1, 72, 1.3) < high
-    assert found.value == pytest.approx(math.sqrt(low * high))
+    assert low < found.value <= PUBLISHED.value < high
+    # The spread between the families that are known is 1.9 at least; it is half as wide again.
+    assert high / low > (1e9 / 3.5 / (1e9 / period(1, 72, 1.3))) ** 1.5
     assert high >= 1e9 / 3.5
     assert found.status is Status.ASSUMED
     assert f"{family} was never placed" in found.source
@@ -127,9 +129,19 @@ def test_a_size_far_from_all_placements_grows_no_faster_than_its_form() -> None:
 ROOMS: dict[str, Callable[[], tuple[Placement, ...]]] = {
     "harmonic": harmonic.placements,
     "breadth_first": breadth_first.placements,
-    "wavefront": wave.placements,
-    "velocity_obstacle": robots.placements,
 }
+
+
+@pytest.mark.parametrize("placements", [wave.placements, robots.placements])
+def test_a_room_without_placements_has_the_published_law_with_a_wide_interval(
+    placements: Callable[[], tuple[Placement, ...]],
+) -> None:
+    assert placements() == ()
+    part = load_part("LFE5U-85F-8")
+    for found in (wave.clock_limit(64, part), robots.clock_limit(part, 16)):
+        assert found.status is Status.ASSUMED
+        assert "no circuit of it was placed" in found.source
+        assert found.interval[0] <= found.value / 3
 
 
 @pytest.mark.parametrize("room", ROOMS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -15,8 +16,8 @@ from toy_styles import Install, OnHarmonic
 
 from codesign.errors import RunError
 from codesign.files import write_folder
-from codesign.planners.circuits import Circuit
-from codesign.rtl.design import digest_of_circuit, top_name
+from codesign.planners.circuits import Bits, Circuit
+from codesign.rtl.design import digest_of_circuit, top_name, top_text
 
 Run = Callable[..., Result]
 Specs = tuple[Path, Path]
@@ -112,12 +113,20 @@ def test_the_bench_writes_a_waveform(folder: Path) -> None:
     assert "$enddefinitions" in (folder / "waves.vcd").read_text(encoding="utf-8")
 
 
+def test_a_parameter_of_many_bits_has_the_width_of_its_declaration() -> None:
+    narrow, wide = replace(circuit(), parameters={"N": 5}), replace(circuit(), parameters={"N": Bits(5, 70)})
+    assert ".N(5)" in top_text(narrow)
+    assert ".N(70'd5)" in top_text(wide)
+    with pytest.raises(AssertionError, match="has more bits than a number without a width"):
+        top_text(replace(circuit(), parameters={"N": 1 << 31}))
+
+
 @pytest.mark.parametrize(
     ("part", "suffix", "text"),
     [
-        ("XC7A100T-1", ".xdc", "create_clock -name clk -period 10.000 [get_ports {clk}]"),
-        ("XC2V6000-4", ".ucf", 'TIMESPEC "TS_clk" = PERIOD "clk" 10.000 ns HIGH 50 %;'),
-        ("LFE5U-85F-8", ".lpf", 'FREQUENCY PORT "clk" 100.000000 MHZ;'),
+        ("XC7A100T-1", ".xdc", "create_clock -name clk -period 20.000 [get_ports {clk}]"),
+        ("XC2V6000-4", ".ucf", 'TIMESPEC "TS_clk" = PERIOD "clk" 20.000 ns HIGH 50 %;'),
+        ("LFE5U-85F-8", ".lpf", 'FREQUENCY PORT "clk" 50.000000 MHZ;'),
     ],
 )
 def test_the_clock_is_constrained_for_the_tools_of_the_part(
@@ -125,11 +134,14 @@ def test_the_clock_is_constrained_for_the_tools_of_the_part(
 ) -> None:
     installed(OnHarmonic())
     out = tmp_path / "out"
-    result = hwsw("rtl", *specs, "--set", f"fpga.part={part}", "-o", out)
+    result = hwsw("rtl", *specs, "--set", f"fpga.part={part}", "--set", "fpga.clock=50MHz", "-o", out)
     assert result.exit_code == 0, result.output
     (file,) = out.glob(f"hwsw_*{suffix}")
     assert text in file.read_text(encoding="utf-8")
-    assert json.loads((out / "manifest.json").read_text())["settings"] == {"fpga.part": part}
+    assert json.loads((out / "manifest.json").read_text())["settings"] == {
+        "fpga.clock": "50MHz",
+        "fpga.part": part,
+    }
 
 
 def test_a_folder_with_files_is_refused_without_force(hwsw: Run, folder: Path, specs: Specs) -> None:
@@ -145,7 +157,8 @@ def test_force_replaces_the_files_of_the_command_alone(hwsw: Run, folder: Path, 
     (folder / "mine.txt").write_text("notes", encoding="utf-8")
     (folder / "build").mkdir()
     (folder / "build" / "design.bit").write_text("bits", encoding="utf-8")
-    result = hwsw("rtl", *specs, "--set", "fpga.part=LFE5U-85F-8", "--force", "-o", folder)
+    settings = ("--set", "fpga.part=LFE5U-85F-8", "--set", "fpga.clock=50MHz")
+    result = hwsw("rtl", *specs, *settings, "--force", "-o", folder)
     assert result.exit_code == 0, result.output
     assert (folder / "mine.txt").read_text(encoding="utf-8") == "notes"
     assert (folder / "build" / "design.bit").exists()

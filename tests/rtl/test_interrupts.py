@@ -1,4 +1,4 @@
-"""Ctrl-C ends the tools that a command started, and what they started themselves."""
+"""Tools end with the command that started them, however it ends, and so does what they started themselves."""
 
 from __future__ import annotations
 
@@ -31,7 +31,9 @@ except KeyboardInterrupt as struck:
 """
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)]
+)
 def test_tools_end_with_the_command(tmp_path: Path, number: signal.Signals, code: int) -> None:
     with subprocess.Popen([sys.executable, "-c", SCRIPT], cwd=tmp_path) as process:
         try:

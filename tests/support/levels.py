@@ -37,7 +37,7 @@ LEVELS: list[list[str]] = [
     ["rtl"],
     ["exploration", "calibrate", "testing"],
     ["advice"],
-    ["reproduce"],
+    ["reproduce", "fidelity"],
     ["report"],
     [""],
     ["cli"],

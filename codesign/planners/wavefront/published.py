@@ -1,4 +1,4 @@
-"""The figures that Möller and Paschke (1998) publish of their circuit, as printed, and the demand of our own RTL.
+"""The figures that Möller and Paschke (1998) publish of their circuit, as printed.
 
 All figures of the paper are of one map of 256 × 256 nodes. The map itself is a picture, not data.
 """
@@ -29,9 +29,8 @@ DELAY_ELEMENTS = 3
 ADDERS, COMPARATORS = 8, 8
 """Of a node of Hassoun and Sanghvi (1990), the paper's reference [4]."""
 
-RTL = "own RTL, counted by Yosys synth_xilinx -nowidelut"
-NODE_LUT4 = 5
-"""4-input LUT of a delay-line node without read-out (own RTL); flip-flops are the line, F, and the register."""
-ADDER_LUT4_A_BIT = 23
-ADDER_FLIP_FLOPS = 2
-"""An adder/comparator node: about 23 R LUT, R + 2 flip-flops (own RTL)."""
+RIVAL = "Sudha and Mohan 2011"
+RIVAL_PART = "XC4VFX12"
+RIVAL_CYCLES_A_PIXEL = 1.035
+RIVAL_CLOCK = 375_000_000
+"""Hz: an array for a few cells an element, which takes 1.035 cycles a pixel at that clock."""

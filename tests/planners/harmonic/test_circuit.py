@@ -15,7 +15,7 @@ from codesign.planners.job import Job
 from codesign.rtl import tools
 from codesign.rtl.verify import verify
 
-(CIRCUIT,) = CIRCUITS
+CIRCUIT, DECISION = CIRCUITS
 OPEN = np.ones((7, 13), np.bool_)
 
 
@@ -29,16 +29,21 @@ def job(free: Any = OPEN, goals: tuple[tuple[int, int], ...] = ((0, 0),), **chan
     return Job(Problem(free, goals, ((3, 5),)), RelaxParameters(**options), position=(3.0, 5.0))
 
 
-def check(point: Job[Any, Any]) -> None:
+def check(point: Job[Any, Any], circuit: Any = CIRCUIT) -> None:
     if tools.command_of("iverilog") is None:
         pytest.skip("Icarus Verilog is not installed")
-    verified = verify(CIRCUIT, point, "icarus")
+    verified = verify(circuit, point, "icarus")
     assert verified.first is None, f"{point.parameters}: {verified.first}"
 
 
 @pytest.mark.parametrize("seed", [1, 3, 6])
 def test_random_points_agree(seed: int) -> None:
     check(CIRCUIT.sample(seed))
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_the_decision_module_by_itself_agrees(seed: int) -> None:
+    check(DECISION.sample(seed), DECISION)
 
 
 @pytest.mark.parametrize("pipeline", [0, 1])

@@ -20,10 +20,12 @@ from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.relax import relax
-from codesign.planners.harmonic.styles import ARCHITECTURES, levers, resources, timing
+from codesign.planners.harmonic.styles import ARCHITECTURES, counted, geometry, levers, resources, timing
+from codesign.planners.harmonic.styles.resources import Machine
 from codesign.planners.harmonic.styles.software import block_cells
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
+from codesign.planners.measured import resource_rows
 from codesign.planners.styles import Step
 from codesign.records import StageRecord, VisitsRecord
 
@@ -61,6 +63,7 @@ def parameters(block: tuple[int, int], last: int) -> RelaxParameters:
 
 sides = st.integers(1, 120)
 precisions = st.integers(1, 1023)
+families = st.sampled_from(["Virtex-II", "ECP5", "GW2A"])
 
 
 def test_node_array_is_exact_on_tables_1_and_3_and_within_half_a_percent_on_table_2() -> None:
@@ -101,15 +104,22 @@ def test_sixteen_blocks_hold_63_bits_and_a_flag_but_not_64(last: int, fits: bool
 
 
 def test_largest_published_block_misses_the_largest_virtex_4_by_six_block_rams() -> None:
-    assert resources.totals(54, 108, 100)["block_rams"] == 342
+    assert resources.totals(Machine(54, 108, 100), "Virtex-4")["block_rams"] == 342
 
 
-@given(rows=sides, columns=sides, last=precisions, more=st.integers(1, 40), which=st.integers(0, 2))
+@given(
+    rows=sides,
+    columns=sides,
+    last=precisions,
+    more=st.integers(1, 40),
+    which=st.integers(0, 2),
+    family=st.sampled_from(["Virtex-II", "ECP5", "GW2A"]),
+)
 def test_demand_never_falls_as_block_or_precision_grows(
-    rows: int, columns: int, last: int, more: int, which: int
+    rows: int, columns: int, last: int, more: int, which: int, family: str
 ) -> None:
     grown = (rows + more * (which == 0), columns + more * (which == 1), last + more * (which == 2))
-    small, large = resources.totals(rows, columns, last), resources.totals(*grown)
+    small, large = (resources.totals(Machine(*each), family) for each in ((rows, columns, last), grown))
     assert small.keys() == large.keys() <= set(RESOURCES)
     assert all(large[kind] >= small[kind] for kind in small)
 
@@ -136,8 +146,8 @@ def test_a_decision_made_elsewhere_leaves_its_slices_to_the_block() -> None:
 
 @given(rows=sides, columns=sides)
 def test_every_node_and_border_node_has_a_place_in_some_block_ram(rows: int, columns: int) -> None:
-    assert resources.cluster_count(rows, columns) * resources.RAM_WIDTH >= rows * columns
-    assert resources.border_rams(rows, columns) * resources.RAM_WIDTH >= resources.border_nodes(rows, columns)
+    assert geometry.cluster_count(rows, columns) * geometry.RAM_WIDTH >= rows * columns
+    assert geometry.border_rams(rows, columns) * geometry.RAM_WIDTH >= geometry.border_nodes(rows, columns)
 
 
 @given(blocks=st.integers(1, 1024), last=precisions)
@@ -170,10 +180,16 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
     for kind, remedies in demand.levers.items():
         for lever in remedies:
             if match := re.match(r"at most (\d+) × (\d+)", lever.advice):
-                assert levers.fits((int(match[1]), int(match[2])), last, chip)
+                assert levers.fits(Machine(int(match[1]), int(match[2]), last), chip)
             if match := re.match(r"end at (\d+) bits", lever.advice):
-                assert resources.totals(rows, columns, int(match[1]))[kind] <= chip.resources[kind].value
-                assert resources.totals(rows, columns, int(match[1]) + 1)[kind] > chip.resources[kind].value
+                assert (
+                    resources.totals(Machine(rows, columns, int(match[1])), chip.family)[kind]
+                    <= chip.resources[kind].value
+                )
+                assert (
+                    resources.totals(Machine(rows, columns, int(match[1]) + 1), chip.family)[kind]
+                    > chip.resources[kind].value
+                )
     (depth,) = demand.bounds
     for lever in depth.levers:
         assert depth.figure.value > depth.limit
@@ -183,7 +199,7 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
             block = int(match[1]), int(match[2])
             assert block[0] <= shape[0]
             assert block[1] <= shape[1]
-            assert levers.fits(block, last, chip)
+            assert levers.fits(Machine(*block, last), chip)
             allowed = re.search(r"precision up to (\d+)", lever.advice)
             held = int(allowed[1]) if allowed else last
             assert resources.words(levers.block_count(shape, block), held) <= depth.limit
@@ -192,10 +208,10 @@ def test_levers_mend_what_they_say(name: str, rows: int, columns: int, last: int
 @given(rows=sides, columns=sides, last=precisions, name=st.sampled_from(sorted(BUDGETS)))
 def test_no_larger_block_of_the_same_proportions_fits(rows: int, columns: int, last: int, name: str) -> None:
     chip = part(name)
-    largest = levers.largest_block((rows, columns), last, chip)
+    largest = levers.largest_block(Machine(rows, columns, last), chip)
     taller = 1 if largest is None else largest[0] + 1
     if taller <= rows:
-        assert not levers.fits((taller, max(1, taller * columns // rows)), last, chip)
+        assert not levers.fits(Machine(taller, max(1, taller * columns // rows), last), chip)
 
 
 def test_published_clocks_are_met_and_the_held_out_one_lies_in_the_interval() -> None:
@@ -279,7 +295,7 @@ def test_bit_serial_cycles_are_those_of_the_planner_and_the_waits(blocks: tuple[
     early = int((visits.iterations < 3).sum()) if count > 1 else len(plan.stages)
     assert total == plan.total_cycles + early * timing.dropped_pass_cycles(*shape)
     assert plan.total_cycles == sum(stage.iterations * (stage.precision + 2) for stage in plan.stages)
-    memories = resources.memories(*shape, *blocks)
+    memories = geometry.memories(*shape, *blocks)
     assert int(steps[0].cycles[0]) == count * 21 + 2 * count * memories
     assert int(steps[-1].cycles[0]) == timing.decision_cycles(20)
 
@@ -378,3 +394,35 @@ def test_every_item_says_how_it_is_known() -> None:
     assert all(
         item.figure.source and item.amount >= 0 and item.resource in RESOURCES for item in demand.items
     )
+
+
+@pytest.mark.parametrize("family", ["ecp5", "gowin"])
+@pytest.mark.parametrize("resource", ["lut4", "flip_flops"])
+def test_counts_of_sizes_held_out_are_met(family: str, resource: str) -> None:
+    """The whole array within 5 % in the mean and 10 % at worst on blocks that no line is fitted to."""
+    rows = [row for row in resource_rows("harmonic", "bit_serial") if row.family == family]
+    held = [row for row in rows if counted.held_out(row.variables)]
+    index, errors = resource == "flip_flops", []
+    for row in held:
+        laws = (
+            (counted.fit_of(family, piece, resource), terms[index]) for piece, terms in counted.ARRAY.items()
+        )
+        law = sum(line.value(terms(row.variables)) for line, terms in laws)
+        errors.append(abs(law / sum(row.count(piece, resource) for piece in row.pieces) - 1))
+    assert len(errors) >= 3
+    assert np.mean(errors) < 0.05
+    assert max(errors) < 0.1
+
+
+def test_block_rams_are_those_of_synthesis() -> None:
+    for row in resource_rows("harmonic", "bit_serial"):
+        values = row.variables
+        block = values["ROWS"], values["COLUMNS"]
+        assert row.count("clusters", "block_rams") == geometry.cluster_count(*block)
+        grid = values["DOWN"], values["ACROSS"]
+        assert row.count("borders", "block_rams") == geometry.border_rams(*block, *grid)
+    for row in resource_rows("harmonic", "bit_serial", "decide"):
+        values = row.variables
+        shape, last = (values["ROWS"], values["COLUMNS"]), values["LAST_PRECISION"]
+        rams = geometry.field_rams_a_memory(*shape, last, [(1 << 14, 1)])
+        assert row.count("field", "block_rams") == geometry.FIELD_MEMORIES * rams

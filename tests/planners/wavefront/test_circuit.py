@@ -37,6 +37,12 @@ def test_an_array_of_delay_lines_equals_the_model(seed: int) -> None:
     check("delay_line", seed)
 
 
+@pytest.mark.parametrize("seed", [4, 8])
+def test_a_tiled_array_equals_the_model(seed: int) -> None:
+    # Seed 8: safe paths that cut no corner, with a penalty; both have tiles beyond the map.
+    check("tiled", seed)
+
+
 def test_an_array_of_adders_equals_the_model() -> None:
     check("adder_comparator", 3)
 

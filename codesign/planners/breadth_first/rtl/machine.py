@@ -5,7 +5,7 @@ Values of events follow from the plan, cycles from ``styles.timing``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -172,6 +172,10 @@ class StateMachineCircuit(CircuitStyle):
         events.kind[end] = OVERFLOW
         events = Events(events.cycle[: end + 1], events.kind[: end + 1], events.value[: end + 1])
         return Expected(events, {INIT: begin, SEARCH: int(events.cycle[-1]) + 1 - begin})
+
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """The sizes that the fit of the logic leaves out."""
+        return (variables["ROWS"], variables["COLUMNS"]) in resources.HELD_OUT
 
     def sample(self, seed: int) -> SearchJob:
         """A random design point: see ``random_job``."""

@@ -8,7 +8,7 @@ from codesign.figures import Status
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.plan.fixed_point import limbs_needed
 from codesign.planners.harmonic.published import Synthesis
-from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import geometry, resources, timing
 from codesign.planners.reproduction import Row, Use, row
 
 _text_row = partial(row, "Section 5.4", status=Status.PUBLISHED, use=Use.HELD_OUT)
@@ -84,7 +84,9 @@ def _count_rows() -> list[Row]:
     nodes = shape[0] * shape[1]
     cells = 2 * resources.NODE_SLICES
     share = 100 * cells * nodes / (2 * published.SLICES_OF_XC2V6000)
-    demand = resources.totals(*shape, published.WHOLE_DESIGN_PRECISION)["slices"]
+    demand = resources.totals(resources.Machine(*shape, published.WHOLE_DESIGN_PRECISION), "Virtex-II")[
+        "slices"
+    ]
     listed = demand - resources.border_slices(*shape)
     budget = published.SLICES_OF_XC2V6000
     law = "two logic cells a slice, 13 slices a node"
@@ -106,12 +108,12 @@ def _count_rows() -> list[Row]:
             note="holds" if share < 92 else "does not hold",
         ),
         _text_row(
-            "block RAMs for 36×66 nodes", 132, resources.cluster_count(*shape), source="one a 3×6 cluster"
+            "block RAMs for 36×66 nodes", 132, geometry.cluster_count(*shape), source="one a 3×6 cluster"
         ),
         _text_row(
             "block RAMs for its 204 border nodes",
             12,
-            resources.border_rams(*shape),
+            geometry.border_rams(*shape),
             source="one for 18 border nodes of a side",
         ),
         _text_row(
@@ -161,8 +163,8 @@ def _depth_rows() -> list[Row]:
 
 def _largest_block_rows() -> list[Row]:
     """Block RAMs of the largest blocks that the paper names."""
-    large = resources.totals(48, 96, 63)
-    largest = resources.totals(54, 108, 63)
+    large = resources.totals(resources.Machine(48, 96, 63), "Virtex-4")
+    largest = resources.totals(resources.Machine(54, 108, 63), "Virtex-4")
     return [
         _introduction_row(
             "block RAMs of XC4VLX160 for a 96×48 block",

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from codesign.errors import Fault, UnsuitedError
-from codesign.planners.circuits import SHARED, Circuit, CircuitStyle, Expected, Image
+from codesign.planners.circuits import SHARED, Bits, Circuit, CircuitStyle, Expected, Image
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.rtl.expected import DECISION_BITS, SWEEP_BITS, expected_run
 from codesign.planners.harmonic.rtl.samples import random_job
 from codesign.planners.harmonic.rtl.stream import index_bits, stream_bits, stream_words
-from codesign.planners.harmonic.styles import timing
+from codesign.planners.harmonic.styles import counted, timing
 from codesign.planners.harmonic.styles.steps import DECIDE, DETECT, LOAD, READ, RELAX
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -91,6 +91,10 @@ class BitSerialCircuit(CircuitStyle):
         """A map of at most 10 × 14 cells in up to 9 blocks."""
         return random_job(seed)
 
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """See ``counted.HELD_OUT``."""
+        return counted.held_out(variables)
+
 
 def _check(job: Job[Problem, RelaxParameters]) -> None:
     """Raise UnsuitedError with all that no circuit has."""
@@ -141,7 +145,7 @@ def _parameters(job: Job[Problem, RelaxParameters]) -> Mapping[str, int]:
         "ACROSS": across,
         "LAST_PRECISION": precisions[-1],
         "STAGES": len(precisions),
-        "PRECISIONS": packed,
+        "PRECISIONS": Bits(packed, STAGE_BITS * len(precisions)),
         "ITERATIONS": parameters.iterations,
         "SOUND": int(parameters.termination is Termination.SOUND),
         "STOP_WITHOUT_MAXIMA": int(parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA),

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from codesign.planners.circuits import Events, Expected, phase_cycles
 from codesign.planners.harmonic.plan.decision import chosen_triangle
 from codesign.planners.harmonic.plan.fixed_point import Field
-from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop
+from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.plan.relax import work
 from codesign.planners.harmonic.plan.stages import StageEnd
 from codesign.planners.harmonic.rtl.stream import nearest_cell
 from codesign.planners.harmonic.styles import timing
 from codesign.planners.harmonic.styles.bit_serial import BitSerial, relax_costs
-from codesign.planners.harmonic.styles.resources import digits
+from codesign.planners.harmonic.styles.geometry import digits
 from codesign.planners.harmonic.styles.steps import DECIDE, LOAD, READ, RELAX, single_visits
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -62,7 +62,7 @@ def expected_run(job: Job[Problem, RelaxParameters]) -> Expected:
     begin = cycles[LOAD] + cycles[RELAX]
     if job.does(DECIDE):
         begin += cycles[DECIDE]
-        value = _decision(plan.field, *nearest_cell(job))
+        value = decision_value(plan.field, *nearest_cell(job))
         recorder.add(DECISION, np.array([begin], np.int64), np.array([value], np.uint64))
     options = parameters.pipeline, parameters.digit_bits
     cycles[READ] = timing.read_cycles(*shape, blocks, plan.precision, *options)
@@ -76,6 +76,12 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
     shape = parameters.block_shape(*problem.shape)
     costs, answer = relax_costs(job), timing.answer_cycles(*shape, parameters.pipeline)
     shift = np.uint64(parameters.iterations.bit_length())
+    # The circuit does not look for the local maxima of several blocks where nothing depends on them.
+    tested = (
+        parameters.termination is Termination.SOUND
+        or parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA
+        or parameters.block_count(*problem.shape) == 1
+    )
     now = begin
     for item in work(
         sent_map(problem, parameters),
@@ -89,7 +95,7 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
         if isinstance(item, StageEnd):
             now += costs.stage_end(item.stage.precision)
             # The pass that is dropped at the end of a stage ends one cycle after the answer.
-            value = item.stage.sweeps << 1 | (item.stage.local_maxima > 0)
+            value = item.stage.sweeps << 1 | (tested and item.stage.local_maxima > 0)
             recorder.add(STAGE, np.array([now + EVENT_DELAY], np.int64), np.array([value], np.uint64))
             continue
         visits = single_visits(parameters, item)
@@ -101,7 +107,7 @@ def _add_visits(job: Job[Problem, RelaxParameters], begin: int, recorder: _Recor
         now += int(cycles.sum())
 
 
-def _decision(field: Field, row: int, column: int) -> int:
+def decision_value(field: Field, row: int, column: int) -> int:
     """The value of the event of a decision; see ``harmonic.v``."""
     value = 0
     for axis, (side, sign) in enumerate(chosen_triangle(field, row, column)):

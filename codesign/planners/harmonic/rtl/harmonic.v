@@ -5,9 +5,10 @@
 // of the robot in one word, from the lowest bit: its column and row within its block, the address of the block's first
 // word, and whether there is a block to the west, south, east, north.
 //
-// Events: 0 a visit ends {block, iterations}; 1 a stage ends {sweeps, some node is a local maximum}; 2 the decision
-// {horizontal, vertical}, each {not equal, higher, the south or west one}; 3 a digit of nodes of a row, up to 64
-// bits together, the lowest digit first, in the order block, row, columns.
+// Events: 0 a visit ends {block, iterations}; 1 a stage ends {sweeps, some node is a local maximum, 0 where the
+// circuit does not look: several blocks, SOUND = 0 and STOP_WITHOUT_MAXIMA = 0}; 2 the decision {horizontal, vertical},
+// each {not equal, higher, the south or west one}; 3 a digit of nodes of a row, up to 64 bits together, the lowest digit
+// first, in the order block, row, columns.
 module harmonic #(
     parameter ROWS = 6,
     parameter COLUMNS = 12,

@@ -14,7 +14,7 @@ from codesign.planners.demand import Demand
 from codesign.planners.harmonic.plan.fixed_point import LowerBound
 from codesign.planners.harmonic.plan.parameters import RelaxParameters, Stop, Termination
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.styles import levers, resources, timing
+from codesign.planners.harmonic.styles import geometry, levers, resources, timing
 from codesign.planners.harmonic.styles.designs import block_designs
 from codesign.planners.harmonic.styles.steps import (
     DECIDE,
@@ -55,23 +55,19 @@ class BitSerial(Architecture):
         Without the decision module where another component does ``decide``. The OR tree that detects a changed bit
         stays where another component does ``detect``, since its answer is sent.
         """
-        problem, parameters, part = job.problem, job.parameters, job.chip
-        map_shape = problem.shape
-        block = parameters.block_shape(*map_shape)
-        precisions = parameters.precisions
-        last = precisions[-1]
-        depth, decision = resources.word_depth(part), job.does(DECIDE)
+        shape, precisions, part = job.problem.shape, job.parameters.precisions, job.chip
+        machine, depth = machine_of(job), resources.word_depth(part)
         return Demand(
-            items=resources.items(*block, last, decision, parameters.block_grid(*map_shape)),
-            bounds=(levers.word_depth_bound(map_shape, block, precisions, part, depth, decision),),
-            levers=levers.resource_levers(map_shape, block, precisions, part, depth, decision),
+            items=resources.items(machine, part.family),
+            bounds=(levers.word_depth_bound(shape, machine, precisions, part, depth),),
+            levers=levers.resource_levers(shape, machine, precisions, part, depth),
         )
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
         block = job.parameters.block_shape(*problem.shape)
-        return timing.clock_limit(*block, job.chip, job.parameters.pipeline)
+        return timing.clock_limit(*block, job.chip, job.parameters.pipeline, job.parameters.digit_bits)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
         """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4); see ``resources.words``."""
@@ -79,7 +75,7 @@ class BitSerial(Architecture):
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
         depth = resources.words(1, last, parameters.digit_bits)
-        return Memory(resources.RAM_WIDTH, {f"block {block}": depth for block in range(blocks)})
+        return Memory(geometry.RAM_WIDTH, {f"block {block}": depth for block in range(blocks)})
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
@@ -93,7 +89,7 @@ class BitSerial(Architecture):
         rows, columns = parameters.block_shape(*problem.shape)
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
-        memories = resources.memories(rows, columns, *parameters.block_grid(*problem.shape))
+        memories = geometry.memories(rows, columns, *parameters.block_grid(*problem.shape))
         if start is None:
             load = timing.load_cycles(memories, blocks, last, parameters.digit_bits)
         elif isinstance(start, LowerBound):
@@ -114,6 +110,20 @@ class BitSerial(Architecture):
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""
         return slice_power(demand, clock, part)
+
+
+def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:
+    """What the resources of a design depend on."""
+    parameters, shape = job.parameters, job.problem.shape
+    return resources.Machine(
+        *parameters.block_shape(*shape),
+        parameters.precisions[-1],
+        job.does(DECIDE),
+        *parameters.block_grid(*shape),
+        parameters.pipeline,
+        len(parameters.precisions),
+        parameters.digit_bits,
+    )
 
 
 def relax_costs(job: Job[Problem, RelaxParameters]) -> Costs:

@@ -6,7 +6,7 @@ from typing import Any
 
 from codesign.part import Part
 from codesign.planners.harmonic.styles.levers import block_count, fits
-from codesign.planners.harmonic.styles.resources import largest_precision, word_depth
+from codesign.planners.harmonic.styles.resources import Machine, largest_precision, word_depth
 from codesign.planners.styles import Designs
 
 FIRST, STEP = 15, 16
@@ -41,7 +41,7 @@ def block_designs(map_shape: tuple[int, int], part: Part, decision: bool) -> Des
     depth, fitting = word_depth(part), []
     for block in reversed(shapes):
         most = largest_precision(block_count(map_shape, block), depth)
-        lasts = [last for last in LAST if last <= most and fits(block, last, part, decision)]
+        lasts = [last for last in LAST if last <= most and fits(Machine(*block, last, decision), part)]
         if lasts:
             fitting.append((block, lasts))
     smallest = next(iter(shapes)), [LAST[0]]

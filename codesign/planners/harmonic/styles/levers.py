@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from dataclasses import replace
 from typing import Any
 
 from codesign.figures import Status, label
 from codesign.part import Part
 from codesign.planners.demand import Lever, Line, short_resources
+from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
 from codesign.planners.harmonic.styles.resources import (
-    RAM_WIDTH,
-    decision_slices,
+    Machine,
     items,
     largest_precision,
     totals,
@@ -20,56 +22,55 @@ Shape = tuple[int, int]
 Precisions = tuple[int, ...]
 
 
-def block_grid(map_shape: Shape, block: Shape) -> tuple[int, int]:
-    """Blocks down and across that cover a map, partial ones counted."""
-    return -(-map_shape[0] // block[0]), -(-map_shape[1] // block[1])
-
-
 def block_count(map_shape: Shape, block: Shape) -> int:
     """Blocks that cover a map, partial ones counted."""
-    down, across = block_grid(map_shape, block)
-    return down * across
+    return -(-map_shape[0] // block[0]) * -(-map_shape[1] // block[1])
 
 
-def fits(block: Shape, precision: int, part: Part, decision: bool = True) -> bool:
-    """Whether the part has the resources for such a block with borders, with or without the decision module."""
-    return not short_resources(items(*block, precision, decision), part)
+def fits(machine: Machine, part: Part) -> bool:
+    """Whether the part has the resources for such a block."""
+    return not short_resources(items(machine, part.family), part)
 
 
-def largest_block(block: Shape, precision: int, part: Part, decision: bool = True) -> Shape | None:
-    """The largest block of about the same proportions, up to ``block``, that fits the part; None: not even one node.
+def largest_block(machine: Machine, part: Part) -> Shape | None:
+    """The largest block of about the same proportions, up to that of ``machine``, that fits the part with borders.
 
-    Demand never falls as a block grows, so bisection is exact.
+    None: not even one node. Demand never falls as a block grows, so bisection is exact.
     """
-    low, high = 0, block[0]
+    low, high = 0, machine.rows
     while low < high:
         middle = (low + high + 1) // 2
-        if fits(_scaled(block, middle), precision, part, decision):
+        if fits(_with_block(machine, _scaled(machine.block, middle)), part):
             low = middle
         else:
             high = middle - 1
-    return _scaled(block, low) if low else None
+    return _scaled(machine.block, low) if low else None
+
+
+def _with_block(machine: Machine, block: Shape) -> Machine:
+    """The machine with another block, one of several."""
+    return replace(machine, rows=block[0], columns=block[1], down=2, across=2)
 
 
 def resource_levers(
-    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool = True
+    map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> dict[str, tuple[Lever, ...]]:
     """Levers for each resource that the part lacks: block, precision, another place for ``decide``, part."""
-    precision = precisions[-1]
-    grid = block_grid(map_shape, block)
-    need = totals(*block, precision, decision, grid)
-    short = short_resources(items(*block, precision, decision, grid), part)
+    need = totals(machine, part.family)
+    short = short_resources(items(machine, part.family), part)
     if not short:
         return {}
-    shared = _block_lever(map_shape, block, precisions, part, depth, decision)
-    without = totals(*block, precision, False, grid)
+    shared = _block_lever(map_shape, machine, precisions, part, depth)
+    without = totals(replace(machine, decision=False), part.family)
     by_kind: dict[str, tuple[Lever, ...]] = {}
     for kind in (kind for kind in part.resources if kind in short):
-        levers = [shared]
-        if kind == "slices" and decision:
-            spare = part.resources[kind].value - (need[kind] - decision_slices(precision))
-            last = int((spare - decision_slices(0)) // 3)
-            if last >= 1:
+        levers, limit = [shared], part.resources[kind].value
+        if kind == "slices" and machine.decision and machine.of_paper(part.family):
+            lasts = range(1, machine.last)
+            last = bisect_right(
+                lasts, limit, key=lambda last: totals(replace(machine, last=last), part.family)["slices"]
+            )
+            if last:
                 levers.append(
                     Lever(
                         "relax.schedule",
@@ -77,7 +78,7 @@ def resource_levers(
                         {"schedule": _ending(precisions, last)},
                     )
                 )
-        if without[kind] <= part.resources[kind].value:
+        if machine.decision and without[kind] <= limit:
             spared = f"{need[kind] - without[kind]:,} {label(kind)} of the decision module are spared"
             levers.append(Lever("decide.component", f"another component: {spared}"))
         levers.append(Lever("part", f"take one with at least {need[kind]:,} {label(kind)}"))
@@ -86,50 +87,47 @@ def resource_levers(
 
 
 def word_depth_bound(
-    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool = True
+    map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> Line:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with levers where the bound is broken."""
-    precision = precisions[-1]
-    blocks = block_count(map_shape, block)
+    demand = words(block_count(map_shape, machine.block), machine.last, machine.digit_bits)
     return Line.bound(
         name="words of a block RAM",
-        demand=words(blocks, precision),
+        demand=demand,
         limit=depth,
         unit="words",
         status=Status.PUBLISHED,
         source="Girau et al. 2008, section 5.4: p bits and a flag for each block, in RAMs of 1K × 18",
-        levers=()
-        if words(blocks, precision) <= depth
-        else _depth_levers(map_shape, block, precisions, part, depth, decision),
+        levers=() if demand <= depth else _depth_levers(map_shape, machine, precisions, part, depth),
     )
 
 
 def _depth_levers(
-    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
+    map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> tuple[Lever, ...]:
-    precision = precisions[-1]
-    blocks = block_count(map_shape, block)
+    precision = machine.last
+    blocks = block_count(map_shape, machine.block)
     levers = []
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     if last >= 1:
         advice = f"end at {last} bits or less with {_counted(blocks)}"
         levers.append(Lever("relax.schedule", advice, {"schedule": _ending(precisions, last)}))
-    levers += _larger_block(map_shape, block, precisions, part, depth, decision)
+    levers += _larger_block(map_shape, machine, precisions, part, depth)
     levers.append(
-        Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
+        Lever(
+            "part",
+            f"take one with block RAMs of {words(blocks, precision, machine.digit_bits):,} words of {RAM_WIDTH} bits",
+        )
     )
     return tuple(levers)
 
 
-def _block_lever(
-    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
-) -> Lever:
-    precision = precisions[-1]
-    smaller = largest_block(_clipped(block, map_shape), precision, part, decision)
+def _block_lever(map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int) -> Lever:
+    smaller = largest_block(_with_block(machine, _clipped(machine.block, map_shape)), part)
     if smaller is None:
         return Lever("relax.block", f"no block fits {part.name}: what stands beside it is too large")
     blocks = block_count(map_shape, smaller)
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     allowed = f"precision up to {last}" if last >= 1 else "too many for any precision"
     advice = f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}"
     changes = _block_changes(smaller, precisions, last) if last >= 1 else {}
@@ -137,23 +135,23 @@ def _block_lever(
 
 
 def _larger_block(
-    map_shape: Shape, block: Shape, precisions: Precisions, part: Part, depth: int, decision: bool
+    map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> tuple[Lever, ...]:
     """The smallest larger block with words that fit, or else the precision of the largest block of the part."""
-    precision = precisions[-1]
+    block, precision = machine.block, machine.last
     covering = max(map_shape[0], -(-map_shape[1] * block[0] // block[1]))
-    largest = largest_block(_scaled(block, covering), precision, part, decision)
+    largest = largest_block(_with_block(machine, _scaled(block, covering)), part)
     if largest is None:
         return ()
     for rows in range(block[0] + 1, largest[0] + 1):
         shape = _clipped(_scaled(block, rows), map_shape)
         blocks = block_count(map_shape, shape)
-        if words(blocks, precision) <= depth:
+        if words(blocks, precision, machine.digit_bits) <= depth:
             advice = f"{shape[0]} × {shape[1]} makes {_counted(blocks)}, and fits {part.name}"
             return (Lever("relax.block", advice, _block_changes(shape, precisions, precision)),)
     largest = _clipped(largest, map_shape)
     blocks = block_count(map_shape, largest)
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     if last < 1 or blocks >= block_count(map_shape, block):
         return ()
     advice = (

@@ -1,23 +1,31 @@
 """The demand of the bit-serial circuit: items by resource, as functions of block shape and precision.
 
-N nodes in a block of n rows × m columns. The laws are exact on Tables 1 and 3: the constants of the array
-control are Table 3 less N times Table 1. Table 2 has 2 LUT and 1 slice more than 18 nodes and is held out.
-
-Control, decision and border logic are published in slices only. Two LUT and two flip-flops a slice bound them from
-above. No table has the two OR trees over the block (no bit changed, no local maximum): (N - 1) / 3 LUT each, by our own
-synthesis. They take no slice of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less
-than one.
+The design of the paper, without a pipeline on a Virtex-II or Virtex-4, has what the paper published of it. N nodes and
+their array are exact on Tables 1 and 3: the constants of the array control are Table 3 less N times Table 1. Table 2
+has 2 LUT and 1 slice more than 18 nodes and is held out. The slices of control, decision and border logic are those of
+section 5.4. All else is what synthesis counts of the RTL of this package: see ``counted``. The OR trees take no slice
+of their own: a node leaves 4 of the 26 LUT of its 13 slices free, and the trees need less than one.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 from codesign.figures import Status
 from codesign.part import Part
 from codesign.planners.demand import Line, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
+from codesign.planners.harmonic.styles.counted import ARRAY, counted, packed
+from codesign.planners.harmonic.styles.geometry import (
+    RAM_WIDTH,
+    border_nodes,
+    border_rams,
+    cluster_count,
+    digits,
+)
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4
@@ -26,45 +34,53 @@ NODE_SLICES = published.NODE.slices
 ARRAY_FLIP_FLOPS = published.BLOCK.flip_flops - NODE_FLIP_FLOPS * published.BLOCK.nodes
 ARRAY_LUT4 = published.BLOCK.lut4 - NODE_LUT4 * published.BLOCK.nodes
 ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
+PAPER_FAMILIES = "Virtex-II", "Virtex-4"
 
-RAM_WIDTH = published.CLUSTER.nodes
-"""Bits a word of the cluster and border RAMs: one bit of each of 18 nodes."""
+BY_BIT = "nodes", "clusters", "array control", "borders", "decision"
+"""The lines that grow with the bits of a digit."""
 
 
-def cluster_count(rows: int, columns: int) -> int:
-    """3×6 clusters that cover a block, the last ones partly empty: one block RAM each.
+@dataclass(frozen=True)
+class Machine:
+    """What the resources of the circuit depend on.
 
-    >>> cluster_count(36, 66), cluster_count(48, 96), cluster_count(4, 7)
-    (132, 256, 4)
+    A block of ``rows`` × ``columns`` nodes; ``down`` × ``across`` blocks, where the borders of one block alone have no
+    memories; ``last``: the precision of the last of ``stages`` stages; whether it has its decision module;
+    ``digit_bits``: bits of every value a cycle.
     """
-    return -(-rows // published.CLUSTER_ROWS) * -(-columns // published.CLUSTER_COLUMNS)
 
+    rows: int
+    columns: int
+    last: int
+    decision: bool = True
+    down: int = 2
+    across: int = 2
+    pipeline: int = 0
+    stages: int = 1
+    digit_bits: int = 1
 
-def border_nodes(rows: int, columns: int) -> int:
-    """Border nodes around a block, corners left out.
+    @property
+    def block(self) -> tuple[int, int]:
+        """Rows and columns of a block."""
+        return self.rows, self.columns
 
-    >>> border_nodes(36, 66)
-    204
-    """
-    return 2 * (rows + columns)
+    @property
+    def variables(self) -> Mapping[str, int]:
+        """The parameters of the top module."""
+        return {
+            "ROWS": self.rows,
+            "COLUMNS": self.columns,
+            "DOWN": self.down,
+            "ACROSS": self.across,
+            "LAST_PRECISION": self.last,
+            "STAGES": self.stages,
+            "DECISION": int(self.decision),
+            "PIPELINE": self.pipeline,
+        }
 
-
-def border_rams(rows: int, columns: int, down: int = 2, across: int = 2) -> int:
-    """Block RAMs of the borders, 18 nodes of one side each: each side is read at the address of another block.
-
-    Of the ``down`` × ``across`` blocks of a map, one row has no sides to the north and south that another block reads,
-    and one column none to the west and east.
-
-    >>> border_rams(36, 66), border_rams(6, 12), border_rams(48, 96), border_rams(6, 12, 1, 1)
-    (12, 4, 18, 0)
-    """
-    vertical = 2 * -(-columns // RAM_WIDTH) if down > 1 else 0
-    return vertical + (2 * -(-rows // RAM_WIDTH) if across > 1 else 0)
-
-
-def memories(rows: int, columns: int, down: int, across: int) -> int:
-    """Block RAMs of clusters and borders of a map of ``down`` × ``across`` blocks."""
-    return cluster_count(rows, columns) + border_rams(rows, columns, down, across)
+    def of_paper(self, family: str) -> bool:
+        """Whether it is the published design, on a family of parts that it was published for."""
+        return not self.pipeline and self.digit_bits == 1 and family in PAPER_FAMILIES
 
 
 def decision_slices(precision: int) -> int:
@@ -103,83 +119,76 @@ def border_slices(rows: int, columns: int) -> int:
     return math.floor(SLICES_A_BORDER_NODE * border_nodes(rows, columns))
 
 
-def or_tree_lut4(nodes: int) -> int:
-    """4-input LUT of one OR over ``nodes`` bits.
+def items(machine: Machine, family: str) -> tuple[Line, ...]:
+    """The demand of a design on a family of parts."""
+    rows, columns = machine.block
+    lines = _of_paper(machine, family) if machine.of_paper(family) else _of_rows(machine, family)
+    text = f"{PAPER}, section 5.4"
+    sides = f"RTL of this package, hwsw verify: each side by itself; {text} has 12 for 36×66"
+    borders = border_rams(rows, columns, machine.down, machine.across)
+    rams = (
+        Line.item(
+            "clusters", "block_rams", cluster_count(rows, columns), Status.PUBLISHED, f"{text}: one a cluster"
+        ),
+        Line.item("borders", "block_rams", borders, Status.MEASURED, sides),
+    )
+    kept = [line for line in (*lines, *rams) if machine.decision or line.name != "decision"]
+    return tuple(_of_digits(line, machine.digit_bits) for line in kept)
 
-    >>> or_tree_lut4(4608)
-    1536
-    """
-    # A LUT of 4 inputs makes one signal of four, three less; N signals have to become one: (N - 1) / 3 LUT.
-    return -(-(nodes - 1) // 3)
+
+def _of_digits(line: Line, digit_bits: int) -> Line:
+    """The line of nodes of so many bits a cycle, out of that of bit-serial ones: each bit has block RAMs of its own."""
+    if digit_bits == 1 or line.name not in BY_BIT:
+        return line
+    if line.resource == "block_rams":
+        source = f"RTL of this package, hwsw verify: {digit_bits} for one of a bit-serial node"
+        return Line.item(line.name, line.resource, digit_bits * line.amount, Status.MEASURED, source)
+    source = f"{digit_bits} × the bit-serial one, as none of more bits was synthesised: {line.figure.source}"
+    return Line.item(line.name, line.resource, digit_bits * line.amount, Status.ASSUMED, source)
 
 
-def items(
-    rows: int, columns: int, precision: int, decision: bool = True, grid: tuple[int, int] = (2, 2)
-) -> tuple[Line, ...]:
-    """The demand of a design with blocks of ``rows`` × ``columns`` and the last precision ``precision``.
+def _of_rows(machine: Machine, family: str) -> list[Line]:
+    """Every line as synthesis counts it."""
+    lines: list[Line] = []
+    for piece in ARRAY:
+        logic = counted(piece, machine.variables, family)
+        lines += [packed(logic), *logic]
+    return lines
 
-    ``decision``: whether it has its decision module. ``grid``: blocks down and across; the borders of one block alone
-    have no memories.
-    """
-    nodes = rows * columns
-    logic = {
-        "borders": border_slices(rows, columns),
-        "border addresses": published.ADDRESS_SLICES,
-        "control": published.CONTROL_SLICES,
-        "decision": decision_slices(precision),
-    }
+
+def _of_paper(machine: Machine, family: str) -> list[Line]:
+    """Slices, and nodes with their array, as published. Its clusters are in the nodes; Table 3 has no OR trees."""
+    nodes = machine.rows * machine.columns
     table_1, table_3 = f"{PAPER}, Table 1, a node", f"{PAPER}, Table 3, less the nodes of Table 1"
     text = f"{PAPER}, section 5.4"
     border = f"{text}: what 99.4 % of an XC2V6000 leaves, {SLICES_A_BORDER_NODE:.2f} slices a border node"
-    sides = f"RTL of this package, hwsw verify: each side by itself; {text} has 12 for 36×66"
     shown, calibrated = Status.PUBLISHED, Status.CALIBRATED
     laws = (
         ("nodes", "slices", NODE_SLICES * nodes, shown, table_1),
         ("array control", "slices", ARRAY_SLICES, calibrated, table_3),
-        ("borders", "slices", logic["borders"], calibrated, border),
-        ("border addresses", "slices", logic["border addresses"], shown, f"{text}: around 10"),
-        ("control", "slices", logic["control"], shown, text),
-        ("decision", "slices", logic["decision"], shown, f"{text}: 3p + 682"),
+        ("borders", "slices", border_slices(*machine.block), calibrated, border),
+        ("border addresses", "slices", published.ADDRESS_SLICES, shown, f"{text}: around 10"),
+        ("control", "slices", published.CONTROL_SLICES, shown, text),
+        ("decision", "slices", decision_slices(machine.last), shown, f"{text}: 3p + 682"),
         ("nodes", "lut4", NODE_LUT4 * nodes, shown, table_1),
         ("array control", "lut4", ARRAY_LUT4, calibrated, table_3),
-        (
-            "OR trees",
-            "lut4",
-            2 * or_tree_lut4(nodes),
-            Status.MEASURED,
-            "our RTL, Yosys: (N - 1) / 3 LUT a tree",
-        ),
         ("nodes", "flip_flops", NODE_FLIP_FLOPS * nodes, shown, table_1),
         ("array control", "flip_flops", ARRAY_FLIP_FLOPS, calibrated, table_3),
-        ("clusters", "block_rams", cluster_count(rows, columns), shown, f"{text}: one a cluster"),
-        ("borders", "block_rams", border_rams(rows, columns, *grid), Status.MEASURED, sides),
     )
     lines = [Line.item(*line) for line in laws]
-    bound = "upper bound: two a slice; published in slices only"
-    for kind in ("lut4", "flip_flops"):
-        lines += [Line.item(name, kind, 2 * slices, Status.ASSUMED, bound) for name, slices in logic.items()]
-    return tuple(item for item in lines if decision or item.name != "decision")
+    for piece in ("OR trees", "borders", "border addresses", "control", "decision"):
+        lines += counted(piece, machine.variables, family)
+    return lines
 
 
-def totals(
-    rows: int, columns: int, precision: int, decision: bool = True, grid: tuple[int, int] = (2, 2)
-) -> dict[str, int]:
+def totals(machine: Machine, family: str) -> dict[str, int]:
     """The demand by resource, without its items; see ``items``."""
-    return sum_by_resource(items(rows, columns, precision, decision, grid))
+    return sum_by_resource(items(machine, family))
 
 
 def word_depth(part: Part) -> int:
     """Words of a block RAM of the part at 18 bits a word, for a cluster; 0: no block RAM is so wide."""
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
-
-
-def digits(precision: int, digit_bits: int) -> int:
-    """Digits of a value of ``precision`` bits, the lowest one perhaps in part.
-
-    >>> digits(63, 1), digits(63, 2), digits(63, 8)
-    (63, 32, 8)
-    """
-    return -(-precision // digit_bits)
 
 
 def words(blocks: int, precision: int, digit_bits: int = 1) -> int:

@@ -24,7 +24,7 @@ from codesign.planners.harmonic.plan.fixed_point import LowerBound, limbs_needed
 from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.planner import PLANNER
 from codesign.planners.harmonic.plan.relax import HarmonicPlan
-from codesign.planners.harmonic.styles import resources, timing
+from codesign.planners.harmonic.styles import counted, geometry, resources, timing
 from codesign.planners.host import HostTask, one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -34,9 +34,10 @@ Path = tuple[NDArray[np.float64], bool]
 
 
 class DecisionModule(TaskStyle):
-    """17p + 10 cycles a decision (assumed), 3p + 682 slices (section 5.4), and block RAM for the field.
+    """p + 7 cycles a decision: the circuit ``harmonic_decide``, with the field in block RAM beside it.
 
-    ``steps`` returns the path from the position. It begins with the direction.
+    ``steps`` returns the path from the position. It begins with the direction. The field is written into the memories
+    as it arrives, which is not counted.
     """
 
     planner = "harmonic"
@@ -46,23 +47,23 @@ class DecisionModule(TaskStyle):
     component_type = "fpga"
 
     def demand(self, job: Job[Problem, RelaxParameters]) -> Demand:
-        """The decision module, and p + 1 bits of every cell in words of 18 bits."""
-        problem = job.problem
-        last = job.parameters.precisions[-1]
-        slices = resources.decision_slices(last)
-        text = f"{published.PAPER}, section 5.4: 3p + 682"
-        bound = "upper bound: two a slice; published in slices only"
-        words = -(-problem.free.size * (last + 1) // resources.RAM_WIDTH)
-        rams = -(-words // max(1, resources.word_depth(job.chip)))
-        law = f"{last + 1} bits of each of {problem.free.size:,} cells; the paper keeps them with the nodes"
-        return Demand(
-            items=(
-                Line.item("decision", "slices", slices, Status.PUBLISHED, text),
-                Line.item("decision", "lut4", 2 * slices, Status.ASSUMED, bound),
-                Line.item("decision", "flip_flops", 2 * slices, Status.ASSUMED, bound),
-                Line.item("field", "block_rams", rams, Status.ASSUMED, law),
-            )
-        )
+        """The decision module, and p + 1 bits of every cell in five memories of one bit a word.
+
+        On the paper's families its slices are those published, of a module that has no memory of its own.
+        """
+        (rows, columns), last, part = job.problem.shape, job.parameters.precisions[-1], job.chip
+        variables = {"ROWS": rows, "COLUMNS": columns, "LAST_PRECISION": last}
+        logic = counted.counted("decision", variables, part.family, self.task)
+        slices = counted.packed(logic)
+        if part.family in resources.PAPER_FAMILIES:
+            text = f"{published.PAPER}, section 5.4: 3p + 682"
+            shown = resources.decision_slices(last)
+            slices = Line.item("decision", "slices", shown, Status.PUBLISHED, text)
+        rams = geometry.field_rams_a_memory(rows, columns, last, part.block_ram_shapes)
+        law = f"{last + 1} bits of each of {rows * columns:,} cells, as synthesis counts the RTL of this package"
+        memories = geometry.FIELD_MEMORIES * rams
+        field = Line.item("field", "block_rams", memories, Status.MEASURED, law)
+        return Demand(items=(slices, *logic, field))
 
     def clock_limit(self, job: Job[Problem, RelaxParameters]) -> Figure:
         """The fastest published clock of a design with the module, that of the largest block, Hz. Assumed."""
@@ -77,7 +78,7 @@ class DecisionModule(TaskStyle):
     def steps(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, Path]:
         """One decision."""
         plan: HarmonicPlan = job.plan
-        yield one_step(self.task, timing.decision_cycles(plan.precision, job.parameters.pipeline))
+        yield one_step(self.task, timing.lone_decision_cycles(plan.precision))
         return PLANNER.path_from(job.problem, plan, job.position)
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:

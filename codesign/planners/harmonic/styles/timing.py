@@ -11,8 +11,8 @@ Cycles
     early, with an iteration that changed nothing, has begun another pass, and drops it: ``dropped_pass_cycles``. With
     one block that pass is the first iteration of the next visit, and is dropped only where the stage ends.
 
-    With digits of d bits a cycle, the ⌈p/d⌉ digits of p bits take ⌈p/d⌉ + 2 cycles. A node divides by 4 within one digit
-    and the next, and still reads the flags of the next pass in a cycle of their own.
+    With digits of d bits a cycle, the ⌈p/d⌉ digits of p bits take ⌈p/d⌉ + 2 cycles. A node divides by 4 within one
+    digit and the next, and still reads the flags of the next pass in a cycle of their own.
 
     Raising the precision moves no data: words are addressed from their most significant bit, and the bits
     below have been zero since the memory was cleared.
@@ -35,14 +35,9 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.resources import RAM_WIDTH, cluster_count, digits, words
+from codesign.planners.harmonic.styles.geometry import digits, field_plane, tree_widths
+from codesign.planners.harmonic.styles.resources import words
 from codesign.planners.measured import clock_rows
-
-TREE_GROUP = 288
-"""Nodes to a register of the OR trees without a pipeline: 5 levels of 4 inputs."""
-
-PIPELINE_TREE_GROUP = 16
-"""Clusters to a register of the OR trees with a pipeline, after a register for each cluster."""
 
 PREPARATION_CYCLES = 3
 """Cycles before the first slot of a read-out or a decision: block, address, and the slot in which flags are read."""
@@ -68,7 +63,7 @@ def iteration_cycles(precision: int, digit_bits: int = 1) -> int:
     # reads     b_0  b_1  b_2  b_3 ..   b_p-1                       bit i of the four neighbours, lowest first
     # sum       s_0  s_1  s_2  s_3 ..   s_p-1   s_p       s_p+1     two bits longer than its terms
     # writes              h_0  h_1 ..   h_p-3   h_p-2     h_p-1     h_i = s_i+2: the division by 4 is the delay
-    # With digits of d bits, digit j of the result is complete one digit later: d_j = bits 2 and up of s_j, 0 and 1 of s_j+1.
+    # Digits of d bits: digit j of the result is bits 2 and up of s_j, and bits 0 and 1 of s_j+1 above them.
     return digits(precision, digit_bits) + 2
 
 
@@ -78,14 +73,7 @@ def or_tree_stages(rows: int, columns: int, pipeline: int = 0) -> int:
     >>> or_tree_stages(6, 12), or_tree_stages(48, 96), or_tree_stages(6, 12, 1), or_tree_stages(48, 96, 1)
     (1, 2, 2, 3)
     """
-    clusters = cluster_count(rows, columns)
-    # Without a pipeline the last register is that of the control. With it each cluster has a register first.
-    inputs, group = (clusters, PIPELINE_TREE_GROUP) if pipeline else (RAM_WIDTH * clusters, TREE_GROUP)
-    stages = 1 + pipeline
-    while inputs > group:
-        inputs = -(-inputs // group)
-        stages += 1
-    return stages
+    return 1 + pipeline + len(tree_widths(rows, columns, pipeline))
 
 
 def stream_delay(pipeline: int) -> int:
@@ -120,8 +108,8 @@ def least_precision(rows: int, columns: int, pipeline: int = 0, digit_bits: int 
 def load_cycles(memories: int, blocks: int, precision: int, digit_bits: int = 1) -> int:
     """Cycles to load a map: clear p + 1 words for each block in all RAMs at once, then two words a RAM for each block.
 
-    The two words are the flags and the highest bits of 18 nodes. ``memories``: RAMs of clusters and borders. With digits
-    of d bits they are d RAMs each, which take their words together, and ⌈p/d⌉ + 1 words are cleared.
+    The two words are the flags and the highest bits of 18 nodes. ``memories``: RAMs of clusters and borders. With
+    digits of d bits they are d RAMs each, which take their words together, and ⌈p/d⌉ + 1 words are cleared.
     """
     return words(blocks, precision, digit_bits) + reload_cycles(memories, blocks)
 
@@ -146,6 +134,17 @@ def decision_cycles(precision: int, pipeline: int = 0, digit_bits: int = 1) -> i
     """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
     reads = iteration_cycles(precision, digit_bits)
     return 1 + PREPARATION_CYCLES + reads + stream_delay(pipeline) + 1
+
+
+def lone_decision_cycles(precision: int) -> int:
+    """Cycles of one decision of the module by itself: p + 7. One takes the position, p + 2 read the bits."""
+    # The registers: the position and addresses, the memory and its output, the five bits, the result.
+    return 1 + precision + 2 + 4
+
+
+def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
+    """Cycles to load the field of a module by itself: the precision, then five columns of a row a cycle, bit by bit."""
+    return 1 + field_plane(*shape) * (precision + 1)
 
 
 def read_cycles(
@@ -224,21 +223,30 @@ def clock_miss() -> float:
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
-def registers(rows: int, columns: int, pipeline: int) -> Registers:
-    """What the clock of a block depends on: its pipeline, and its nodes."""
-    return Registers(f"relax.pipeline {pipeline}", rows * columns)
+def registers(rows: int, columns: int, pipeline: int, digit_bits: int = 1) -> Registers:
+    """What the clock of a block depends on: its pipeline and the bits of its digits, and its nodes."""
+    digit = f", relax.digit_bits {digit_bits}" if digit_bits > 1 else ""
+    return Registers(f"relax.pipeline {pipeline}{digit}", rows * columns)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The blocks that were placed and routed."""
     return tuple(
-        Placement(row, registers(*(row.variables[name] for name in ("ROWS", "COLUMNS", "PIPELINE"))))
+        Placement(
+            row,
+            registers(
+                row.variables["ROWS"],
+                row.variables["COLUMNS"],
+                row.variables["PIPELINE"],
+                row.variables.get("DIGIT_BITS", 1),
+            ),
+        )
         for row in clock_rows("harmonic", "bit_serial")
     )
 
 
-def clock_limit(rows: int, columns: int, part: Part, pipeline: int) -> Figure:
+def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0, digit_bits: int = 1) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
     The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot
@@ -266,5 +274,9 @@ def clock_limit(rows: int, columns: int, part: Part, pipeline: int) -> Figure:
         high=min(law * (1 + margin), ram_high),
     )
     return on_family(
-        limit, part, *FITTED, registers=registers(rows, columns, pipeline), placements=placements()
+        limit,
+        part,
+        *FITTED,
+        registers=registers(rows, columns, pipeline, digit_bits),
+        placements=placements(),
     )

@@ -6,6 +6,9 @@
 // Six products. PARALLEL = 0: one multiplier, a product a cycle and a cycle to sum up, 7 cycles. PARALLEL = 1: all at
 // once, 2 cycles. ACCELERATED = 0: the robot keeps its velocity, and only the two products v t are formed.
 //
+// The unit that takes an acceleration has its one multiplier outside, where other modules use it between two trials:
+// `product` is that of `first` and `second` in the cycle before. All other units have their own.
+//
 // A run begins in the first cycle with `go`. Position, velocity and acceleration are held until `done`, its last cycle.
 // The results stand in x, y, vx, vy from the cycle after it until the next run begins; the next_ values are the same
 // one cycle earlier, in the cycle of `done`. `next_outside`: the position leaves its word.
@@ -28,6 +31,9 @@ module pos_vel_update #(
     input  wire signed [WIDTH-1:0] velocity_y,
     input  wire signed [WIDTH-1:0] acceleration_x,
     input  wire signed [WIDTH-1:0] acceleration_y,
+    output wire signed [WIDTH-1:0] first,
+    output wire signed [WIDTH-1:0] second,
+    input  wire signed [2*WIDTH-1:0] product,
     output wire                    done,
     output wire signed [WIDTH-1:0] x,
     output wire signed [WIDTH-1:0] y,
@@ -50,6 +56,9 @@ module pos_vel_update #(
 
     generate
         if (PARALLEL != 0) begin : parallel
+            assign first = {WIDTH{1'b0}};
+            assign second = {WIDTH{1'b0}};
+            wire unused_product = &{1'b0, product};
             pos_vel_update_parallel #(
                 .WIDTH(WIDTH), .SUM(SUM), .ACCELERATED(ACCELERATED), .T(T), .T2(T2),
                 .VELOCITY_STEP_SHIFT(VELOCITY_STEP_SHIFT),
@@ -65,6 +74,15 @@ module pos_vel_update #(
                 .next_outside(next_outside)
             );
         end else begin : serial
+            wire signed [2*WIDTH-1:0] product_before;
+            if (ACCELERATED != 0) begin : outside
+                assign product_before = product;
+            end else begin : inside
+                reg signed [2*WIDTH-1:0] own_product;
+                always @(posedge clk) own_product <= first * second;
+                assign product_before = own_product;
+                wire unused_product = &{1'b0, product};
+            end
             pos_vel_update_serial #(
                 .WIDTH(WIDTH), .SUM(SUM), .ACCELERATED(ACCELERATED), .T(T), .T2(T2),
                 .VELOCITY_STEP_SHIFT(VELOCITY_STEP_SHIFT),
@@ -75,6 +93,7 @@ module pos_vel_update #(
                 .position_x(position_x), .position_y(position_y),
                 .velocity_x(velocity_x), .velocity_y(velocity_y),
                 .acceleration_x(acceleration_x), .acceleration_y(acceleration_y),
+                .first(first), .second(second), .product(product_before),
                 .done(done), .x(x), .y(y), .vx(vx), .vy(vy),
                 .next_x(next_x), .next_y(next_y), .next_vx(next_vx), .next_vy(next_vy),
                 .next_outside(next_outside)

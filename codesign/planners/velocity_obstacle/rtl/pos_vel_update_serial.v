@@ -1,4 +1,4 @@
-// Equations 2a and 2b over one multiplier: a product a cycle, added up in the cycle after it.
+// Equations 2a and 2b over one multiplier outside: a product of its factors a cycle, added up in the cycle after it.
 //
 //     cycle     0      1          2       3       4          5       6
 //     product   vx t   ax t²/2    ax t    vy t    ay t²/2    ay t
@@ -22,6 +22,9 @@ module pos_vel_update_serial #(
     input  wire signed [WIDTH-1:0] velocity_y,
     input  wire signed [WIDTH-1:0] acceleration_x,
     input  wire signed [WIDTH-1:0] acceleration_y,
+    output wire signed [WIDTH-1:0] first,
+    output wire signed [WIDTH-1:0] second,
+    input  wire signed [2*WIDTH-1:0] product,
     output wire                    done,
     output wire signed [WIDTH-1:0] x,
     output wire signed [WIDTH-1:0] y,
@@ -41,10 +44,9 @@ module pos_vel_update_serial #(
     end
     assign done = step == 3'd6;
 
-    // The product of this cycle.
+    // The factors of this cycle.
     wire second_axis = step >= 3'd3;
     wire signed [WIDTH-1:0] velocity = second_axis ? velocity_y : velocity_x;
-    wire signed [WIDTH-1:0] first, second;
     generate
         if (ACCELERATED != 0) begin : accelerated
             wire signed [WIDTH-1:0] acceleration = second_axis ? acceleration_y : acceleration_x;
@@ -57,8 +59,6 @@ module pos_vel_update_serial #(
             wire unused_acceleration = &{1'b0, acceleration_x, acceleration_y, T2};
         end
     endgenerate
-    reg signed [2*WIDTH-1:0] product;
-    always @(posedge clk) product <= first * second;
 
     // The product of the cycle before, added to what it belongs to.
     wire signed [SUM-1:0] moved;

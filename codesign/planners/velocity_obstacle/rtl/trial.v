@@ -39,6 +39,10 @@ module trial #(
     input  wire signed [WIDTH-1:0] acceleration_y,
     input  wire signed [WIDTH-1:0] present_vx,
     input  wire signed [WIDTH-1:0] present_vy,
+    // The multiplier of the update unit of robot 0, outside.
+    output wire signed [WIDTH-1:0] first,
+    output wire signed [WIDTH-1:0] second,
+    input  wire signed [2*WIDTH-1:0] product,
     output wire                    last,
     output wire                    safe,
     output wire signed [WIDTH-1:0] own_vx,
@@ -130,7 +134,8 @@ module trial #(
             );
             wire signed [WIDTH-1:0] next_x, next_y, next_vx, next_vy;
             wire next_outside;
-            wire first = u == 0 && turn == {TURN_BITS{1'b0}};
+            wire signed [WIDTH-1:0] unit_first, unit_second;
+            wire robot_0 = u == 0 && turn == {TURN_BITS{1'b0}};
             wire go = run && turn != COUNT[TURN_BITS-1:0] && (!result || taken[u]) && !held_back;
             pos_vel_update #(
                 .WIDTH(WIDTH), .PARALLEL(PARALLEL), .ACCELERATED(u == 0), .STEP(STEP), .HALF_SQUARE(HALF_SQUARE),
@@ -140,8 +145,9 @@ module trial #(
                 .clk(clk), .reset(reset), .go(go),
                 .position_x(position[WIDTH-1:0]), .position_y(position[2*WIDTH-1:WIDTH]),
                 .velocity_x(velocity[WIDTH-1:0]), .velocity_y(velocity[2*WIDTH-1:WIDTH]),
-                .acceleration_x(first ? acceleration_x : {WIDTH{1'b0}}),
-                .acceleration_y(first ? acceleration_y : {WIDTH{1'b0}}),
+                .acceleration_x(robot_0 ? acceleration_x : {WIDTH{1'b0}}),
+                .acceleration_y(robot_0 ? acceleration_y : {WIDTH{1'b0}}),
+                .first(unit_first), .second(unit_second), .product(product),
                 .done(update_done[u]),
                 .x(x[u*WIDTH +: WIDTH]), .y(y[u*WIDTH +: WIDTH]),
                 .vx(vx[u*WIDTH +: WIDTH]), .vy(vy[u*WIDTH +: WIDTH]),
@@ -155,7 +161,7 @@ module trial #(
                     result <= 1'b0;
                 end else if (update_done[u]) begin
                     turn <= turn + 1'b1;
-                    result <= !first;
+                    result <= !robot_0;
                 end else if (taken[u]) result <= 1'b0;
             end
             assign full[u] = result;
@@ -168,8 +174,9 @@ module trial #(
             if (u == 0) begin : own
                 assign {first_x, first_y, first_vx, first_vy} = {next_x, next_y, next_vx, next_vy};
                 assign first_outside = next_outside;
+                assign {first, second} = {unit_first, unit_second};
             end else begin : others
-                wire unused_next = &{1'b0, next_x, next_y, next_vx, next_vy, next_outside};
+                wire unused_next = &{1'b0, next_x, next_y, next_vx, next_vy, next_outside, unit_first, unit_second};
             end
         end
     endgenerate

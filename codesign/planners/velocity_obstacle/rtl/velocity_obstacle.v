@@ -89,12 +89,15 @@ module velocity_obstacle #(
         if (take && word == 2) {own_vy, own_vx} <= pair;
     end
 
-    // One multiplier serves all modules but the units of the trial: no two of them work at the same time.
+    // One multiplier serves all modules but the further units of the trial: no two of them work at the same time.
     wire signed [WIDTH:0] target_factor, selector_first, check_first, check_second, pid_first, pid_second;
-    wire signed [WIDTH-1:0] selector_second;
-    wire signed [WIDTH:0] first = target ? target_factor : heading ? selector_first : check ? check_first : pid_first;
+    wire signed [WIDTH-1:0] selector_second, trial_first, trial_second;
+    wire trial_product = PARALLEL == 0 && verify;
+    wire signed [WIDTH:0] first = target ? target_factor : heading ? selector_first : check ? check_first
+        : trial_product ? {trial_first[WIDTH-1], trial_first} : pid_first;
     wire signed [WIDTH:0] second = target ? target_factor
-        : heading ? {selector_second[WIDTH-1], selector_second} : check ? check_second : pid_second;
+        : heading ? {selector_second[WIDTH-1], selector_second} : check ? check_second
+        : trial_product ? {trial_second[WIDTH-1], trial_second} : pid_second;
     wire signed [2*WIDTH+1:0] product_now = first * second;
     reg signed [2*WIDTH+1:0] product;
     always @(posedge clk) product <= product_now;
@@ -166,6 +169,7 @@ module velocity_obstacle #(
         .clk(clk), .reset(reset),
         .load_position(take && word[0]), .load_velocity(take && !word[0] && !first_word), .load_data(pair),
         .run(verify), .acceleration_x(tried_x), .acceleration_y(tried_y), .present_vx(own_vx), .present_vy(own_vy),
+        .first(trial_first), .second(trial_second), .product(product[2*WIDTH-1:0]),
         .last(trial_last), .safe(safe), .own_vx(chosen_x), .own_vy(chosen_y)
     );
 

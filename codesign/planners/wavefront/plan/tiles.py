@@ -77,7 +77,8 @@ def run_tiles(
         since, index = heapq.heappop(waiting)
         if pending.get(index) != since:
             continue
-        at_stops = state.potentials[stop_cells]
+        # A stop that is a source is reached before any visit.
+        at_stops = np.where(source[stop_cells], 0, state.potentials[stop_cells])
         if at_stops.size and at_stops.min() >= 0 and since >= at_stops.max():
             break
         del pending[index]
@@ -95,7 +96,7 @@ def run_tiles(
                 pending[beside] = time
                 heapq.heappush(waiting, (time, beside))
     answer = state.potentials[1:-1, 1:-1]
-    answer = np.where(answer < 0, np.int32(UNREACHED), answer)
+    answer = np.where(source[1:-1, 1:-1], 0, np.where(answer < 0, np.int32(UNREACHED), answer))
     if len(stops):
         answer[answer > answer[tuple(stops.T)].max()] = UNREACHED
     return answer, Visits(np.array(visited, np.int32), np.array(spans, np.int64), largest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -12,11 +13,13 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters, ReadOut
 from codesign.planners.wavefront.plan.plan import waits
-from codesign.planners.wavefront.rtl.expected import KINDS, PHASES, expected_run
+from codesign.planners.wavefront.rtl.expected import KINDS, PHASES, TILED_PHASES, expected_run
 from codesign.planners.wavefront.rtl.layout import Words, load_stream
 from codesign.planners.wavefront.rtl.samples import random_job
-from codesign.planners.wavefront.styles import AdderComparator, DelayLine
+from codesign.planners.wavefront.rtl.tile_layout import TileWords, tile_stream
+from codesign.planners.wavefront.styles import AdderComparator, DelayLine, Tiled
 from codesign.planners.wavefront.styles.array import ArrayStyle
+from codesign.planners.wavefront.styles.resources import held_out
 from codesign.planners.wavefront.styles.steps import TRACK
 
 HERE = Path(__file__).parent
@@ -25,6 +28,7 @@ MACHINE = (
         "wavefront_machine",
         "select_word",
         "select_line",
+        "select_number",
         "path_tracker",
         "delay_line_array",
         "delay_line_node",
@@ -32,6 +36,22 @@ MACHINE = (
     *("adder_array", "adder_node", "element_array", "wave_element"),
 )
 """The modules of the machine: it names every array, and Yosys reads them all."""
+
+TILED_MACHINE = (
+    *("tiled_machine", "tile_array", "halo_cell", "tile_column", "tile_cursor", "tile_scheduler"),
+    *("earliest_changes", "select_line", "select_number", "path_tracker", "delay_line_node"),
+)
+"""The modules of the machine with an array of one tile."""
+
+TILED_PIECES = {
+    "nodes": ("delay_line_node",),
+    "halo": ("halo_cell",),
+    "column memories": ("tile_column",),
+    "scheduler": ("tile_scheduler", "earliest_changes"),
+    "tracker": ("path_tracker", "tile_cursor"),
+    "read-out": ("select_line", "select_number"),
+}
+"""The lines of the demand of a tile's array, and their modules."""
 
 DELAY_LINE, ADDER_COMPARATOR, ELEMENTS = 0, 1, 2
 """The arrays that the machine knows, by their number."""
@@ -102,8 +122,10 @@ class ArrayCircuit(CircuitStyle):
             event_bits=event_bits,
             pieces={
                 "nodes": (node,),
+                "memories": ("ram_1w1r",),
+                "read-out": ("select_line", "select_number", "select_word"),
                 "tracker": ("path_tracker",),
-                "read-out": ("select_line",),
+                "control": ("wavefront_machine", "delay_line_array", "adder_array", "element_array"),
             },
             notes=(TRACKER_NOTE,),
         )
@@ -113,6 +135,10 @@ class ArrayCircuit(CircuitStyle):
         job = replace(job, parameters=self.model.settled(job.parameters))
         words = Words.of(job.problem, job.parameters, self.model.bits(job))
         return expected_run(self.model, job, words)
+
+    def held_out(self, variables: Mapping[str, int]) -> bool:
+        """Whether the laws of LUT left the size out of their fit."""
+        return held_out(variables)
 
     def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
         """A random small map with random parameters."""
@@ -147,6 +173,66 @@ class AdderCircuit(ArrayCircuit):
     def array(self, _parameters: PropagateParameters, /) -> tuple[int, str]:
         """A node for every cell."""
         return ADDER_COMPARATOR, "adder_node"
+
+
+class TiledCircuit(CircuitStyle):
+    """An array of one tile, with the memories of its columns and a scheduler."""
+
+    planner = "wavefront"
+    style = "tiled"
+    model = Tiled()
+
+    def circuit(self, job: Job[Problem, PropagateParameters]) -> Circuit:
+        """The machine with the array of the tile."""
+        job = replace(job, parameters=self.model.settled(job.parameters))
+        parameters, problem = job.parameters, job.problem
+        words = Words.of(problem, parameters, self.model.bits(job))
+        _check_width(words, self.model.largest_potential(job))
+        tiles = TileWords.of(problem, parameters, words)
+        stream = tile_stream(problem, parameters, words, tiles)
+        event_bits = max(words.word, words.row_bits + words.column_bits, tiles.tile_bits)
+        return Circuit(
+            top="tiled_machine",
+            sources=(*(HERE / f"{name}.v" for name in TILED_MACHINE), SHARED / "ram_1w1r.v"),
+            parameters={
+                "ROWS": problem.rows,
+                "COLUMNS": problem.columns,
+                "ROW_BITS": words.row_bits,
+                "COLUMN_BITS": words.column_bits,
+                **tiles.parameters(),
+                "STRAIGHT": parameters.delays[0],
+                "DIAGONAL": parameters.delays[1],
+                "EXTRA": words.extra,
+                "CORNER_CUTTING": int(parameters.corner_cutting),
+                "SAFE": int(words.safe),
+                "WAITS": int(waits(problem, parameters)),
+                "TRACK": int(job.does(TRACK)),
+                "MOST_STEPS": parameters.steps if parameters.course is Course.LOCAL else 0,
+                "BITS": words.bits,
+                "OBSTACLE_BITS": words.obstacle_bits,
+                "FLAGS": words.flags,
+                "LOAD_CELLS": tiles.load_cells,
+                "LOAD_BITS": stream.width,
+                "WORD": words.word,
+                "EVENT_BITS": event_bits,
+            },
+            stream=stream,
+            phases=TILED_PHASES,
+            kinds=KINDS,
+            event_bits=event_bits,
+            pieces=TILED_PIECES,
+            notes=(TRACKER_NOTE,),
+        )
+
+    def expected(self, job: Job[Problem, PropagateParameters]) -> Expected:
+        """The visits of tiles, the words of all cells, and the steps of the path of the first start."""
+        job = replace(job, parameters=self.model.settled(job.parameters))
+        words = Words.of(job.problem, job.parameters, self.model.bits(job))
+        return expected_run(self.model, job, words)
+
+    def sample(self, seed: int) -> Job[Problem, PropagateParameters]:
+        """A random small map with random parameters and tiles."""
+        return random_job(seed, self.style)
 
 
 def _unsuited(key: str, what: str, hint: str) -> UnsuitedError:

@@ -13,13 +13,14 @@ from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import Course, PropagateParameters
 from codesign.planners.wavefront.plan.plan import WavefrontPlan
 from codesign.planners.wavefront.rtl.layout import Words, cell_flags
-from codesign.planners.wavefront.styles import AdderComparator, timing
+from codesign.planners.wavefront.styles import AdderComparator, Tiled, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
-from codesign.planners.wavefront.styles.steps import LOAD, OBSTACLES, PROPAGATE, READ_OUT, TRACK
+from codesign.planners.wavefront.styles.steps import EXCHANGE, LOAD, OBSTACLES, PROPAGATE, READ_OUT, TRACK
 
 PHASES = (LOAD, OBSTACLES, PROPAGATE, READ_OUT, TRACK)
-KINDS = ("potential", "obstacle_potential", "step")
-POTENTIAL, OBSTACLE_POTENTIAL, STEP = range(3)
+TILED_PHASES = (LOAD, OBSTACLES, PROPAGATE, EXCHANGE, TRACK)
+KINDS = ("potential", "obstacle_potential", "step", "visit")
+POTENTIAL, OBSTACLE_POTENTIAL, STEP, VISIT = range(4)
 
 Part = tuple[NDArray[np.int64], int, NDArray[np.uint64]]
 """Events of one kind: cycles, kind, values."""
@@ -28,7 +29,8 @@ Part = tuple[NDArray[np.int64], int, NDArray[np.uint64]]
 def expected_run(style: ArrayStyle, job: Job[Problem, PropagateParameters], words: Words) -> Expected:
     """The events of a run of ``style`` with the settled parameters of ``job``."""
     cycles, plan = phase_cycles(style.work(job))
-    parts = list(_parts(style, job, words, cycles, plan))
+    parts = [_visit_events(style, job, cycles[LOAD])] if isinstance(style, Tiled) else []
+    parts += _parts(style, job, words, cycles, plan)
     events = Events(
         np.concatenate([part[0] for part in parts]),
         np.concatenate([np.full(len(part[0]), part[1], np.uint8) for part in parts]),
@@ -52,15 +54,15 @@ def _parts(
     distances = None
     if plan.obstacle_potentials is not None:
         distances = plan.obstacle_potentials.astype(np.int64)
-        if isinstance(style, AdderComparator) and job.problem.free.all():
-            # No source at all: this array leaves its own infinity where a delay line leaves the last count.
+        if isinstance(style, AdderComparator | Tiled) and job.problem.free.all():
+            # No source at all: these leave their own infinity where a delay line leaves the last count.
             distances[...] = (1 << (words.obstacle_bits or words.bits)) - 1
     cells = np.arange(job.problem.free.size, dtype=np.int64)
     begin = cycles[LOAD] + cycles.get(OBSTACLES, 0)
     if words.chain and distances is not None:
         yield begin + cells, OBSTACLE_POTENTIAL, words.packed(distances, None, flags)
         begin += timing.read_out_cycles(len(cells))
-    begin += cycles[PROPAGATE]
+    begin += cycles.get(PROPAGATE, 0) + cycles.get(EXCHANGE, 0)
     shown = words.packed(potentials, distances, flags)
     if words.chain:
         yield begin + cells, POTENTIAL, shown
@@ -69,12 +71,26 @@ def _parts(
         yield _steps(job, words, plan, begin)
         begin += cycles[TRACK]
     if not words.chain:
-        yield begin + timing.read_latency(words.element_cells) + cells, POTENTIAL, shown
+        yield begin + timing.READ_LATENCY + cells, POTENTIAL, shown
+
+
+def _visit_events(style: Tiled, job: Job[Problem, PropagateParameters], begin: int) -> Part:
+    """The tiles in the order of their visits, each in the last cycle of the scan that chooses it."""
+    tile, tiles = style.array_shape(job), job.parameters.tile_count(*job.problem.shape)
+    exchange = timing.exchange_cycles(tile, tiles)
+    chosen, cycles = [], []
+    for _, visits in style.passes(job):
+        begin += timing.scan_cycles(tile[1], tiles)
+        ends = begin + np.cumsum(exchange + timing.visit_cycles(visits.span))
+        cycles.append(np.concatenate([[begin], ends[:-1]])[: len(ends)] - 1)
+        chosen.append(visits.tile.astype(np.uint64))
+        begin = int(ends[-1]) if len(ends) else begin
+    return np.concatenate(cycles).astype(np.int64), VISIT, np.concatenate(chosen)
 
 
 def infinity(style: ArrayStyle, plan: WavefrontPlan, words: Words) -> int:
-    """The register of a cell that no wave reached: the last count, or the largest value of an adder's register."""
-    if isinstance(style, AdderComparator):
+    """The register of a cell that no wave reached: the last count, or all bits of a register or a memory's word."""
+    if isinstance(style, AdderComparator | Tiled):
         return (1 << words.bits) - 1
     return plan.largest_potential + 1
 
@@ -86,7 +102,6 @@ def _steps(job: Job[Problem, PropagateParameters], words: Words, plan: Wavefront
     if plan.potentials[start] >= 0:
         most = job.parameters.steps if job.parameters.course is Course.LOCAL else None
         path = plan.tracker.follow(start, most)[1:]
-    latency = timing.read_latency(words.element_cells)
-    after = np.array([timing.track_cycles(step + 1, latency) for step in range(len(path))], np.int64)
+    after = np.array([timing.track_cycles(step + 1) for step in range(len(path))], np.int64)
     values = (path[:, 0] << words.column_bits | path[:, 1]).astype(np.uint64)
     return begin + after - 1, STEP, values

@@ -130,10 +130,9 @@ def load_stream(problem: Problem, parameters: PropagateParameters, words: Words)
 def _packed_words(flags: NDArray[np.uint8], words: Words) -> list[int]:
     """The flags of all elements in words, the last word first."""
     begins = range(0, len(flags), words.load_cells)
-    return [
-        sum(
-            int(flag) << words.flags * place
-            for place, flag in enumerate(flags[begin : begin + words.load_cells])
-        )
-        for begin in reversed(begins)
-    ]
+    return [packed_flags(flags[begin : begin + words.load_cells], words.flags) for begin in reversed(begins)]
+
+
+def packed_flags(flags: NDArray[np.uint8], bits: int) -> int:
+    """A word of the load stream: ``bits`` a cell, those of the first cell lowest."""
+    return sum(int(flag) << bits * place for place, flag in enumerate(flags))

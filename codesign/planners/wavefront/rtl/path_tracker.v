@@ -20,8 +20,7 @@ module path_tracker #(
     parameter SAFE = 0,
     parameter BITS = 6,
     parameter OBSTACLE_BITS = 1,    // of p^d; 1 where no paths are safe
-    parameter MOST_STEPS = 1,       // 0: the whole path
-    parameter LATENCY = 1
+    parameter MOST_STEPS = 1        // 0: the whole path
 ) (
     input  wire                     clk,
     input  wire                     place,          // take the start
@@ -39,6 +38,7 @@ module path_tracker #(
     output wire [COLUMN_BITS-1:0]   step_column,
     output wire                     last
 );
+    localparam LATENCY = 2;
     localparam SUM_BITS = (BITS > 7 ? BITS : 7) + 1;
     localparam [31:0] LAST_SLOT = 7 + LATENCY, FIRST_SLOT = 16 - LATENCY, AWAY = LATENCY;
     localparam [31:0] STRAIGHT_STEP = STRAIGHT, DIAGONAL_STEP = DIAGONAL;
@@ -77,13 +77,7 @@ module path_tracker #(
         && !(goes_west(asked) && column == {COLUMN_BITS{1'b0}})
         && !(goes_east(asked) && column == RIGHT[COLUMN_BITS-1:0]);
     reg [LATENCY-1:0] on_map_line;
-    generate
-        if (LATENCY == 1) begin : next_edge
-            always @(posedge clk) on_map_line <= asked_on_map;
-        end else begin : later
-            always @(posedge clk) on_map_line <= {on_map_line[LATENCY-2:0], asked_on_map};
-        end
-    endgenerate
+    always @(posedge clk) on_map_line <= {on_map_line[LATENCY-2:0], asked_on_map};
     wire on_map = on_map_line[LATENCY-1];
     wire [3:0] arriving = slot - AWAY[3:0];
     wire [2:0] side = arriving[2:0];

@@ -12,7 +12,7 @@ from codesign.planners.job import Job
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
 from codesign.planners.wavefront.plan.planner import PLANNER
 
-LARGEST_SIDE = {"delay_line": 12, "adder_comparator": 7}
+LARGEST_SIDE = {"delay_line": 12, "adder_comparator": 7, "tiled": 14}
 DENSITIES = (0.0, 0.1, 0.25, 0.4)
 
 
@@ -63,4 +63,6 @@ def _options(rng: np.random.Generator, style: str) -> dict[str, Any]:
     if style == "delay_line" and rng.random() < 0.4:
         options["element_cells"] = int(rng.choice([2, 4, 8, 16]))
         options["read_out"] = "addressed"
+    if style == "tiled" and rng.random() < 0.9:
+        options["tile"] = tuple(int(side) for side in rng.integers(1, 7, 2))
     return options

@@ -9,15 +9,16 @@ module select_line #(
     output wire [WORD-1:0]        word
 );
     localparam PAIRS = (COUNT + 1) / 2;
+    wire [COUNT-1:0] lines;
+    select_number #(.COUNT(COUNT), .NUMBER_BITS(NUMBER_BITS)) decoder (.number(number), .lines(lines));
+
     wire [PAIRS*WORD-1:0] pairs;
     genvar pair, place;
     generate
         for (pair = 0; pair < PAIRS; pair = pair + 1) begin : chosen
-            localparam [31:0] EVEN = 2 * pair, ODD = 2 * pair + 1;
-            wire [WORD-1:0] even = {WORD{number == EVEN[NUMBER_BITS-1:0]}} & words[2*pair*WORD +: WORD];
+            wire [WORD-1:0] even = {WORD{lines[2*pair]}} & words[2*pair*WORD +: WORD];
             if (2 * pair + 1 < COUNT) begin : two
-                assign pairs[pair*WORD +: WORD] =
-                    even | ({WORD{number == ODD[NUMBER_BITS-1:0]}} & words[(2*pair+1)*WORD +: WORD]);
+                assign pairs[pair*WORD +: WORD] = even | ({WORD{lines[2*pair+1]}} & words[(2*pair+1)*WORD +: WORD]);
             end else begin : alone
                 assign pairs[pair*WORD +: WORD] = even;
             end

@@ -45,7 +45,7 @@ module wavefront_machine #(
     output wire                        done
 );
     localparam [2:0] IDLE = 0, LOAD = 1, OBSTACLES = 2, WAVE = 3, READ_OUT = 4, TRACKING = 5, REPORT = 6, DONE = 7;
-    localparam LATENCY = STYLE == 2 ? 2 : 1;
+    localparam LATENCY = 2;         // edges from the address of a node to its word
     localparam SAFE_CHAIN = SAFE != 0 && CHAIN != 0;
     localparam [31:0] BOTTOM = ROWS - 1, RIGHT = COLUMNS - 1, LAST_WORD = LOAD_WORDS;
     localparam F_AT = BITS + OBSTACLE_BITS;
@@ -140,6 +140,14 @@ module wavefront_machine #(
     wire [WORD-1:0] word;
     assign row = state == TRACKING ? read_row : state == REPORT ? scan_row : start_row;
     assign column = state == TRACKING ? read_column : state == REPORT ? scan_column : start_column;
+
+    // The selection of a node has a cycle of its own. Elements are read like a memory, and need none here.
+    reg [ROW_BITS-1:0] selected_row;
+    reg [COLUMN_BITS-1:0] selected_column;
+    always @(posedge clk) begin
+        selected_row <= row;
+        selected_column <= column;
+    end
     generate
         if (STYLE == 0) begin : delay_line
             delay_line_array #(
@@ -149,7 +157,7 @@ module wavefront_machine #(
                 .LONGEST(LONGEST), .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
             ) array (
                 .clk(clk), .load(load_map), .load_word(in_data), .run(run), .obstacle_pass(state == OBSTACLES),
-                .stop(stop), .shift(state == READ_OUT), .row(row), .column(column), .word(word)
+                .stop(stop), .shift(state == READ_OUT), .row(selected_row), .column(selected_column), .word(word)
             );
         end else if (STYLE == 1) begin : adder_comparator
             adder_array #(
@@ -159,7 +167,7 @@ module wavefront_machine #(
                 .FLAGS(FLAGS), .LOAD_CELLS(LOAD_CELLS), .WORD(WORD)
             ) array (
                 .clk(clk), .load(load_map), .load_word(in_data), .run(run), .obstacle_pass(state == OBSTACLES),
-                .stop(stop), .shift(state == READ_OUT), .row(row), .column(column), .word(word)
+                .stop(stop), .shift(state == READ_OUT), .row(selected_row), .column(selected_column), .word(word)
             );
         end else begin : elements
             element_array #(
@@ -189,7 +197,7 @@ module wavefront_machine #(
             if (CHAIN != 0) begin : from_memory
                 ram_1w1r #(.WIDTH(WORD), .DEPTH(MEMORY_ROWS << COLUMN_BITS), .ADDRESS_BITS(ROW_BITS + COLUMN_BITS)) potentials (
                     .clk(clk), .write_enable(state == READ_OUT & ~first_pass), .write_address({scan_row, scan_column}),
-                    .write_data(word), .read_enable(1'b1), .read_address({read_row, read_column}),
+                    .write_data(word), .read_enable(1'b1), .read_address({selected_row, selected_column}),
                     .read_data(read_word)
                 );
                 if (SAFE != 0) begin : distances
@@ -198,7 +206,7 @@ module wavefront_machine #(
                     ) obstacle_potentials (
                         .clk(clk), .write_enable(state == READ_OUT & first_pass),
                         .write_address({scan_row, scan_column}), .write_data(word[BITS-1:0]), .read_enable(1'b1),
-                        .read_address({read_row, read_column}), .read_data(distance)
+                        .read_address({selected_row, selected_column}), .read_data(distance)
                     );
                 end else begin : no_distances
                     assign distance = 1'b0;
@@ -224,8 +232,7 @@ module wavefront_machine #(
             path_tracker #(
                 .ROWS(ROWS), .COLUMNS(COLUMNS), .ROW_BITS(ROW_BITS), .COLUMN_BITS(COLUMN_BITS),
                 .STRAIGHT(STRAIGHT), .DIAGONAL(DIAGONAL), .EXTRA(EXTRA), .CORNER_CUTTING(CORNER_CUTTING),
-                .SAFE(SAFE), .BITS(BITS), .OBSTACLE_BITS(TRACK_DISTANCE_BITS), .MOST_STEPS(MOST_STEPS),
-                .LATENCY(LATENCY)
+                .SAFE(SAFE), .BITS(BITS), .OBSTACLE_BITS(TRACK_DISTANCE_BITS), .MOST_STEPS(MOST_STEPS)
             ) tracker (
                 .clk(clk), .place(state != TRACKING), .start_row(start_row), .start_column(start_column),
                 .run(state == TRACKING), .read_row(read_row), .read_column(read_column),
@@ -278,5 +285,6 @@ module wavefront_machine #(
     assign event_data = step ? shown_step : shown_word;
 
     // Inputs that other parameters need.
-    wire unused = &{1'b0, stop, first_pass, word, in_data, start_row, start_column, read_row, read_column};
+    wire unused = &{1'b0, stop, first_pass, word, in_data, start_row, start_column, read_row, read_column, selected_row,
+        selected_column};
 endmodule

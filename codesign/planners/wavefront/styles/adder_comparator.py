@@ -60,13 +60,8 @@ class AdderComparator(ArrayStyle):
         return largest
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
-        """Nodes, counter, select lines, and the tree that detects a changed potential."""
-        layout = self.layout(job)
-        node = resources.adder_node(layout)
-        return (
-            *resources.array_items(node, layout),
-            *resources.or_tree_items(layout.nodes, "change detection"),
-        )
+        """Nodes, read-out, tracker and control, with the tree that detects a changed potential."""
+        return resources.array_items(replace(self.layout(job), adders=True), job.chip)
 
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """Updates until no potential changes; for safe paths, p^d first."""

@@ -15,12 +15,12 @@ from codesign.planners.host import one_step
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Architecture, Designs, Step, slice_power
-from codesign.planners.wavefront.plan.parameters import Paths, PropagateParameters, ReadOut
-from codesign.planners.wavefront.plan.plan import WavefrontPlan
+from codesign.planners.wavefront.plan.parameters import Course, Paths, PropagateParameters, ReadOut
+from codesign.planners.wavefront.plan.plan import WavefrontPlan, waits
 from codesign.planners.wavefront.plan.wave import longest_distance, register_bits
 from codesign.planners.wavefront.styles import levers, resources, timing
 from codesign.planners.wavefront.styles.designs import DESIGNS
-from codesign.planners.wavefront.styles.resources import ArrayLayout
+from codesign.planners.wavefront.styles.layout import ArrayLayout
 from codesign.planners.wavefront.styles.steps import LOAD, TRACK, planned, tracked_steps
 
 QUIET_ACTIVITY = 0.1
@@ -54,6 +54,10 @@ class ArrayStyle(Architecture):
         """Rows and columns of the array: those of the map."""
         return job.problem.shape
 
+    def load_cycles(self, job: Job[Problem, PropagateParameters]) -> int:
+        """Cycles to load the map."""
+        return timing.load_cycles(job.problem.shape, job.parameters.element_cells)
+
     def chained_distance(self, job: Job[Problem, PropagateParameters]) -> int:
         """The largest p^d that the register of a chain must hold; 0 where p^d has a register of its own or none."""
         parameters = job.parameters
@@ -68,7 +72,7 @@ class ArrayStyle(Architecture):
 
     def layout(self, job: Job[Problem, PropagateParameters]) -> ArrayLayout:
         """The sizes that decide the demand of the array."""
-        problem, parameters, obstacle_bits = job.problem, job.parameters, 0
+        problem, parameters, obstacle_bits = job.problem, self.settled(job.parameters), 0
         if parameters.paths is Paths.SAFE and parameters.read_out is ReadOut.ADDRESSED:
             longest = longest_distance(problem.shape, parameters.delays)
             obstacle_bits = register_bits(longest)
@@ -79,13 +83,18 @@ class ArrayStyle(Architecture):
             parameters.delays[-1],
             0 if parameters.penalty is None else parameters.penalty.delay,
             parameters.corner_cutting,
+            element_cells=parameters.element_cells,
+            safe=parameters.paths is Paths.SAFE,
+            chain=parameters.read_out is ReadOut.CHAIN,
+            waits=waits(problem, parameters),
+            tracked=job.does(TRACK),
+            local=parameters.course is Course.LOCAL,
         )
 
     def demand(self, job: Job[Problem, PropagateParameters]) -> Demand:
-        """Nodes, counter and select lines; the register against the largest potential.
+        """Nodes, memories, read-out, tracker and control; the register against the largest potential.
 
-        ``inside`` changes nothing: the papers count no tracking circuit, and sending the potentials also needs the
-        read-out chains.
+        Where the path is tracked elsewhere, the array has no tracker; its read-out remains, as it sends the potentials.
         """
         map_shape, part = job.problem.shape, job.chip
         layout = self.layout(job)
@@ -94,8 +103,7 @@ class ArrayStyle(Architecture):
         items = self.items(job)
         bounds: tuple[Line, ...] = (levers.register_bound(needed, layout.bits, largest),)
         spare = (layout.bits, needed) if layout.bits > needed else None
-        whole = replace(layout, shape=map_shape)
-        delay_line = resources.array_items(resources.delay_line_node(whole), whole)
+        delay_line = resources.array_items(replace(layout, shape=map_shape, adders=False), part)
 
         def in_tiles(tile: tuple[int, int]) -> tuple[Line, ...]:
             return resources.tiled_items(layout, map_shape, tile, part)
@@ -107,7 +115,7 @@ class ArrayStyle(Architecture):
         """The fastest clock for an array of this size on the part, Hz."""
         rows, columns = self.array_shape(job)
         cells = self.settled(job.parameters).element_cells
-        return timing.clock_limit(rows * columns, job.chip, element_cells=cells)
+        return timing.clock_limit(-(-rows // cells) * columns, job.chip, element_cells=cells)
 
     def work(self, job: Job[Problem, PropagateParameters]) -> Generator[Step, None, WavefrontPlan]:
         """Phases ``load``, ``propagate_obstacles`` (safe paths), ``propagate`` (``exchange``), ``read_out`` of a chain,
@@ -120,7 +128,7 @@ class ArrayStyle(Architecture):
         )
         plan = planned(job)
         # Safe paths load the map once: in the wave from the obstacles every node takes its F for Z, and is free.
-        yield one_step(LOAD, timing.load_cycles(job.problem.shape, job.parameters.element_cells))
+        yield one_step(LOAD, self.load_cycles(job))
         yield from self.wave_steps(job)
         if job.does(TRACK):
             yield self.tracking(job, plan)
@@ -128,8 +136,7 @@ class ArrayStyle(Architecture):
 
     def tracking(self, job: Job[Problem, PropagateParameters], plan: WavefrontPlan) -> Step:
         """The first steps of the path of the first start, or all of them, after the plan."""
-        latency = timing.read_latency(job.parameters.element_cells)
-        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan), latency))
+        return one_step(TRACK, timing.track_cycles(tracked_steps(job, plan)))
 
     def power(self, demand: Demand, clock: int, part: Part) -> tuple[Figure, Figure]:
         """Static power of the part, and slices × clock × the part's power a slice and Hz, W."""

@@ -10,7 +10,7 @@ from codesign.planners.interface import Problem
 from codesign.planners.job import Job
 from codesign.planners.styles import Step
 from codesign.planners.wavefront.plan.parameters import PropagateParameters
-from codesign.planners.wavefront.plan.plan import sizing_plan, waits
+from codesign.planners.wavefront.plan.plan import sizing_plan
 from codesign.planners.wavefront.plan.wave import longest_distance
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
@@ -29,12 +29,8 @@ class DelayLine(ArrayStyle):
         return max(largest, self.chained_distance(job))
 
     def items(self, job: Job[Problem, PropagateParameters]) -> tuple[Line, ...]:
-        """Nodes, counter, select lines; where the wave does not wait for a start, the tree that detects its end."""
-        layout = self.layout(job)
-        items = resources.array_items(resources.delay_line_node(layout), layout)
-        if waits(job.problem, job.parameters):
-            return items
-        return (*items, *resources.or_tree_items(layout.nodes, "silence detection"))
+        """Nodes or elements, their memories, read-out, tracker and control."""
+        return resources.array_items(self.layout(job), job.chip)
 
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """D + 1 steps: of the stop, or of the farthest cell; for p^d, of the longest distance of the map."""

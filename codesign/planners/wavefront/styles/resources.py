@@ -1,166 +1,195 @@
-"""The demand of the arrays: items by resource, for nodes with registers of R bits.
+"""The demand of the arrays: nodes, memories, read-out, tracker and control.
 
-A node of the delay line has the line's flip-flops (as many as the longest delay), F, and R bits of register; 5 LUT, and
-R more for the chain that reads it out. Without the chain it takes a fiftieth of the LUT of an adder/comparator node
-at R = 11, with it a sixteenth; flip-flops are not saved. A slice holds two of each; sharing slices between nodes is
-not assumed, so that a node of R = 11 takes 8.
+Flip-flops and memories follow from the sizes exactly (``layout``). LUT are what synthesis counts of the RTL of this
+package, by family: sums of terms of the sizes, fitted to some arrays and held against others
+(``planners/wavefront/measured/resources.json``).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
 
 from codesign.figures import Status
 from codesign.part import Part
+from codesign.planners.breadth_first.styles.resources import block_rams
 from codesign.planners.demand import Line
-from codesign.planners.wavefront import published
+from codesign.planners.measured import Fit, ResourceRow, family_of, fit_rows, resource_rows
 from codesign.planners.wavefront.plan.grid import tile_count
-from codesign.planners.wavefront.published import PAPER, RTL
+from codesign.planners.wavefront.published import PAPER
+from codesign.planners.wavefront.styles.layout import ArrayLayout, Shape, side_bits
 
-Shape = tuple[int, int]
-
-CORNER_LUT4 = 2
-"""LUT more where corners may not be cut: each diagonal input waits for two F, 3 LUT in place of 1."""
+HELD_OUT = {(10, 9), (6, 9), (16, 9), (16, 16), (6, 5), (5, 4), (5, 5)}
+"""Sizes (rows, columns) that no LUT are fitted to."""
+SIMILAR = "ecp5"
+"""The family that stands for one without rows: LUT of four inputs with a carry chain."""
+LUT_INPUTS = {"xc7": 6}
+"""Inputs of a LUT, where they are not four."""
+WIDE_NUMBER = 5
+"""Bits of a row or column from which on a line that selects it takes more than a LUT of four inputs."""
+ADDER_BITS = 7
+"""An adder node adds at least as many bits: a delay fits them."""
+NODES, MEMORIES, READ_OUT, TRACKER, CONTROL = "nodes", "memories", "read-out", "tracker", "control"
 
 RAM_FLAG_BITS = 1
 """Bits beside the potential in a word of a tile's memory: F."""
 
 
-@dataclass(frozen=True)
-class Node:
-    """One node: flip-flops and LUT by purpose, with status and source."""
-
-    flip_flops: tuple[tuple[str, int, Status, str], ...]
-    lut4: tuple[tuple[str, int, Status, str], ...]
-
-    @property
-    def slices(self) -> int:
-        """Slices of one node, not shared with others."""
-        most = max(sum(part[1] for part in self.flip_flops), sum(part[1] for part in self.lut4))
-        return -(-most // 2)
+def held_out(variables: Mapping[str, int]) -> bool:
+    """Whether a row with these parameters of the top module is left out of the fits."""
+    return (variables["ROWS"], variables["COLUMNS"]) in HELD_OUT
 
 
-@dataclass(frozen=True)
-class ArrayLayout:
-    """The sizes that decide the demand of an array.
+def _node_terms(layout: ArrayLayout) -> tuple[float, ...]:
+    """The terms of a node: the options that it has, and the bits that each of them handles."""
+    corners, silence, extra = not layout.corner_cutting, not layout.waits, bool(layout.extra)
+    if layout.adders:
+        sums = max(layout.bits, ADDER_BITS) + 1
+        return 1, sums, corners, layout.safe, layout.chain, layout.chain * layout.bits, extra
+    if layout.shared:
+        registers = layout.bits + layout.obstacle_bits
+        return 1, registers, layout.element_cells, corners, silence, layout.safe, extra
+    kept = layout.safe and not layout.chain
+    return 1, corners, silence, corners and silence, kept, layout.chain, layout.chain * layout.bits, extra
 
-    ``shape``: rows and columns of nodes. ``bits``: of a register. ``obstacle_bits``: of a second register for p^d, 0:
-    none. ``line``: flip-flops of the delay line. ``extra``: those of the longer line of penalised nodes.
+
+def _read_out_terms(layout: ArrayLayout, inputs: int) -> tuple[float, ...]:
+    """The terms of the words that are selected: potentials unless a chain brings them, y where a start ends a wave.
+
+    A bit of one of n words is an AND of each with its line, and an OR: 2n inputs, which LUT of i inputs bring down to
+    one, i - 1 each.
     """
-
-    shape: tuple[int, int]
-    bits: int
-    obstacle_bits: int = 0
-    line: int = published.DELAY_ELEMENTS
-    extra: int = 0
-    corner_cutting: bool = True
-
-    @property
-    def nodes(self) -> int:
-        """Nodes of the array."""
-        return self.shape[0] * self.shape[1]
+    down, columns = layout.down, layout.shape[1]
+    selects = (not layout.chain) + layout.waits
+    bits = layout.word * (not layout.chain) + layout.waits
+    trees = [-(-(2 * count - 1) // (inputs - 1)) for count in (down, columns)]
+    wide = sum(count for count in (down, columns) if side_bits(count) >= WIDE_NUMBER)
+    return bits * (columns * trees[0] + trees[1]), selects * (down + columns), selects * wide
 
 
-def delay_line_node(layout: ArrayLayout) -> Node:
-    """A node of Figure 2: 4 + R flip-flops and 5 + R LUT in the paper's own form.
-
-    >>> node = delay_line_node(ArrayLayout((256, 256), 11))
-    >>> sum(part[1] for part in node.flip_flops), sum(part[1] for part in node.lut4), node.slices
-    (15, 16, 8)
-    """
-    figure_2, own, hand = f"{PAPER}, Figure 2", RTL, "counted by hand, not synthesised"
-    flip_flops = [
-        ("delay lines", layout.line, Status.PUBLISHED, f"{figure_2}: as many as the longest delay"),
-        ("F", 1, Status.PUBLISHED, figure_2),
-        ("registers", layout.bits, Status.PUBLISHED, f"{figure_2}: R bits"),
-    ]
-    lut4 = [
-        ("node logic", published.NODE_LUT4, Status.MEASURED, own),
-        ("read-out chains", layout.bits, Status.MEASURED, f"{own}: one a bit of register"),
-    ]
-    if layout.obstacle_bits:
-        flip_flops += [
-            (
-                "obstacle registers",
-                layout.obstacle_bits,
-                Status.ASSUMED,
-                f"p^d is kept beside p^t; {PAPER} is silent",
-            ),
-            ("Z", 1, Status.PUBLISHED, f"{PAPER}, Safe Paths: a one-bit memory"),
-        ]
-        lut4.append(
-            ("obstacle read-out chains", layout.obstacle_bits, Status.ASSUMED, "as of the first register")
-        )
-    if layout.extra:
-        source = f"{PAPER}, Conclusion: additional flip-flops and a switchable entry point"
-        flip_flops.append(
-            ("longer delay lines", layout.extra + 1, Status.ASSUMED, f"{source}; one bit to choose")
-        )
-        lut4.append(("entry points", 1, Status.ASSUMED, source))
-    if not layout.corner_cutting:
-        lut4.append(("corner rule", CORNER_LUT4, Status.ASSUMED, hand))
-    return Node(tuple(flip_flops), tuple(lut4))
-
-
-def adder_node(layout: ArrayLayout) -> Node:
-    """A node of Hassoun and Sanghvi: eight adders and eight comparators over R bits, and a register."""
-    source = f"{RTL}: 8 adders, 8 comparators"
-    flip_flops = [
-        ("registers", layout.bits, Status.MEASURED, RTL),
-        ("F and Z", published.ADDER_FLIP_FLOPS, Status.MEASURED, RTL),
-    ]
-    lut4 = [
-        ("adders and comparators", published.ADDER_LUT4_A_BIT * layout.bits, Status.MEASURED, source),
-        ("read-out chains", layout.bits, Status.MEASURED, f"{RTL}: one a bit of register"),
-    ]
-    if layout.obstacle_bits:
-        flip_flops.append(
-            ("obstacle registers", layout.obstacle_bits, Status.ASSUMED, "p^d is kept beside p^t")
-        )
-        lut4.append(
-            ("obstacle read-out chains", layout.obstacle_bits, Status.ASSUMED, "as of the first register")
-        )
-    if not layout.corner_cutting:
-        lut4.append(("corner rule", 4, Status.ASSUMED, "one for each diagonal adder, by hand"))
-    if layout.extra:
-        cost = f"{PAPER} has no such node: one more adder of R bits for the cell's own cost"
-        lut4.append(("cell cost", layout.bits, Status.ASSUMED, cost))
-        flip_flops.append(("cell cost", 1, Status.ASSUMED, "one bit to choose"))
-    return Node(tuple(flip_flops), tuple(lut4))
-
-
-def array_items(node: Node, layout: ArrayLayout) -> tuple[Line, ...]:
-    """All nodes of an array, with the counter and the lines that select a node."""
-    count, bits = layout.nodes, layout.bits
-    select = sum(layout.shape)
+def _tracker_terms(layout: ArrayLayout) -> tuple[float, ...]:
+    extra = bool(layout.extra) and not layout.safe
     return (
-        Line.item(
-            "nodes",
-            "slices",
-            count * node.slices,
-            Status.MEASURED,
-            "two LUT and two flip-flops a slice, none shared",
-        ),
-        Line.item("counter", "slices", -(-bits // 2), Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
-        Line.item(
-            "select lines",
-            "slices",
-            -(-select // 2),
-            Status.ASSUMED,
-            "one LUT a row and a column, as of a RAM",
-        ),
-        *(
-            Line.item(name, "flip_flops", count * amount, status, source)
-            for name, amount, status, source in node.flip_flops
-        ),
-        Line.item("counter", "flip_flops", bits, Status.PUBLISHED, f"{PAPER}, Figure 2: Cntr."),
-        *(
-            Line.item(name, "lut4", count * amount, status, source)
-            for name, amount, status, source in node.lut4
-        ),
-        Line.item("counter", "lut4", bits, Status.ASSUMED, "one a bit"),
-        Line.item("select lines", "lut4", select, Status.ASSUMED, "one a row and a column"),
+        *(1, layout.bits, layout.address, not layout.corner_cutting, layout.safe, layout.distance_bits),
+        *(extra, extra * layout.bits, layout.local),
     )
+
+
+def _control_terms(layout: ArrayLayout, inputs: int) -> tuple[float, ...]:
+    """The terms of all else. An OR over all nodes ends the updates of adders, or a wave that waits for no start."""
+    silence = (layout.adders or not layout.waits) * -(-(layout.nodes - 1) // (inputs - 1))
+    return (
+        *(1, layout.counter, layout.address, layout.word, silence),
+        *(layout.chain, layout.safe, layout.safe and layout.chain, layout.adders, layout.shared),
+    )
+
+
+def _terms(piece: str, layout: ArrayLayout, family: str) -> tuple[float, ...]:
+    """The variables of the LUT of a piece."""
+    inputs = LUT_INPUTS.get(family, 4)
+    match piece:
+        case "nodes":
+            return tuple(layout.nodes * term for term in _node_terms(layout))
+        case "read-out":
+            return _read_out_terms(layout, inputs)
+        case "tracker":
+            return _tracker_terms(layout)
+        case _:
+            return _control_terms(layout, inputs)
+
+
+def _kind(layout: ArrayLayout) -> tuple[bool, bool]:
+    """Nodes of one kind share a law."""
+    return layout.adders, layout.shared
+
+
+@cache
+def _rows() -> tuple[tuple[ResourceRow, ArrayLayout], ...]:
+    rows = (row for style in ("delay_line", "adder_comparator") for row in resource_rows("wavefront", style))
+    return tuple((row, ArrayLayout.of_row(row.variables)) for row in rows)
+
+
+@cache
+def law(piece: str, kind: tuple[bool, bool], family: str) -> Fit:
+    """The LUT of a piece in a family of rows; ``kind``: of its nodes, which alone differ by it."""
+    rows = [row for row, layout in _rows() if piece != NODES or _kind(layout) == kind]
+
+    def terms(variables: Mapping[str, int]) -> tuple[float, ...]:
+        return _terms(piece, ArrayLayout.of_row(variables), family)
+
+    return fit_rows(rows, family, piece, "lut4", terms, held_out)
+
+
+def family_with_rows(part: Part) -> tuple[str, bool]:
+    """The family of rows for a part, and whether it is its own."""
+    family, own = family_of(part.family)
+    if any(row.family == family for row, _ in _rows()):
+        return family, own
+    return SIMILAR, False
+
+
+def lut4(piece: str, layout: ArrayLayout, family: str) -> int:
+    """LUT of a piece in a family of rows.
+
+    >>> layout = ArrayLayout((256, 256), 11)
+    >>> lut4("nodes", layout, "ecp5") / layout.nodes
+    5.0
+    """
+    return round(law(piece, _kind(layout), family).value(_terms(piece, layout, family)))
+
+
+def flip_flops(piece: str, layout: ArrayLayout) -> int:
+    """Flip-flops of a piece, exact."""
+    counts = {
+        NODES: layout.nodes * layout.node_flip_flops,
+        TRACKER: layout.tracker_flip_flops,
+        CONTROL: layout.control_flip_flops,
+    }
+    return counts.get(piece, 0)
+
+
+def node_slices(layout: ArrayLayout, part: Part) -> int:
+    """Slices of a node of two LUT and two flip-flops each, not shared with other nodes."""
+    family, _ = family_with_rows(part)
+    return -(-max(round(lut4(NODES, layout, family) / layout.nodes), layout.node_flip_flops) // 2)
+
+
+def array_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
+    """The demand of an array for a map: nodes, memories, read-out, tracker, control.
+
+    A slice has two LUT and two flip-flops. Nodes share none; the read-out also takes the LUT that they leave.
+    """
+    family, own = family_with_rows(part)
+    pieces = [piece for piece in (NODES, READ_OUT, TRACKER, CONTROL) if piece != TRACKER or layout.tracked]
+    luts = {piece: lut4(piece, layout, family) for piece in pieces}
+    slices = {piece: -(-max(luts[piece], flip_flops(piece, layout)) // 2) for piece in pieces}
+    slices[NODES] = layout.nodes * node_slices(layout, part)
+    slices[READ_OUT] = max(0, -(-(luts[NODES] + luts[READ_OUT]) // 2) - slices[NODES])
+    status = Status.CALIBRATED if own else Status.ASSUMED
+    lines = []
+    for piece in pieces:
+        off = law(piece, _kind(layout), family).mean
+        counted = f"synthesis of the RTL of this package for {family}; on sizes held out {off:.1%} off"
+        packed = "two LUT and two flip-flops a slice, none shared by nodes"
+        lines.append(Line.item(piece, "slices", slices[piece], Status.ASSUMED, packed))
+        lines.append(Line.item(piece, "lut4", luts[piece], status, counted))
+        if registers := flip_flops(piece, layout):
+            exact = "every register of the RTL of this package, as synthesis counts them"
+            exact += f"; {PAPER}, Figure 2 has one less a node: Z" * (piece == NODES and not layout.adders)
+            lines.append(Line.item(piece, "flip_flops", registers, Status.MEASURED, exact))
+    return (*lines, *_memory_items(layout, part))
+
+
+def _memory_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
+    """The memories of elements, or those that a chain fills."""
+    sets, shapes = layout.memories
+    if not sets:
+        return ()
+    rams = sets * sum(block_rams(words, width, part) for words, width in shapes)
+    of = " and ".join(f"{words:,} words of {width} bits" for words, width in shapes)
+    law = f"{sets:,} × {of}, as synthesis counts the RTL of this package"
+    return (Line.item(MEMORIES, "block_rams", rams, Status.MEASURED, law),)
 
 
 def or_tree_items(nodes: int, what: str) -> tuple[Line, ...]:
@@ -219,6 +248,7 @@ def tiled_items(layout: ArrayLayout, map_shape: Shape, tile: Shape, part: Part) 
     p^d of safe paths goes to the memories too and needs no second register.
     """
     tiles = tile_count(map_shape, tile)
-    shown = ArrayLayout(tile, layout.bits, 0, layout.line, layout.extra, layout.corner_cutting)
+    # The potentials leave a tile by a chain, into the memories of its columns.
+    shown = replace(layout, shape=tile, obstacle_bits=0, safe=False, chain=True, waits=True, tracked=False)
     words = tiles * tile[0] * (2 if layout.obstacle_bits else 1)
-    return (*array_items(delay_line_node(shown), shown), *tile_items(shown, tiles, words, part))
+    return (*array_items(shown, part), *tile_items(shown, tiles, words, part))

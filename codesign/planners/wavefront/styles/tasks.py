@@ -35,7 +35,7 @@ CONTROL_LUT4, CONTROL_FLIP_FLOPS = 30, 12
 
 
 class Tracker(TaskStyle):
-    """9 cycles a step, and one before, as in the arrays; the potentials are in block RAM beside it.
+    """10 cycles a step, and two before, as in the arrays; the potentials are in block RAM beside it.
 
     In a drive with a local course the tracker runs at every turn, inside the array or placed by itself.
     """

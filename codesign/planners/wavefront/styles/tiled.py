@@ -33,7 +33,7 @@ from codesign.planners.wavefront.plan.wave import longest_distance, obstacle_map
 from codesign.planners.wavefront.styles import resources, timing
 from codesign.planners.wavefront.styles.array import ArrayStyle
 from codesign.planners.wavefront.styles.designs import DESIGNS, MOST_CELLS, MOST_TILES, TILE_SIDES
-from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE, planned
+from codesign.planners.wavefront.styles.steps import EXCHANGE, OBSTACLES, PROPAGATE
 
 _kept = Memo(max_bytes=32 * 2**20)
 
@@ -56,7 +56,8 @@ class Tiled(ArrayStyle):
             sized = replace(job, problem=each, memo=None)
             largest = max(largest, self._visits(sized, sizing_stops(each, parameters)).largest)
         if parameters.paths is Paths.SAFE:
-            largest = max(largest, longest_distance(problem.shape, parameters.delays))
+            longest = longest_distance(problem.shape, parameters.delays)
+            largest = max(largest, longest, self._obstacle_visits(job).largest)
         return largest
 
     def notes(self, job: Job[Problem, PropagateParameters]) -> tuple[str, ...]:
@@ -110,15 +111,26 @@ class Tiled(ArrayStyle):
         each = -(-words * len(contents) // depth)
         return Memory(width, {name: -(-words // each) for name in contents})
 
+    def load_cycles(self, job: Job[Problem, PropagateParameters]) -> int:
+        """Cycles to load the map into the memories of the columns."""
+        return timing.tile_load_cycles(self.array_shape(job), job.parameters.tile_count(*job.problem.shape))
+
     def wave_steps(self, job: Job[Problem, PropagateParameters]) -> Iterator[Step]:
         """A visit is an exchange and a wave; for safe paths, p^d first."""
-        problem, parameters, plan = job.problem, job.parameters, planned(job)
-        if plan.obstacle_potentials is not None:
-            key = ("wavefront obstacle tiles", problem.map_digest, parameters.delays, parameters.tile)
-            visits = job.shared(key, lambda: obstacle_visits(problem, parameters))
-            yield from self._visit_steps(job, OBSTACLES, visits)
-        visits = self._visits(job, stops_of(problem, parameters))
-        yield from self._visit_steps(job, PROPAGATE, visits)
+        for phase, visits in self.passes(job):
+            yield from self._visit_steps(job, phase, visits)
+
+    def passes(self, job: Job[Problem, PropagateParameters]) -> Iterator[tuple[str, Visits]]:
+        """The phases of waves, and their visits."""
+        problem, parameters = job.problem, job.parameters
+        if parameters.paths is Paths.SAFE:
+            yield OBSTACLES, self._obstacle_visits(job)
+        yield PROPAGATE, self._visits(job, stops_of(problem, parameters))
+
+    def _obstacle_visits(self, job: Job[Problem, PropagateParameters]) -> Visits:
+        problem, parameters = job.problem, job.parameters
+        key = ("wavefront obstacle tiles", problem.map_digest, parameters.delays, parameters.tile)
+        return job.shared(key, lambda: _kept.get(key, lambda: obstacle_visits(problem, parameters)))
 
     def _visits(self, job: Job[Problem, PropagateParameters], stops: tuple[Cell, ...]) -> Visits:
         problem, parameters = job.problem, job.parameters
@@ -135,10 +147,10 @@ class Tiled(ArrayStyle):
         self, job: Job[Problem, PropagateParameters], phase: str, visits: Visits
     ) -> Iterator[Step]:
         problem, parameters = job.problem, job.parameters
-        rows, _ = self.array_shape(job)
-        exchange = timing.exchange_cycles(rows, parameters.tile_count(*problem.shape))
-        longest = parameters.delays[-1] + (0 if parameters.penalty is None else parameters.penalty.delay)
-        waves = timing.visit_cycles(visits.span, longest)
+        tile, tiles = self.array_shape(job), parameters.tile_count(*problem.shape)
+        scan, exchange = timing.scan_cycles(tile[1], tiles), timing.exchange_cycles(tile, tiles)
+        waves = timing.visit_cycles(visits.span)
+        yield one_step(EXCHANGE, scan, ram_addresses=1)
         if not len(waves):
             return
         if not job.detail:

@@ -2,7 +2,7 @@
 
 Published: D_stop + 1 cycles for the wave. The paper does not count the loading of the map, the end of a wave without a
 stop, the read-out, or the tracking of the path. The RTL of this package (``rtl/``) does: ``hwsw verify`` compares
-every cycle of it with these laws. Assumed is only the exchange of tiles.
+every cycle of it with these laws.
 
 Clock: the paper assumes 20 MHz and shows no layout. On an FPGA both arrays are grids of small nodes with a broadcast,
 like the array of harmonic control. So its law of the clock over the number of nodes is borrowed (``assumed``; interval
@@ -31,8 +31,8 @@ LOAD_CELLS = 32
 NEIGHBOURS = 8
 """A step of a path reads them one a cycle. Equations 4 and 5 need no second pass: p^d and p^t arrive together."""
 
-READ_LATENCY, ELEMENT_READ_LATENCY = 1, 2
-"""Edges from the address of a node to its word: a register, and with shared elements also their memory."""
+READ_LATENCY = 2
+"""Edges from the address of a node to its word: one to register the address, or to read a memory; one for the word."""
 
 TRACK_CLOCK = 185_000_000
 """Hz: the fastest clock of a tracker by itself, as that of breadth-first search's state machine. Assumed."""
@@ -60,6 +60,15 @@ def load_cycles(shape: tuple[int, int], element_cells: int = 1) -> int:
     return 1 + element_cells * -(-elements // LOAD_CELLS) + 1
 
 
+def tile_load_cycles(tile: tuple[int, int], tiles: int) -> int:
+    """Cycles to load a map in tiles: a word with the start, then each row of each tile, up to 32 cells a word.
+
+    >>> tile_load_cycles((16, 16), 256), tile_load_cycles((64, 64), 16)
+    (4097, 2049)
+    """
+    return 1 + tiles * tile[0] * -(-tile[1] // LOAD_CELLS)
+
+
 def wave_cycles(largest: int, element_cells: int = 1) -> int:
     """Cycles of a wave up to the potential ``largest``: D + 1 steps.
 
@@ -84,42 +93,54 @@ def read_out_cycles(cells: int) -> int:
     return cells
 
 
-def read_latency(element_cells: int = 1) -> int:
-    """Edges from an address to the word of its node."""
-    return READ_LATENCY if element_cells == 1 else ELEMENT_READ_LATENCY
-
-
-def step_cycles(latency: int = READ_LATENCY) -> int:
-    """Cycles of one step of a path: eight addresses, and the words of the last ones."""
-    return NEIGHBOURS + latency
-
-
-def track_cycles(steps: int, latency: int = READ_LATENCY) -> int:
+def track_cycles(steps: int) -> int:
     """Cycles to track ``steps`` steps of a path; before them the potential of the first cell is read.
 
+    A step takes eight addresses, and the words of the last ones.
+
     >>> track_cycles(1), track_cycles(10)
-    (10, 91)
+    (12, 102)
     """
-    return latency + steps * step_cycles(latency)
+    return READ_LATENCY + steps * (NEIGHBOURS + READ_LATENCY)
 
 
-def exchange_cycles(rows: int, tiles: int) -> int:
-    """Cycles of a tile's visit beside its wave.
+def scan_cycles(columns: int, tiles: int) -> int:
+    """Cycles of a scan of the tiles for the earliest change; one is before the first visit, and one in each exchange.
 
-    Every column of the tile has a memory of its own. In: F row by row, the cells above and below (2), those left and
-    right row by row; out: potentials row by row; and a scan of the tiles for the earliest change. Assumed.
+    The least change of a row of the tile takes a level of comparators a cycle. Then a tile a cycle is read, its word is
+    changed and compared, and the choice is made.
+
+    >>> scan_cycles(16, 256)
+    263
     """
-    # F: rows. Above and below: 2. Left and right: rows. Potentials back: rows. The scan: tiles.
-    return 3 * rows + 2 + tiles
+    return (columns - 1).bit_length() + tiles + 3
 
 
-def visit_cycles(span: NDArray[np.int64], longest_delay: int) -> NDArray[np.int64]:
-    """Cycles of the waves of tiles: their spans, and the silence that proves each dead. int64."""
-    return span + longest_delay + 1
+def exchange_cycles(tile: tuple[int, int], tiles: int) -> int:
+    """Cycles of a tile's visit beside its wave, with the scan after it.
+
+    Every column of the tile has a memory of its own, which reads a word a cycle. In: the rows of the tile and the two
+    around it; then the cells beside them, left and right at once (a tile of one column has them in one memory); the
+    last word, and the first time into the counter. Out: potentials row by row, each over the word before.
+
+    >>> exchange_cycles((16, 16), 256)
+    318
+    """
+    rows, columns = tile
+    sweeps = 2 if columns > 1 else 3
+    return sweeps * (rows + 2) + 2 + rows + 1 + scan_cycles(columns, tiles)
+
+
+def visit_cycles(span: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Cycles of the waves of tiles, int64: from the first emission to the last emission or arrival, both counted.
+
+    No wave is on its way then, which the nodes show in the same cycle.
+    """
+    return span + 1
 
 
 def registers(nodes: int, adder_bits: int = 0, element_cells: int = 1) -> Registers:
-    """What the clock of an array depends on: the kind of its nodes, and the cells of the map."""
+    """What the clock of an array depends on: the kind of its nodes, and how many there are."""
     if adder_bits:
         return Registers("adders and comparators", nodes)
     return Registers("delay lines" if element_cells == 1 else "elements", nodes)
@@ -134,14 +155,15 @@ def placements() -> tuple[Placement, ...]:
 
 def _registers_of(style: str, variables: Mapping[str, int]) -> Registers:
     bits = variables["BITS"] if style == "adder_comparator" else 0
-    return registers(variables["ROWS"] * variables["COLUMNS"], bits, variables["ELEMENT_CELLS"])
+    cells = variables["ELEMENT_CELLS"]
+    return registers(-(-variables["ROWS"] // cells) * variables["COLUMNS"], bits, cells)
 
 
 def clock_limit(nodes: int, part: Part, adder_bits: int = 0, element_cells: int = 1) -> Figure:
     """The fastest clock of an array on a part, Hz.
 
     Args:
-        nodes: the cells of the array.
+        nodes: of the array, or elements.
         part: the part.
         adder_bits: the width of an adder/comparator node, or 0.
         element_cells: the cells of one element.

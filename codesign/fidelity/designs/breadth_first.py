@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from functools import partial
 
-from benchmarks.designs import FEW, Design, Placed, free_map
+from codesign.fidelity.designs import FEW, Design, Placed, free_map
 
 
 def engine(
     rows: int, columns: int, micro_architecture: str, address: str = "side_by_side", display: str = "none"
 ) -> Design:
+    """An engine on a free map of ``rows`` × ``columns``."""
     parameters = {"micro_architecture": micro_architecture, "address": address, "display": display}
     return Design("state_machine", parameters, partial(free_map, rows, columns))
 

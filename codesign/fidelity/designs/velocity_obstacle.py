@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from benchmarks.designs import FEW, Design, Placed
+from codesign.fidelity.designs import FEW, Design, Placed
 from codesign.planners.velocity_obstacle.plan.problem import RobotsProblem, generate
 
 NARROW = 15
@@ -24,18 +24,29 @@ def design(style: str, count: int, width: int, **options: Any) -> Design:
     return Design(style, {"width": width, **options}, partial(robots, count, width))
 
 
-WIDTHS = (16, 12, 20, 24, 18, 14, 22, 10)
-VARIANTS: tuple[dict[str, Any], ...] = (
-    {},
-    {"detector": "cross_product"},
-    {"unit": "parallel"},
-    {"unit": "parallel", "detector": "cross_product"},
-)
+CROSS: dict[str, Any] = {"detector": "cross_product"}
+PARALLEL: dict[str, Any] = {"unit": "parallel"}
 RESOURCES = (
-    *(design("hybrid", 2, width) for width in WIDTHS),
-    *(design("pipelined", 2, width) for width in (16, 24, 12)),
-    *(design("sequential", 4, width) for width in (16,)),
-    *(design("hybrid", 2, width, **options) for options in VARIANTS[1:] for width in WIDTHS[:5]),
+    design("hybrid", 2, 16),
+    design("hybrid", 4, 10),
+    design("hybrid", 3, 24),
+    design("pipelined", 4, 20, responsibility="full"),
+    design("sequential", 8, 18, range=40.0),
+    design("hybrid", 8, 12, update_units=3, detect_units=4),
+    design("hybrid", 2, 16, **PARALLEL),
+    design("pipelined", 3, 24, **PARALLEL, detection="published"),
+    design("sequential", 4, 16, **CROSS, detection="published"),
+    design("pipelined", 4, 24, **CROSS),
+    design("hybrid", 4, 12, **CROSS, update_units=2, detect_units=1),
+    design("hybrid", 3, 12, **PARALLEL, **CROSS),
+    design("pipelined", 6, 20, **PARALLEL, **CROSS, range=40.0),
+    # Held out of the laws:
+    design("hybrid", 5, 22),
+    design("pipelined", 6, 14),
+    design("hybrid", 8, 15, update_units=4, detect_units=3),
+    design("hybrid", 4, 20, **CROSS),
+    design("hybrid", 4, 18, **PARALLEL),
+    design("sequential", 2, 16, **PARALLEL, **CROSS),
 )
 
 CLOCKS = [

@@ -1,0 +1,148 @@
+"""Why something does not match, and the experiment that would settle it: one table, by what it explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from codesign.fidelity.mismatches import Mismatch
+
+REPORT = "`hwsw rtl` for such a part, the vendor's tool, and `hwsw calibrate fpga --report` of its reports"
+
+
+@dataclass(frozen=True)
+class Reason:
+    """``what``: a pattern of the keys of mismatches. ``why``, and the ``experiment``: sentences."""
+
+    what: str
+    why: str
+    experiment: str
+
+
+REASONS: tuple[Reason, ...] = (
+    Reason(
+        "resources/wavefront/delay_line/*",
+        "These lines stand for the nodes as the paper draws them. The Verilog of this package has modules that the"
+        " paper does not mention, a tracker of the path and a read-out, and the rows count them together.",
+        "Fit each line to the rows of `codesign/planners/wavefront/measured/`.",
+    ),
+    Reason(
+        "resources/wavefront/adder_comparator/*",
+        "The law counts eight adders and eight comparators a node, as the paper does. Synthesis shares what it can,"
+        " and adds the control and the load that the paper leaves out.",
+        "Fit each line to the rows of `codesign/planners/wavefront/measured/`.",
+    ),
+    Reason(
+        "resources/velocity_obstacle/*",
+        "The law takes the logic beside the units from Table I of the paper. That table charges each style for more"
+        " than the Verilog of this package needs, and the paper does not say what for.",
+        "The Verilog of the authors, or a synthesis report by module: `hwsw calibrate fpga --report` holds it against"
+        " the law line by line.",
+    ),
+    Reason(
+        "paper/velocity obstacles LUT*",
+        "The paper gives only shares of the part, by style. The circuit of this package does the same work in fewer"
+        " LUT. What the rest of Table I does is not published; links to the robots may be in it.",
+        "A synthesis report of the authors' design by module, or their Verilog through `hwsw calibrate fpga --report`.",
+    ),
+    Reason(
+        "paper/harmonic control",
+        "The published count includes what the text does not describe, such as the link to the host. The control here"
+        " counts visits, stages and cycles, and loads the map from a stream.",
+        "The authors' design, synthesised by module.",
+    ),
+    Reason(
+        "paper/harmonic decision",
+        "The published decision stores and compares whole words. Here the larger difference of each pair of opposite"
+        " neighbours is found bit by bit as the words leave the memory, without a square.",
+        "The authors' decision module, synthesised alone; or one that squares, run by `hwsw verify` on the same maps.",
+    ),
+    Reason(
+        "paper/harmonic LUT a node",
+        "The published node is the mapping of another tool, and of a node alone. Here Yosys maps the node in its"
+        " array.",
+        "ISE 9 on the Verilog of `hwsw rtl` for an XC2V6000, through `hwsw calibrate fpga --report`.",
+    ),
+    Reason(
+        "paper/harmonic flip-flops a node",
+        "The published 11 flip-flops are reached only with the smallest of the state machines that the text allows.",
+        "ISE 9 on the Verilog of `hwsw rtl` for an XC2V6000, through `hwsw calibrate fpga --report`.",
+    ),
+    Reason(
+        "paper/* clock, *",
+        "Another part, another tool, and other registers: a paper gives no critical path, so nothing says which of the"
+        " three it is.",
+        REPORT + ", for the part of the paper",
+    ),
+    Reason(
+        "paper/wavefront cycles a cell",
+        "The figure here counts the load of the map, the wave and the path to the start; the paper's covers its"
+        " transform of an image alone, and its elements are not described in full.",
+        "The same image through both circuits, with the same cycles counted.",
+    ),
+    Reason(
+        "paper/power of *",
+        "The power of a slice is one figure a part, whatever the slices do.",
+        "`hwsw calibrate fpga --report` of a power report with the toggles of a simulation.",
+    ),
+    Reason(
+        "clock/outside/*",
+        "The placement is a pipeline or a size that the fit of the others did not reach.",
+        "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
+    ),
+    Reason(
+        "clock/alone/*",
+        "No other placement has this pipeline on this part, or none has it in another size: the fit meets such a clock"
+        " by construction, and nothing holds it out.",
+        "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
+    ),
+    Reason(
+        "clock/wide/*",
+        "Too few designs of this style were placed on this part, so the interval is the assumed one.",
+        "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
+    ),
+    Reason(
+        "never placed/xc7",
+        "Open timing of the 7 series is not to be trusted yet: it is several times too pessimistic.",
+        REPORT,
+    ),
+    Reason(
+        "never placed/ice40",
+        "The circuits with two write ports a memory have no iCE40 form, so none was placed.",
+        "A memory of one write port for the iCE40, and nextpnr-ice40.",
+    ),
+    Reason(
+        "never placed/*",
+        "No open tool routes these families.",
+        REPORT,
+    ),
+    Reason(
+        "never synthesised/*/ice40",
+        "No block RAM of the iCE40 has two ports that write.",
+        "A memory of one write port for the iCE40.",
+    ),
+    Reason(
+        "never synthesised/*",
+        "These families wait for their turn: a synthesis takes seconds, but the laws of this planner are not fitted by"
+        " family yet.",
+        "`python -m benchmarks.measure resources ROOM FAMILY`",
+    ),
+    Reason(
+        "never measured/power",
+        "There is no board here: static power is that of data sheets and reports, and dynamic power is a rate a slice.",
+        "A board with a current probe in its core supply, a design of `hwsw rtl`, and the toggles that `hwsw verify"
+        " --waves` records of the same run. A logic analyser on `phase` and `done` shows the cycles at that clock too.",
+    ),
+)
+
+
+def reason_of(mismatch: Mismatch) -> Reason | None:
+    """The first reason that explains a mismatch."""
+    return next((reason for reason in REASONS if fnmatchcase(mismatch.key, reason.what)), None)
+
+
+def idle(mismatches: Sequence[Mismatch]) -> tuple[Reason, ...]:
+    """The reasons that explain no mismatch any more."""
+    used = {reason_of(mismatch) for mismatch in mismatches}
+    return tuple(reason for reason in REASONS if reason not in used)

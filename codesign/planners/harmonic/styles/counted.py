@@ -1,0 +1,218 @@
+"""What synthesis counts of the RTL of this package, line by line of the demand, for any size and family.
+
+The count of a line is a sum of terms of the parameters of its top module. Coefficients are fitted to rows of
+``planners/harmonic/measured/resources.json`` and held against others: ``HELD_OUT``, ``ALONE_HELD_OUT``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+
+from codesign.figures import Status
+from codesign.planners.demand import Line
+from codesign.planners.harmonic.styles.geometry import (
+    border_rams,
+    cluster_count,
+    field_plane,
+    field_rams_a_memory,
+    tree_widths,
+)
+from codesign.planners.measured import Fit, family_of, fit_rows, resource_rows
+
+Variables = Mapping[str, int]
+Terms = Callable[[Variables], Sequence[float]]
+
+HELD_OUT = {(12, 24), (10, 14), (18, 24)}
+"""Blocks that no line of the array with its control is fitted to."""
+ALONE_HELD_OUT = {(24, 36), (20, 50), (50, 80)}
+"""Maps that no line of the decision module by itself is fitted to."""
+
+SIMILAR = "xc4v"
+ALONE_SIMILAR = "ecp5"
+"""The families that stand for one without rows: LUT of four inputs with a carry chain."""
+SLICE_PACKING = 1.13
+"""Slices over half of the LUT or flip-flops, in a part that is far from full. Assumed."""
+EVENT_BITS = 25
+"""Of an event but those of the read-out, which has a bit for each column."""
+
+
+def held_out(variables: Variables) -> bool:
+    """Whether the array of these parameters is held out of the fit."""
+    return (variables["ROWS"], variables["COLUMNS"]) in HELD_OUT
+
+
+def alone_held_out(variables: Variables) -> bool:
+    """Whether the decision module of these parameters is held out of the fit."""
+    return (variables["ROWS"], variables["COLUMNS"]) in ALONE_HELD_OUT
+
+
+def _clusters(v: Variables) -> int:
+    return cluster_count(v["ROWS"], v["COLUMNS"])
+
+
+def _border_rams(v: Variables) -> int:
+    return border_rams(v["ROWS"], v["COLUMNS"], v["DOWN"], v["ACROSS"])
+
+
+def _border_nodes(v: Variables) -> int:
+    return 2 * (v["COLUMNS"] * (v["DOWN"] > 1) + v["ROWS"] * (v["ACROSS"] > 1))
+
+
+def _addresses(v: Variables) -> int:
+    """Addresses: that of the visited block, and those of the blocks around it."""
+    return 1 + 2 * (v["DOWN"] > 1) + 2 * (v["ACROSS"] > 1)
+
+
+def _address_bits(v: Variables) -> int:
+    return (v["DOWN"] * v["ACROSS"] * (v["LAST_PRECISION"] + 1) - 1).bit_length()
+
+
+def _block_bits(v: Variables) -> int:
+    return (v["DOWN"] * v["ACROSS"] - 1).bit_length()
+
+
+def _row_lines(v: Variables) -> int:
+    return v["COLUMNS"] + 2 * (v["ACROSS"] > 1)
+
+
+def _column_lines(v: Variables) -> int:
+    return v["DECISION"] * (v["ROWS"] + 2 * (v["DOWN"] > 1))
+
+
+def _sides(v: Variables) -> int:
+    return v["ROWS"] + v["COLUMNS"]
+
+
+def _selecting(v: Variables, inputs: int) -> int:
+    """LUT of the lines that carry a row and a column out: each an OR over the nodes that are selected."""
+    return _row_lines(v) * _luts(2 * v["ROWS"], inputs) + _column_lines(v) * _luts(2 * v["COLUMNS"], inputs)
+
+
+def _luts(bits: int, inputs: int) -> int:
+    """LUT of so many ``inputs`` that make one signal of ``bits``: each makes one of its inputs."""
+    return -(-(bits - 1) // (inputs - 1))
+
+
+def _side_bits(v: Variables) -> int:
+    return (v["ROWS"] - 1).bit_length() + (v["COLUMNS"] - 1).bit_length()
+
+
+def _read_out(v: Variables) -> int:
+    """Bits of an event that only the read-out has."""
+    return max(0, min(v["COLUMNS"], 64) - EVENT_BITS)
+
+
+def _field_bits(v: Variables) -> tuple[int, int, int]:
+    """Bits of an address of the field, of one in a plane, and of the number of a plane."""
+    plane, last = field_plane(v["ROWS"], v["COLUMNS"]), v["LAST_PRECISION"]
+    return (plane * (last + 1) - 1).bit_length(), (plane - 1).bit_length(), (last + 1).bit_length()
+
+
+def _more_rams(v: Variables) -> int:
+    """Block RAMs of a memory of the field, besides its first: a multiplexer chooses among them."""
+    return field_rams_a_memory(v["ROWS"], v["COLUMNS"], v["LAST_PRECISION"], ((1 << 14, 1),)) - 1
+
+
+ARRAY: Mapping[str, tuple[Terms, Terms]] = {
+    "nodes": (
+        lambda v: (v["ROWS"] * v["COLUMNS"], v["ROWS"] * v["COLUMNS"] * v["PIPELINE"]),
+        lambda v: (v["ROWS"] * v["COLUMNS"], v["ROWS"] * v["COLUMNS"] * v["PIPELINE"]),
+    ),
+    "clusters": (
+        lambda v: (_clusters(v), _clusters(v) * v["PIPELINE"]),
+        lambda v: (_clusters(v), _clusters(v) * v["PIPELINE"]),
+    ),
+    "array control": (
+        lambda v: (
+            _selecting(v, 4),
+            _selecting(v, 6),
+            _clusters(v) * v["PIPELINE"],
+        ),
+        lambda v: (_row_lines(v) + _column_lines(v), _clusters(v) * v["PIPELINE"]),
+    ),
+    "OR trees": (
+        lambda v: (
+            2 * _luts(18 * _clusters(v), 4) * (1 - v["PIPELINE"]),
+            2 * _luts(_clusters(v), 4) * v["PIPELINE"],
+        ),
+        lambda v: (2 * sum(tree_widths(v["ROWS"], v["COLUMNS"], v["PIPELINE"])) + 2 * v["PIPELINE"],),
+    ),
+    "borders": (
+        lambda v: (
+            _border_rams(v),
+            _border_nodes(v) * (1 - v["PIPELINE"]),
+            (_addresses(v) - 1) * v["PIPELINE"],
+        ),
+        lambda v: (_border_nodes(v) * v["PIPELINE"],),
+    ),
+    "border addresses": (
+        lambda v: (_addresses(v) * _address_bits(v), _addresses(v)),
+        lambda v: (_addresses(v) * _address_bits(v),),
+    ),
+    "control": (
+        lambda v: (
+            1,
+            v["COLUMNS"],
+            v["DECISION"] * _sides(v),
+            _address_bits(v),
+            _clusters(v) + _border_rams(v),
+            v["STAGES"],
+        ),
+        lambda v: (
+            1,
+            _sides(v) + _clusters(v) + _border_rams(v),
+            _side_bits(v),
+            v["LAST_PRECISION"].bit_length(),
+            _block_bits(v),
+            _address_bits(v) * v["PIPELINE"],
+            _read_out(v),
+        ),
+    ),
+    "decision": (lambda v: (v["DECISION"],), lambda v: (v["DECISION"],)),
+}
+"""Terms of the LUT and of the flip-flops of each line of the array with its control."""
+
+ALONE: Mapping[str, tuple[Terms, Terms]] = {
+    "decision": (
+        lambda v: (1, _field_bits(v)[0], _field_bits(v)[1], _more_rams(v)),
+        lambda v: (1, *_field_bits(v), _more_rams(v)),
+    )
+}
+"""Those of the decision module by itself."""
+
+
+def family_for(part_family: str, task: str = "") -> tuple[str, bool]:
+    """The family of rows for a family of parts, and whether it is its own: one with rows that are held out."""
+    family, own = family_of(part_family)
+    rows = resource_rows("harmonic", "bit_serial", task)
+    known = {row.family for row in rows if (alone_held_out if task else held_out)(row.variables)}
+    return (family, own) if family in known else (ALONE_SIMILAR if task else SIMILAR, False)
+
+
+@cache
+def fit_of(family: str, piece: str, resource: str, task: str = "") -> Fit:
+    """The line of a piece and a resource, in a family of rows."""
+    terms = (ALONE if task else ARRAY)[piece][resource == "flip_flops"]
+    rows = resource_rows("harmonic", "bit_serial", task)
+    return fit_rows(rows, family, piece, resource, terms, alone_held_out if task else held_out)
+
+
+def counted(piece: str, variables: Variables, part_family: str, task: str = "") -> tuple[Line, Line]:
+    """LUT and flip-flops of a piece."""
+    family, own = family_for(part_family, task)
+    lines = []
+    for index, resource in enumerate(("lut4", "flip_flops")):
+        law = fit_of(family, piece, resource, task)
+        amount = max(0, round(law.value((ALONE if task else ARRAY)[piece][index](variables))))
+        source = f"synthesis of the RTL of this package for {family}; on sizes held out {law.mean:.1%} off in the mean"
+        lines.append(Line.item(piece, resource, amount, Status.CALIBRATED if own else Status.ASSUMED, source))
+    return lines[0], lines[1]
+
+
+def packed(lines: Sequence[Line]) -> Line:
+    """The slices of a piece of these LUT and flip-flops."""
+    # A slice has two LUT and two flip-flops.
+    slices = -(-round(SLICE_PACKING * max(line.amount for line in lines)) // 2)
+    source = f"{SLICE_PACKING} × half of the LUT or flip-flops"
+    return Line.item(lines[0].name, "slices", slices, Status.ASSUMED, source)
