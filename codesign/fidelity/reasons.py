@@ -66,8 +66,8 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "resources/velocity_obstacle/*",
-        "On Spartan-3E the law adds what Table I of the paper has beyond the circuit of this package. The paper does not"
-        " say what that is.",
+        "On Spartan-3E the law adds what Table I of the paper has beyond the circuit of this package. The paper does"
+        " not say what that is.",
         "The Verilog of the authors, or a synthesis report by module: `hwsw calibrate fpga --report` holds it against"
         " the law line by line.",
     ),
