@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -50,6 +51,17 @@ def test_the_decision_module_by_itself_agrees(seed: int) -> None:
 @pytest.mark.parametrize("termination", ["sound", "published"])
 def test_four_blocks_agree(pipeline: int, termination: str) -> None:
     check(job(block=(4, 7), pipeline=pipeline, termination=termination))
+
+
+@pytest.mark.parametrize(
+    ("digit_bits", "pipeline", "schedule"),
+    [(2, 0, (5, 8)), (2, 1, (11, 15)), (4, 0, (5, 8, 10)), (4, 1, (22,)), (8, 0, (9, 13)), (8, 1, (43, 46))],
+)
+def test_digits_of_several_bits_agree(digit_bits: int, pipeline: int, schedule: tuple[int, ...]) -> None:
+    free = np.ones((3, 8), np.bool_)
+    free[1, 2:4] = False
+    point = job(free, block=(3, 4), digit_bits=digit_bits, pipeline=pipeline, schedule=schedule)
+    check(replace(point, position=(2.0, 5.0)))
 
 
 def test_rows_of_more_than_64_nodes_are_read_out_in_pieces() -> None:
