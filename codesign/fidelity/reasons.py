@@ -86,7 +86,8 @@ REASONS: tuple[Reason, ...] = (
     Reason(
         "paper/harmonic decision",
         "The published count grows with the precision, and the paper does not explain it. Here the"
-        " larger difference of each pair of opposite neighbours is found bit by bit as the words leave the memory, without a square.",
+        " larger difference of each pair of opposite neighbours is found bit by bit as the words leave"
+        " the memory, without a square.",
         "The authors' decision module, synthesised alone; or one that squares, run by hwsw verify on the same maps.",
     ),
     Reason(
