@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import StrEnum
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -104,6 +104,10 @@ class RelaxParameters(TaskParameters):
         int,
         Field(ge=0, le=1, description="1: registers after the memory, on the streams and before the memory"),
     ] = 0
+    digit_bits: Annotated[
+        Literal[1, 2, 4, 8],
+        Field(description="bits of every value that a node of the circuit takes in a cycle"),
+    ] = 1
 
     @field_validator("schedule", mode="before")
     @classmethod

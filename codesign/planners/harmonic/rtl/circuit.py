@@ -29,6 +29,7 @@ SOURCES = tuple(
         "harmonic_array",
         "harmonic_cluster",
         "harmonic_node",
+        "harmonic_digit_node",
         "harmonic_border",
         "harmonic_or_tree",
         "harmonic_decision",
@@ -42,7 +43,7 @@ PHASES = (LOAD, RELAX, DECIDE, READ)
 KINDS = ("visit", "stage", "decision", "bits")
 
 PIECES = {
-    "nodes": ("harmonic_node",),
+    "nodes": ("harmonic_node", "harmonic_digit_node"),
     "clusters": ("harmonic_cluster",),
     "array control": ("harmonic_array",),
     "OR trees": ("harmonic_or_tree",),
@@ -78,7 +79,7 @@ class BitSerialCircuit(CircuitStyle):
             stream=Image(stream_bits(job), list(stream_words(job))),
             phases=PHASES,
             kinds=KINDS,
-            event_bits=event_bits(block, grid, parameters.iterations),
+            event_bits=event_bits(block, grid, parameters),
             pieces=PIECES,
         )
 
@@ -98,7 +99,7 @@ class BitSerialCircuit(CircuitStyle):
 def _check(job: Job[Problem, RelaxParameters]) -> None:
     """Raise UnsuitedError with all that no circuit has."""
     problem, parameters = job.problem, job.parameters
-    shape, pipeline = parameters.block_shape(*problem.shape), parameters.pipeline
+    shape = parameters.block_shape(*problem.shape)
     faults = []
     if job.start is not None:
         faults.append(("start", "no circuit loads start values", "plan from zero: policy restart"))
@@ -106,7 +107,8 @@ def _check(job: Job[Problem, RelaxParameters]) -> None:
         faults.append(
             ("detect", "no circuit leaves the test of a sweep to another component", "place it with relax")
         )
-    least, first = timing.least_precision(*shape, pipeline), parameters.precisions[0]
+    least = timing.least_precision(*shape, parameters.pipeline, parameters.digit_bits)
+    first = parameters.precisions[0]
     if first < least:
         what = f"a pass of {first} bits ends before the OR trees over {shape[0]} × {shape[1]} nodes answer"
         faults.append(("relax.schedule", what, f"begin at {least} bits or more"))
@@ -120,13 +122,13 @@ def _check(job: Job[Problem, RelaxParameters]) -> None:
         raise UnsuitedError(Fault("circuit", 0, 0, *fault) for fault in faults)
 
 
-def event_bits(block: tuple[int, int], grid: tuple[int, int], iterations: int) -> int:
+def event_bits(block: tuple[int, int], grid: tuple[int, int], parameters: RelaxParameters) -> int:
     """The width of an event: a visit, a stage, a decision, or up to 64 bits of a row."""
     return max(
-        index_bits(grid[0] * grid[1]) + iterations.bit_length(),
+        index_bits(grid[0] * grid[1]) + parameters.iterations.bit_length(),
         SWEEP_BITS + 1,
         DECISION_BITS,
-        min(block[1], timing.READ_OUT_COLUMNS),
+        min(block[1] * parameters.digit_bits, timing.READ_OUT_BITS),
     )
 
 
@@ -148,7 +150,8 @@ def _parameters(job: Job[Problem, RelaxParameters]) -> Mapping[str, int]:
         "SOUND": int(parameters.termination is Termination.SOUND),
         "STOP_WITHOUT_MAXIMA": int(parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA),
         "DECISION": int(job.does(DECIDE)),
+        "DIGIT_BITS": parameters.digit_bits,
         "PIPELINE": parameters.pipeline,
         "IN_BITS": stream_bits(job),
-        "EVENT_BITS": event_bits((rows, columns), grid, parameters.iterations),
+        "EVENT_BITS": event_bits((rows, columns), grid, parameters),
     }

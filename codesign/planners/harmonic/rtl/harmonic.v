@@ -5,9 +5,10 @@
 // of the robot in one word, from the lowest bit: its column and row within its block, the address of the block's first
 // word, and whether there is a block to the west, south, east, north.
 //
-// Events: 0 a visit ends {block, iterations}; 1 a stage ends {sweeps, some node is a local maximum}; 2 the decision
-// {horizontal, vertical}, each {not equal, higher, the south or west one}; 3 a bit of up to 64 nodes of a row, the
-// lowest bit first, in the order block, row, columns.
+// Events: 0 a visit ends {block, iterations}; 1 a stage ends {sweeps, some node is a local maximum, 0 where the
+// circuit does not look: several blocks, SOUND = 0 and STOP_WITHOUT_MAXIMA = 0}; 2 the decision {horizontal, vertical},
+// each {not equal, higher, the south or west one}; 3 a digit of nodes of a row, up to 64 bits together, the lowest digit
+// first, in the order block, row, columns.
 module harmonic #(
     parameter ROWS = 6,
     parameter COLUMNS = 12,
@@ -20,6 +21,7 @@ module harmonic #(
     parameter SOUND = 1,
     parameter STOP_WITHOUT_MAXIMA = 1,
     parameter DECISION = 1,
+    parameter DIGIT_BITS = 1,  // 1, 2, 4 or 8 bits of every value a cycle
     parameter PIPELINE = 0,
     parameter IN_BITS = 18,
     parameter EVENT_BITS = 32
@@ -37,14 +39,17 @@ module harmonic #(
     output wire                  done
 );
     localparam BLOCKS = DOWN * ACROSS;
-    localparam STRIDE = LAST_PRECISION + 1;
-    localparam PRECISION_BITS = $clog2(LAST_PRECISION + 1);
+    localparam DIGIT_PLACES = $clog2(DIGIT_BITS);
+    localparam STRIDE = (LAST_PRECISION + DIGIT_BITS - 1) / DIGIT_BITS + 1;
+    localparam PRECISION_BITS = $clog2(LAST_PRECISION + DIGIT_BITS);
+    localparam LENGTH_BITS = PRECISION_BITS - DIGIT_PLACES;
     localparam ADDRESS_BITS = $clog2(BLOCKS * STRIDE);
     localparam CLUSTERS = ((ROWS + 2) / 3) * ((COLUMNS + 5) / 6);
     localparam SIDES = (DOWN > 1 ? 2 * ((COLUMNS + 17) / 18) : 0) + (ACROSS > 1 ? 2 * ((ROWS + 17) / 18) : 0);
     localparam MEMORIES = CLUSTERS + SIDES;
-    localparam CHUNK = COLUMNS < 64 ? COLUMNS : 64;
-    localparam CHUNKS = (COLUMNS + 63) / 64;
+    localparam MOST_COLUMNS = 64 / DIGIT_BITS;
+    localparam CHUNK = COLUMNS < MOST_COLUMNS ? COLUMNS : MOST_COLUMNS;
+    localparam CHUNKS = (COLUMNS + MOST_COLUMNS - 1) / MOST_COLUMNS;
     localparam BLOCK_BITS = BLOCKS > 1 ? $clog2(BLOCKS) : 1;
     localparam ROW_BITS = ROWS > 1 ? $clog2(ROWS) : 1;
     localparam COLUMN_BITS = COLUMNS > 1 ? $clog2(COLUMNS) : 1;
@@ -52,10 +57,10 @@ module harmonic #(
     localparam ITERATION_BITS = $clog2(ITERATIONS + 1);
     localparam SWEEP_BITS = 24;
 
-    // Cycles: from an address to its word, to its bit on the streams, and to the write of the bit two places above.
+    // Cycles: from an address to its word, to its digit on the streams, and to the write of the result in its place.
     localparam MEMORY_DELAY = 1 + PIPELINE;
     localparam STREAM_DELAY = MEMORY_DELAY + PIPELINE;
-    localparam WRITE_DELAY = STREAM_DELAY + PIPELINE + 2;
+    localparam WRITE_DELAY = STREAM_DELAY + PIPELINE + (DIGIT_BITS == 1 ? 2 : 1);
     // Registers in the OR trees, as harmonic_array has them: with a pipeline, one a cluster and one for 16 of those
     // before; without, one for 288 nodes, but for the last.
     localparam TREE = PIPELINE != 0 ? 1 + stages(CLUSTERS, 16) : stages(18 * CLUSTERS, 288) - 1;
@@ -66,6 +71,15 @@ module harmonic #(
         begin
             stages = 1;
             for (rest = inputs; rest > group; rest = (rest + group - 1) / group) stages = stages + 1;
+        end
+    endfunction
+
+    // The precisions as harmonic_control has them.
+    function [11*STAGES-1:0] rounded(input [10*STAGES-1:0] precisions);
+        integer stage;
+        begin
+            for (stage = 0; stage < STAGES; stage = stage + 1)
+                rounded[11*stage+:11] = {1'b0, precisions[10*stage+:10]} + DIGIT_BITS[10:0] - 11'd1;
         end
     endfunction
 
@@ -125,7 +139,8 @@ module harmonic #(
         .CHUNKS(CHUNKS),
         .STAGES(STAGES),
         .PRECISION_BITS(PRECISION_BITS),
-        .PRECISIONS(PRECISIONS),
+        .DIGIT_PLACES(DIGIT_PLACES),
+        .PRECISIONS(rounded(PRECISIONS)),
         .ITERATIONS(ITERATIONS),
         .ITERATION_BITS(ITERATION_BITS),
         .SOUND(SOUND),
@@ -179,8 +194,21 @@ module harmonic #(
     wire [ADDRESS_BITS-1:0] length;
     wire [ADDRESS_BITS-1:0] here_address, north_address, east_address, south_address, west_address;
     generate
-        if (ADDRESS_BITS > PRECISION_BITS) assign length = {{(ADDRESS_BITS - PRECISION_BITS){1'b0}}, precision};
-        else assign length = precision;
+        if (ADDRESS_BITS > LENGTH_BITS)
+            assign length = {{(ADDRESS_BITS - LENGTH_BITS){1'b0}}, precision[PRECISION_BITS-1:DIGIT_PLACES]};
+        else assign length = precision[PRECISION_BITS-1:DIGIT_PLACES];
+    endgenerate
+
+    // The bits of the lowest digit that are bits of the value: all of its highest ones.
+    wire [DIGIT_BITS-1:0] keep;
+    generate
+        if (DIGIT_BITS > 1) begin : lowest_digit
+            reg [DIGIT_BITS-1:0] kept;
+            always @(posedge clk) kept <= ~({1'b0, {(DIGIT_BITS-1){1'b1}}} >> precision[DIGIT_PLACES-1:0]);
+            assign keep = kept;
+        end else begin : lowest_digit
+            assign keep = 1'b1;
+        end
     endgenerate
     harmonic_address #(.BITS(ADDRESS_BITS), .ORIGIN(0), .STRIDE(STEP_BITS)) here (
         .clk(clk), .home(home), .jump(taken), .jump_base(base_word), .wrap(wrap), .open(open), .advance(advance),
@@ -236,8 +264,8 @@ module harmonic #(
     wire [ROW_BITS-1:0] row = phase == 4'd3 ? robot_row : read_row;
     reg [ROWS-1:0] row_select;
     reg [COLUMNS-1:0] column_select;
-    wire [COLUMNS+1:0] row_line;
-    wire [ROWS+1:0] column_line;
+    wire [DIGIT_BITS*(COLUMNS+2)-1:0] row_line;
+    wire [DIGIT_BITS*(ROWS+2)-1:0] column_line;
     wire [ROW_BITS-1:0] row_now;
     harmonic_delay #(.BITS(ROW_BITS), .CYCLES(STREAM_DELAY - 1)) row_delay (
         .clk(clk), .reset(1'b0), .value(row), .later(row_now)
@@ -261,12 +289,14 @@ module harmonic #(
         .ACROSS(ACROSS),
         .DECISION(DECISION),
         .ADDRESS_BITS(ADDRESS_BITS),
+        .DIGIT_BITS(DIGIT_BITS),
         .PIPELINE(PIPELINE),
         .MEMORIES(MEMORIES)
     ) array (
         .clk(clk),
         .integer_slot(integer_slot),
         .flag_slot(flag_slot),
+        .keep(keep),
         .north_inside(sides_now[3]),
         .east_inside(sides_now[2]),
         .south_inside(sides_now[1]),
@@ -294,25 +324,28 @@ module harmonic #(
     generate
         if (DECISION != 0) begin : decision
             wire first_bit, last_bit;
-            wire [ROWS+1:0] column_bits = column_line >> robot_row;
-            wire [COLUMNS+1:0] row_bits = row_line >> robot_column;
-            wire north_bit = column_bits[0], here_bit = column_bits[1], south_bit = column_bits[2];
-            wire west_bit = row_bits[0], east_bit = row_bits[2];
-            wire unused = &{1'b0, column_bits, row_bits};
+            wire [DIGIT_BITS*(ROWS+2)-1:0] column_digits = column_line >> {robot_row, {DIGIT_PLACES{1'b0}}};
+            wire [DIGIT_BITS*(COLUMNS+2)-1:0] row_digits = row_line >> {robot_column, {DIGIT_PLACES{1'b0}}};
+            wire [DIGIT_BITS-1:0] north_digit = column_digits[0+:DIGIT_BITS];
+            wire [DIGIT_BITS-1:0] here_digit = column_digits[DIGIT_BITS+:DIGIT_BITS];
+            wire [DIGIT_BITS-1:0] south_digit = column_digits[2*DIGIT_BITS+:DIGIT_BITS];
+            wire [DIGIT_BITS-1:0] west_digit = row_digits[0+:DIGIT_BITS];
+            wire [DIGIT_BITS-1:0] east_digit = row_digits[2*DIGIT_BITS+:DIGIT_BITS];
+            wire unused = &{1'b0, column_digits, row_digits};
             harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 2)) first_delay (
                 .clk(clk), .reset(reset), .value(pre), .later(first_bit)
             );
             harmonic_delay #(.BITS(1), .CYCLES(STREAM_DELAY + 3)) last_delay (
                 .clk(clk), .reset(reset), .value(finishes && phase == 4'd3), .later(last_bit)
             );
-            harmonic_decision vertical_axis (
+            harmonic_decision #(.DIGIT_BITS(DIGIT_BITS)) vertical_axis (
                 .clk(clk), .first(first_bit),
-                .here(here_bit), .a(north_bit), .b(south_bit),
+                .here(here_digit), .a(north_digit), .b(south_digit),
                 .second(vertical[0]), .rises(vertical[1]), .differs(vertical[2])
             );
-            harmonic_decision horizontal_axis (
+            harmonic_decision #(.DIGIT_BITS(DIGIT_BITS)) horizontal_axis (
                 .clk(clk), .first(first_bit),
-                .here(here_bit), .a(east_bit), .b(west_bit),
+                .here(here_digit), .a(east_digit), .b(west_digit),
                 .second(horizontal[0]), .rises(horizontal[1]), .differs(horizontal[2])
             );
             assign decided = last_bit;
@@ -320,17 +353,18 @@ module harmonic #(
             assign vertical = 3'd0;
             assign horizontal = 3'd0;
             assign decided = 1'b0;
-            wire unused = &{1'b0, column_line, row_line[COLUMNS+1], row_line[0]};
+            wire unused = &{1'b0, column_line, row_line[DIGIT_BITS*(COLUMNS+1)+:DIGIT_BITS], row_line[0+:DIGIT_BITS]};
         end
     endgenerate
 
     // The read-out.
     wire shown, last_shown;
     wire [CHUNK_BITS-1:0] chunk;
-    wire [CHUNK*CHUNKS-1:0] shown_row;
+    wire [DIGIT_BITS*CHUNK*CHUNKS-1:0] shown_row;
+    assign shown_row[0+:DIGIT_BITS*COLUMNS] = row_line[DIGIT_BITS+:DIGIT_BITS*COLUMNS];
     generate
-        if (CHUNK * CHUNKS > COLUMNS) assign shown_row = {{(CHUNK*CHUNKS-COLUMNS){1'b0}}, row_line[COLUMNS:1]};
-        else assign shown_row = row_line[COLUMNS:1];
+        if (CHUNK * CHUNKS > COLUMNS)
+            assign shown_row[DIGIT_BITS*CHUNK*CHUNKS-1:DIGIT_BITS*COLUMNS] = {(DIGIT_BITS*(CHUNK*CHUNKS-COLUMNS)){1'b0}};
     endgenerate
     harmonic_delay #(.BITS(CHUNK_BITS), .CYCLES(STREAM_DELAY + 1)) chunk_delay (
         .clk(clk), .reset(1'b0), .value(read_chunk), .later(chunk)
@@ -350,6 +384,6 @@ module harmonic #(
         if (visit_event) event_data[0 +: ITERATION_BITS+BLOCK_BITS] <= {visit_block, visit_iterations};
         else if (stage_event) event_data[0 +: SWEEP_BITS+1] <= {stage_sweeps, stage_maxima};
         else if (decided) event_data[5:0] <= {horizontal, vertical};
-        else event_data[0 +: CHUNK] <= shown_row[CHUNK*chunk +: CHUNK];
+        else event_data[0+:DIGIT_BITS*CHUNK] <= shown_row[DIGIT_BITS*CHUNK*chunk+:DIGIT_BITS*CHUNK];
     end
 endmodule

@@ -10,31 +10,33 @@ module harmonic_array #(
     parameter ACROSS = 1,
     parameter DECISION = 1,
     parameter ADDRESS_BITS = 10,
+    parameter DIGIT_BITS = 1,
     parameter PIPELINE = 0,
     parameter MEMORIES = 4
 ) (
-    input  wire                    clk,
-    input  wire                    integer_slot,
-    input  wire                    flag_slot,
-    input  wire                    north_inside,
-    input  wire                    east_inside,
-    input  wire                    south_inside,
-    input  wire                    west_inside,
-    input  wire [ADDRESS_BITS-1:0] here_address,
-    input  wire [ADDRESS_BITS-1:0] north_address,
-    input  wire [ADDRESS_BITS-1:0] east_address,
-    input  wire [ADDRESS_BITS-1:0] south_address,
-    input  wire [ADDRESS_BITS-1:0] west_address,
-    input  wire [ADDRESS_BITS-1:0] write_address,
-    input  wire [MEMORIES-1:0]     write_enable,
-    input  wire                    loads,
-    input  wire [17:0]             load_word,
-    input  wire [ROWS-1:0]         row_select,
-    input  wire [COLUMNS-1:0]      column_select,
-    output wire                    changed,       // OR trees; see harmonic_control for their delay
-    output wire                    maximum,
-    output reg  [COLUMNS+1:0]      row_line,      // the selected row, one column more at either end
-    output wire [ROWS+1:0]         column_line    // the selected column, one row more at either end
+    input  wire                                  clk,
+    input  wire                                  integer_slot,
+    input  wire                                  flag_slot,
+    input  wire [DIGIT_BITS-1:0]                 keep,         // the bits of the lowest digit that are bits of the value
+    input  wire                                  north_inside,
+    input  wire                                  east_inside,
+    input  wire                                  south_inside,
+    input  wire                                  west_inside,
+    input  wire [ADDRESS_BITS-1:0]               here_address,
+    input  wire [ADDRESS_BITS-1:0]               north_address,
+    input  wire [ADDRESS_BITS-1:0]               east_address,
+    input  wire [ADDRESS_BITS-1:0]               south_address,
+    input  wire [ADDRESS_BITS-1:0]               west_address,
+    input  wire [ADDRESS_BITS-1:0]               write_address,
+    input  wire [MEMORIES-1:0]                   write_enable,
+    input  wire                                  loads,
+    input  wire [17:0]                           load_word,
+    input  wire [ROWS-1:0]                       row_select,
+    input  wire [COLUMNS-1:0]                    column_select,
+    output wire                                  changed,      // OR trees; see harmonic_control for their delay
+    output wire                                  maximum,
+    output reg  [DIGIT_BITS*(COLUMNS+2)-1:0]     row_line,     // the selected row, one column more at either end
+    output wire [DIGIT_BITS*(ROWS+2)-1:0]        column_line   // the selected column, one row more at either end
 );
     localparam CLUSTER_ROWS = (ROWS + 2) / 3;
     localparam CLUSTER_COLUMNS = (COLUMNS + 5) / 6;
@@ -43,12 +45,14 @@ module harmonic_array #(
     localparam SIDE_COLUMNS = (COLUMNS + 17) / 18;
     localparam WEST_SIDE = CLUSTERS + (DOWN > 1 ? 2 * SIDE_COLUMNS : 0);
 
-    wire [ROWS*COLUMNS-1:0] streams, borders;
+    localparam LINE = DIGIT_BITS * COLUMNS;
+
+    wire [LINE*ROWS-1:0] streams, borders;
     wire [18*CLUSTERS-1:0] changed_bits, maximum_bits;
 
     // Streams of the nodes around the block.
-    wire [COLUMNS-1:0] north_stream, south_stream;
-    wire [ROWS-1:0] west_stream, east_stream;
+    wire [DIGIT_BITS*COLUMNS-1:0] north_stream, south_stream;
+    wire [DIGIT_BITS*ROWS-1:0] west_stream, east_stream;
 
     genvar row, column, i, j;
     generate
@@ -57,16 +61,18 @@ module harmonic_array #(
                 localparam HEIGHT = ROWS - 3 * row < 3 ? ROWS - 3 * row : 3;
                 localparam WIDTH = COLUMNS - 6 * column < 6 ? COLUMNS - 6 * column : 6;
                 localparam INDEX = CLUSTER_COLUMNS * row + column;
-                wire [17:0] north, east, south, west, stream, border;
+                wire [18*DIGIT_BITS-1:0] north, east, south, west, stream, border;
                 harmonic_cluster #(
                     .ROWS(HEIGHT),
                     .COLUMNS(WIDTH),
                     .ADDRESS_BITS(ADDRESS_BITS),
+                    .DIGIT_BITS(DIGIT_BITS),
                     .PIPELINE(PIPELINE)
                 ) cluster (
                     .clk(clk),
                     .integer_slot(integer_slot),
                     .flag_slot(flag_slot),
+                    .keep(keep),
                     .read_address(here_address),
                     .write_enable(write_enable[INDEX]),
                     .write_address(write_address),
@@ -85,23 +91,25 @@ module harmonic_array #(
                     for (j = 0; j < 6; j = j + 1) begin : columns
                         localparam R = 3 * row + i;
                         localparam C = 6 * column + j;
+                        localparam LOW = DIGIT_BITS * (6 * i + j);
+                        localparam HERE = DIGIT_BITS * (COLUMNS * R + C);
                         if (i < HEIGHT && j < WIDTH) begin : present
-                            assign streams[COLUMNS*R+C] = stream[6*i+j];
-                            assign borders[COLUMNS*R+C] = border[6*i+j];
-                            if (R == 0) assign north[6*i+j] = north_stream[C];
-                            else assign north[6*i+j] = streams[COLUMNS*(R-1)+C];
-                            if (R == ROWS - 1) assign south[6*i+j] = south_stream[C];
-                            else assign south[6*i+j] = streams[COLUMNS*(R+1)+C];
-                            if (C == 0) assign west[6*i+j] = west_stream[R];
-                            else assign west[6*i+j] = streams[COLUMNS*R+C-1];
-                            if (C == COLUMNS - 1) assign east[6*i+j] = east_stream[R];
-                            else assign east[6*i+j] = streams[COLUMNS*R+C+1];
+                            assign streams[HERE+:DIGIT_BITS] = stream[LOW+:DIGIT_BITS];
+                            assign borders[HERE+:DIGIT_BITS] = border[LOW+:DIGIT_BITS];
+                            if (R == 0) assign north[LOW+:DIGIT_BITS] = north_stream[DIGIT_BITS*C+:DIGIT_BITS];
+                            else assign north[LOW+:DIGIT_BITS] = streams[HERE-LINE+:DIGIT_BITS];
+                            if (R == ROWS - 1) assign south[LOW+:DIGIT_BITS] = south_stream[DIGIT_BITS*C+:DIGIT_BITS];
+                            else assign south[LOW+:DIGIT_BITS] = streams[HERE+LINE+:DIGIT_BITS];
+                            if (C == 0) assign west[LOW+:DIGIT_BITS] = west_stream[DIGIT_BITS*R+:DIGIT_BITS];
+                            else assign west[LOW+:DIGIT_BITS] = streams[HERE-DIGIT_BITS+:DIGIT_BITS];
+                            if (C == COLUMNS - 1) assign east[LOW+:DIGIT_BITS] = east_stream[DIGIT_BITS*R+:DIGIT_BITS];
+                            else assign east[LOW+:DIGIT_BITS] = streams[HERE+DIGIT_BITS+:DIGIT_BITS];
                         end else begin : absent
-                            wire unused = &{1'b0, stream[6*i+j], border[6*i+j]};
-                            assign north[6*i+j] = 1'b0;
-                            assign south[6*i+j] = 1'b0;
-                            assign west[6*i+j] = 1'b0;
-                            assign east[6*i+j] = 1'b0;
+                            wire unused = &{1'b0, stream[LOW+:DIGIT_BITS], border[LOW+:DIGIT_BITS]};
+                            assign north[LOW+:DIGIT_BITS] = {DIGIT_BITS{1'b0}};
+                            assign south[LOW+:DIGIT_BITS] = {DIGIT_BITS{1'b0}};
+                            assign west[LOW+:DIGIT_BITS] = {DIGIT_BITS{1'b0}};
+                            assign east[LOW+:DIGIT_BITS] = {DIGIT_BITS{1'b0}};
                         end
                     end
                 end
@@ -110,16 +118,19 @@ module harmonic_array #(
     endgenerate
 
     // The memories of the four sides. That of the north side of a block is read while the block above is visited.
-    wire [ROWS-1:0] west_nodes, east_nodes;
+    wire [DIGIT_BITS*ROWS-1:0] west_nodes, east_nodes;
+    wire unused_borders = &{1'b0, borders};
     generate
         for (row = 0; row < ROWS; row = row + 1) begin : side_nodes
-            assign west_nodes[row] = borders[COLUMNS*row];
-            assign east_nodes[row] = borders[COLUMNS*row+COLUMNS-1];
+            localparam LOW = DIGIT_BITS * row;
+            assign west_nodes[LOW+:DIGIT_BITS] = borders[COLUMNS*LOW+:DIGIT_BITS];
+            assign east_nodes[LOW+:DIGIT_BITS] = borders[COLUMNS*LOW+DIGIT_BITS*(COLUMNS-1)+:DIGIT_BITS];
         end
         if (DOWN > 1) begin : down
             harmonic_border #(
                 .NODES(COLUMNS),
                 .ADDRESS_BITS(ADDRESS_BITS),
+                .DIGIT_BITS(DIGIT_BITS),
                 .PIPELINE(PIPELINE)
             ) north_side (
                 .clk(clk),
@@ -129,12 +140,13 @@ module harmonic_array #(
                 .write_address(write_address),
                 .loads(loads),
                 .load_word(load_word),
-                .written(borders[0 +: COLUMNS]),
+                .written(borders[0+:DIGIT_BITS*COLUMNS]),
                 .stream(south_stream)
             );
             harmonic_border #(
                 .NODES(COLUMNS),
                 .ADDRESS_BITS(ADDRESS_BITS),
+                .DIGIT_BITS(DIGIT_BITS),
                 .PIPELINE(PIPELINE)
             ) south_side (
                 .clk(clk),
@@ -144,18 +156,19 @@ module harmonic_array #(
                 .write_address(write_address),
                 .loads(loads),
                 .load_word(load_word),
-                .written(borders[COLUMNS*(ROWS-1) +: COLUMNS]),
+                .written(borders[DIGIT_BITS*COLUMNS*(ROWS-1)+:DIGIT_BITS*COLUMNS]),
                 .stream(north_stream)
             );
         end else begin : one_row
-            assign south_stream = {COLUMNS{1'b0}};
-            assign north_stream = {COLUMNS{1'b0}};
-            wire unused = &{1'b0, north_inside, south_inside, north_address, south_address, borders};
+            assign south_stream = {(DIGIT_BITS*COLUMNS){1'b0}};
+            assign north_stream = {(DIGIT_BITS*COLUMNS){1'b0}};
+            wire unused = &{1'b0, north_inside, south_inside, north_address, south_address};
         end
         if (ACROSS > 1) begin : across
             harmonic_border #(
                 .NODES(ROWS),
                 .ADDRESS_BITS(ADDRESS_BITS),
+                .DIGIT_BITS(DIGIT_BITS),
                 .PIPELINE(PIPELINE)
             ) west_side (
                 .clk(clk),
@@ -171,6 +184,7 @@ module harmonic_array #(
             harmonic_border #(
                 .NODES(ROWS),
                 .ADDRESS_BITS(ADDRESS_BITS),
+                .DIGIT_BITS(DIGIT_BITS),
                 .PIPELINE(PIPELINE)
             ) east_side (
                 .clk(clk),
@@ -184,8 +198,8 @@ module harmonic_array #(
                 .stream(west_stream)
             );
         end else begin : one_column
-            assign east_stream = {ROWS{1'b0}};
-            assign west_stream = {ROWS{1'b0}};
+            assign east_stream = {(DIGIT_BITS*ROWS){1'b0}};
+            assign west_stream = {(DIGIT_BITS*ROWS){1'b0}};
             wire unused = &{1'b0, west_inside, east_inside, west_address, east_address, west_nodes, east_nodes};
         end
     endgenerate
@@ -218,35 +232,48 @@ module harmonic_array #(
     endgenerate
 
     // One row of streams for the read-out and the decision.
-    generate
-        for (column = 0; column < COLUMNS; column = column + 1) begin : row_lines
-            wire [ROWS-1:0] bits;
-            for (row = 0; row < ROWS; row = row + 1) begin : rows
-                assign bits[row] = streams[COLUMNS*row+column] & row_select[row];
-            end
-            always @(posedge clk) row_line[column+1] <= |bits;
+    always @(posedge clk)
+        row_line <= {side_node(east_stream), selected_row(streams), side_node(west_stream)};
+
+    function [LINE-1:0] selected_row(input [LINE*ROWS-1:0] block);
+        integer line;
+        begin
+            selected_row = {LINE{1'b0}};
+            for (line = 0; line < ROWS; line = line + 1)
+                selected_row = selected_row | block[LINE*line+:LINE] & {LINE{row_select[line]}};
         end
-    endgenerate
-    always @(posedge clk) begin
-        row_line[0] <= |(west_stream & row_select);
-        row_line[COLUMNS+1] <= |(east_stream & row_select);
-    end
+    endfunction
+
+    function [DIGIT_BITS-1:0] side_node(input [DIGIT_BITS*ROWS-1:0] side);
+        integer line;
+        begin
+            side_node = {DIGIT_BITS{1'b0}};
+            for (line = 0; line < ROWS; line = line + 1)
+                side_node = side_node | side[DIGIT_BITS*line+:DIGIT_BITS] & {DIGIT_BITS{row_select[line]}};
+        end
+    endfunction
 
     // One column of streams for the decision.
     generate
         if (DECISION != 0) begin : column_lines
-            reg [ROWS+1:0] line;
-            for (row = 0; row < ROWS; row = row + 1) begin : rows
-                always @(posedge clk) line[row+1] <= |(streams[COLUMNS*row +: COLUMNS] & column_select);
+            reg [DIGIT_BITS*(ROWS+2)-1:0] digits;
+            wire [LINE*(ROWS+2)-1:0] lines = {south_stream, streams, north_stream};
+            for (row = 0; row < ROWS + 2; row = row + 1) begin : rows
+                always @(posedge clk) digits[DIGIT_BITS*row+:DIGIT_BITS] <= selected_node(lines[LINE*row+:LINE]);
             end
-            always @(posedge clk) begin
-                line[0] <= |(north_stream & column_select);
-                line[ROWS+1] <= |(south_stream & column_select);
-            end
-            assign column_line = line;
+            assign column_line = digits;
         end else begin : no_column_lines
-            assign column_line = {(ROWS + 2){1'b0}};
+            assign column_line = {(DIGIT_BITS * (ROWS + 2)){1'b0}};
             wire unused = &{1'b0, column_select};
         end
     endgenerate
+
+    function [DIGIT_BITS-1:0] selected_node(input [LINE-1:0] line);
+        integer place;
+        begin
+            selected_node = {DIGIT_BITS{1'b0}};
+            for (place = 0; place < COLUMNS; place = place + 1)
+                selected_node = selected_node | line[DIGIT_BITS*place+:DIGIT_BITS] & {DIGIT_BITS{column_select[place]}};
+        end
+    endfunction
 endmodule

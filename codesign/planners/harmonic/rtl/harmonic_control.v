@@ -1,6 +1,7 @@
 // The control of the harmonic circuit: passes over blocks, visits, sweeps and stages (Girau et al. 2008, section 4).
 //
-// A pass reads the p bits of every node of a block, lowest first, in p + 2 slots of one cycle (see harmonic_node). It
+// A pass reads the p bits of every node of a block, lowest first, in p + 2 slots of one cycle (see harmonic_node); with
+// digits of DIGIT_BITS bits, the L digits of its p bits in L + 2 slots (see harmonic_digit_node). It
 // begins with a pre slot, slot p + 1 of the pass before, in which the flags of its block are read. An iteration is a
 // pass that writes. Passes follow each other without a gap, so that an iteration takes p + 2 cycles. The answer of the
 // OR trees comes during the next pass:
@@ -20,7 +21,8 @@ module harmonic_control #(
     parameter CHUNKS = 1,
     parameter STAGES = 1,
     parameter PRECISION_BITS = 4,
-    parameter [10*STAGES-1:0] PRECISIONS = 10'd15,  // 10 bits a stage, the first one lowest
+    parameter DIGIT_PLACES = 0,                    // DIGIT_BITS = 2^DIGIT_PLACES
+    parameter [11*STAGES-1:0] PRECISIONS = 11'd15,  // p + DIGIT_BITS - 1 of each stage, the first one lowest
     parameter ITERATIONS = 8,
     parameter ITERATION_BITS = 4,
     parameter SOUND = 1,
@@ -53,7 +55,7 @@ module harmonic_control #(
     output wire                      reads,       // slots 0 to p
     output wire                      writes,      // slots 0 to p - 1 of an iteration
     output wire                      drops,       // what the pass that runs has not written yet is not written
-    output reg  [PRECISION_BITS-1:0] precision,
+    output reg  [PRECISION_BITS-1:0] precision,   // p + DIGIT_BITS - 1: the digits, above the bits of the lowest one less 1
     output wire [3:0]                sides,
     // Read-out.
     output reg  [ROW_BITS-1:0]       row,
@@ -84,13 +86,17 @@ module harmonic_control #(
     localparam [ROW_BITS-1:0] LAST_ROW = ROWS_LESS_1[ROW_BITS-1:0];
     localparam [CHUNK_BITS-1:0] LAST_CHUNK = CHUNKS_LESS_1[CHUNK_BITS-1:0];
     localparam [STAGE_BITS-1:0] LAST_STAGE = STAGES_LESS_1[STAGE_BITS-1:0];
-    localparam [PRECISION_BITS-1:0] ONE = 1;
+    // Without the pass that looks for them, maxima of several blocks are from before the last changes: not reported.
+    localparam [0:0] TESTED = SOUND != 0 || BLOCKS == 1 || CHECK != 0;
+    localparam LENGTH_BITS = PRECISION_BITS - DIGIT_PLACES;
+    localparam [LENGTH_BITS-1:0] ONE = 1;
     localparam [ITERATION_BITS-1:0] FIRST = 1;
     localparam [ITERATION_BITS-1:0] LAST = MOST[ITERATION_BITS-1:0];
 
     // The slot. Every pass ends with a pre slot: that of the next pass, or of none.
     reg runs, halts, waits, checks, homes, opens, ended;
-    reg [PRECISION_BITS-1:0] left, next_precision;
+    reg [LENGTH_BITS-1:0] left;
+    reg [PRECISION_BITS-1:0] next_precision;
     wire stops;
     wire slot_end = runs & zero;
     assign open = slot_end | stops | opens | loaded;
@@ -147,7 +153,7 @@ module harmonic_control #(
             pre <= 1'b0;
             runs <= ~halts;
             waits <= halts & phase == RELAX;
-            left <= precision;
+            left <= precision[PRECISION_BITS-1:DIGIT_PLACES];
         end else begin
             left <= left - 1'b1;
             zero <= left == ONE;
@@ -203,7 +209,7 @@ module harmonic_control #(
         next_precision <= later_precision(stage);
         if (stage_over) begin
             checks <= 1'b0;
-            stage_maxima <= maxima_now;
+            stage_maxima <= maxima_now & TESTED;
             if (!leaves) begin
                 stage <= stage + 1'b1;
                 precision <= next_precision;
@@ -270,7 +276,7 @@ module harmonic_control #(
         begin
             later_precision = PRECISIONS[PRECISION_BITS-1:0];
             for (entry = 1; entry < STAGES; entry = entry + 1)
-                if (index == entry[STAGE_BITS-1:0] - 1'b1) later_precision = PRECISIONS[10*entry +: PRECISION_BITS];
+                if (index == entry[STAGE_BITS-1:0] - 1'b1) later_precision = PRECISIONS[11*entry +: PRECISION_BITS];
         end
     endfunction
 endmodule

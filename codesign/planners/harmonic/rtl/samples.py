@@ -41,20 +41,22 @@ def _parameters(random: np.random.Generator, shape: tuple[int, int]) -> RelaxPar
     beyond = [int(random.random() > NEARLY_ALWAYS) for _ in range(2)]
     block = -(-shape[0] // parts[0]) + beyond[0], -(-shape[1] // parts[1]) + beyond[1]
     pipeline = int(random.integers(2))
+    digit_bits = int(random.choice([1, 1, 2, 4, 8]))
     options: dict[str, Any] = {
         "block": block,
         "iterations": int(random.choice([1, 2, 3, 5, 8, 20])),
-        "schedule": _schedule(random, timing.least_precision(*block, pipeline)),
+        "schedule": _schedule(random, timing.least_precision(*block, pipeline, digit_bits)),
         "termination": str(random.choice(["sound", "published"])),
         "stop": str(random.choice(["first_without_local_maxima", "schedule_end"])),
         "pockets": str(random.choice(["kept", "filled"])),
         "pipeline": pipeline,
+        "digit_bits": digit_bits,
     }
     return RelaxParameters(**options)
 
 
 def _schedule(random: np.random.Generator, least: int) -> tuple[int, ...]:
-    """One to four rising precisions from ``least`` on."""
+    """One to three rising precisions from ``least`` on."""
     steps = random.integers(1, LONGEST_STAGE + 1, int(random.integers(1, 4)))
     bits = least + np.cumsum(steps) - 1
-    return tuple(int(precision) for precision in bits[bits <= MOST_BITS])
+    return tuple(int(precision) for precision in bits[bits <= max(least + LONGEST_STAGE, MOST_BITS)])

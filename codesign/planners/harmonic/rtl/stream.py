@@ -11,6 +11,7 @@ from codesign.planners.harmonic.plan.parameters import RelaxParameters
 from codesign.planners.harmonic.plan.pockets import sent_map
 from codesign.planners.harmonic.published import CLUSTER_COLUMNS, CLUSTER_ROWS
 from codesign.planners.harmonic.styles.geometry import RAM_WIDTH
+from codesign.planners.harmonic.styles.resources import words
 from codesign.planners.harmonic.styles.steps import DECIDE
 from codesign.planners.interface import Problem
 from codesign.planners.job import Job
@@ -21,9 +22,9 @@ def index_bits(count: int) -> int:
     return max(1, (count - 1).bit_length())
 
 
-def address_bits(blocks: int, last: int) -> int:
-    """Bits of the address of a memory that holds ``blocks`` blocks of ``last`` + 1 words."""
-    return (blocks * (last + 1) - 1).bit_length()
+def address_bits(blocks: int, parameters: RelaxParameters) -> int:
+    """Bits of the address of a memory that holds ``blocks`` blocks at the last precision."""
+    return (words(blocks, parameters.precisions[-1], parameters.digit_bits) - 1).bit_length()
 
 
 def stream_bits(job: Job[Problem, RelaxParameters]) -> int:
@@ -31,7 +32,7 @@ def stream_bits(job: Job[Problem, RelaxParameters]) -> int:
     problem, parameters = job.problem, job.parameters
     rows, columns = parameters.block_shape(*problem.shape)
     blocks = parameters.block_count(*problem.shape)
-    position = index_bits(rows) + index_bits(columns) + address_bits(blocks, parameters.precisions[-1]) + 4
+    position = index_bits(rows) + index_bits(columns) + address_bits(blocks, parameters) + 4
     return max(RAM_WIDTH, position)
 
 
@@ -91,15 +92,15 @@ def position_word(job: Job[Problem, RelaxParameters]) -> int:
     problem, parameters = job.problem, job.parameters
     height, width = parameters.block_shape(*problem.shape)
     down, across = parameters.block_grid(*problem.shape)
-    last = parameters.precisions[-1]
+    block_words = words(1, parameters.precisions[-1], parameters.digit_bits)
     cell = nearest_cell(job)
     line, row = divmod(cell[0], height)
     place, column = divmod(cell[1], width)
     word, shift = column, index_bits(width)
     word |= row << shift
     shift += index_bits(height)
-    word |= (line * across + place) * (last + 1) << shift
-    shift += address_bits(down * across, last)
+    word |= (line * across + place) * block_words << shift
+    shift += address_bits(down * across, parameters)
     inside = (place > 0, line < down - 1, place < across - 1, line > 0)
     for index, side in enumerate(inside):
         word |= int(side) << shift + index

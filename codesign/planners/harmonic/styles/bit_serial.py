@@ -67,14 +67,15 @@ class BitSerial(Architecture):
         """The fastest clock for a block of this size on the part, Hz."""
         problem = job.problem
         block = job.parameters.block_shape(*problem.shape)
-        return timing.clock_limit(*block, job.chip, job.parameters.pipeline)
+        return timing.clock_limit(*block, job.chip, job.parameters.pipeline, job.parameters.digit_bits)
 
     def memory(self, job: Job[Problem, RelaxParameters]) -> Memory:
-        """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4)."""
+        """p + 1 words of 18 bits for each block, in every cluster's RAM (section 5.4); see ``resources.words``."""
         problem, parameters = job.problem, job.parameters
         blocks = parameters.block_count(*problem.shape)
         last = parameters.precisions[-1]
-        return Memory(geometry.RAM_WIDTH, {f"block {block}": last + 1 for block in range(blocks)})
+        depth = resources.words(1, last, parameters.digit_bits)
+        return Memory(geometry.RAM_WIDTH, {f"block {block}": depth for block in range(blocks)})
 
     def work(self, job: Job[Problem, RelaxParameters]) -> Generator[Step, None, HarmonicPlan]:
         """Phases ``load``, ``relax`` and ``decide``; with ``detail`` a unit of ``relax`` is a visit.
@@ -90,7 +91,7 @@ class BitSerial(Architecture):
         last = parameters.precisions[-1]
         memories = geometry.memories(rows, columns, *parameters.block_grid(*problem.shape))
         if start is None:
-            load = timing.load_cycles(memories, blocks, last)
+            load = timing.load_cycles(memories, blocks, last, parameters.digit_bits)
         elif isinstance(start, LowerBound):
             load = timing.load_start_cycles(memories, blocks, last)
         else:
@@ -98,11 +99,11 @@ class BitSerial(Architecture):
         yield one_step(LOAD, load, ram_addresses=1)
 
         plan = yield from relax_steps(job, relax_costs(job))
-        pipeline = parameters.pipeline
+        options = parameters.pipeline, parameters.digit_bits
         if job.does(DECIDE):
-            yield one_step(DECIDE, timing.decision_cycles(plan.precision, pipeline), ram_addresses=1)
+            yield one_step(DECIDE, timing.decision_cycles(plan.precision, *options), ram_addresses=1)
         else:
-            read = timing.read_cycles(rows, columns, blocks, plan.precision, pipeline)
+            read = timing.read_cycles(rows, columns, blocks, plan.precision, *options)
             yield one_step(READ, read, ram_addresses=1)
         return plan
 
@@ -121,21 +122,22 @@ def machine_of(job: Job[Problem, RelaxParameters]) -> resources.Machine:
         *parameters.block_grid(*shape),
         parameters.pipeline,
         len(parameters.precisions),
+        parameters.digit_bits,
     )
 
 
 def relax_costs(job: Job[Problem, RelaxParameters]) -> Costs:
-    """p + 2 cycles an iteration, and the passes that are dropped: see ``timing``."""
+    """The cycles of iterations, and the passes that are dropped: see ``timing``."""
     problem, parameters = job.problem, job.parameters
     shape, blocks = parameters.block_shape(*problem.shape), parameters.block_count(*problem.shape)
-    dropped = timing.dropped_pass_cycles(*shape, parameters.pipeline)
+    dropped, digit_bits = timing.dropped_pass_cycles(*shape, parameters.pipeline), parameters.digit_bits
     published = parameters.termination is Termination.PUBLISHED
 
     def visits_cost(precision: int, visits: Visits) -> NDArray[np.int64]:
         # After the published test the next pass could write, so the circuit waits after each sweep.
         ends_sweep = (visits.block == blocks - 1) & published
         drops = np.where(ends_sweep, visits.count, visits.early) if blocks > 1 else 0
-        return visits.iterations * timing.iteration_cycles(precision) + dropped * drops
+        return visits.iterations * timing.iteration_cycles(precision, digit_bits) + dropped * drops
 
     def stage_end(precision: int) -> int:
         if blocks == 1:
@@ -145,6 +147,6 @@ def relax_costs(job: Job[Problem, RelaxParameters]) -> Costs:
             return dropped if parameters.iterations == 1 else 0
         # Blocks that were visited before their neighbours are tested for local maxima again.
         checks = parameters.stop is Stop.FIRST_WITHOUT_LOCAL_MAXIMA
-        return blocks * timing.iteration_cycles(precision) + dropped if checks else 0
+        return blocks * timing.iteration_cycles(precision, digit_bits) + dropped if checks else 0
 
     return Costs(visits_cost, stage_end, ram_addresses=2)

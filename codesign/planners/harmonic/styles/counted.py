@@ -84,14 +84,14 @@ def _sides(v: Variables) -> int:
     return v["ROWS"] + v["COLUMNS"]
 
 
-def _selecting(v: Variables, inputs: int) -> int:
+def _selecting(v: Variables) -> int:
     """LUT of the lines that carry a row and a column out: each an OR over the nodes that are selected."""
-    return _row_lines(v) * _luts(2 * v["ROWS"], inputs) + _column_lines(v) * _luts(2 * v["COLUMNS"], inputs)
+    return _row_lines(v) * _luts(2 * v["ROWS"]) + _column_lines(v) * _luts(2 * v["COLUMNS"])
 
 
-def _luts(bits: int, inputs: int) -> int:
-    """LUT of so many ``inputs`` that make one signal of ``bits``: each makes one of its inputs."""
-    return -(-(bits - 1) // (inputs - 1))
+def _luts(bits: int) -> int:
+    """LUT of four inputs that make one signal of ``bits``: each makes one of four."""
+    return -(-(bits - 1) // 3)
 
 
 def _side_bits(v: Variables) -> int:
@@ -125,16 +125,15 @@ ARRAY: Mapping[str, tuple[Terms, Terms]] = {
     ),
     "array control": (
         lambda v: (
-            _selecting(v, 4),
-            _selecting(v, 6),
+            _selecting(v),
             _clusters(v) * v["PIPELINE"],
         ),
         lambda v: (_row_lines(v) + _column_lines(v), _clusters(v) * v["PIPELINE"]),
     ),
     "OR trees": (
         lambda v: (
-            2 * _luts(18 * _clusters(v), 4) * (1 - v["PIPELINE"]),
-            2 * _luts(_clusters(v), 4) * v["PIPELINE"],
+            2 * _luts(18 * _clusters(v)) * (1 - v["PIPELINE"]),
+            2 * _luts(_clusters(v)) * v["PIPELINE"],
         ),
         lambda v: (2 * sum(tree_widths(v["ROWS"], v["COLUMNS"], v["PIPELINE"])) + 2 * v["PIPELINE"],),
     ),

@@ -71,6 +71,15 @@ def tree_widths(rows: int, columns: int, pipeline: int = 0) -> list[int]:
     return widths
 
 
+def digits(precision: int, digit_bits: int) -> int:
+    """Digits of a value of ``precision`` bits, the lowest one perhaps in part.
+
+    >>> digits(63, 1), digits(63, 2), digits(63, 8)
+    (63, 32, 8)
+    """
+    return -(-precision // digit_bits)
+
+
 def field_groups(columns: int) -> int:
     """Groups of five columns in a row of the field, the last one partly empty."""
     return -(-columns // FIELD_MEMORIES)

@@ -90,7 +90,7 @@ def word_depth_bound(
     map_shape: Shape, machine: Machine, precisions: Precisions, part: Part, depth: int
 ) -> Line:
     """blocks × (p + 1) ≤ words of a block RAM (section 5.4), with levers where the bound is broken."""
-    demand = words(block_count(map_shape, machine.block), machine.last)
+    demand = words(block_count(map_shape, machine.block), machine.last, machine.digit_bits)
     return Line.bound(
         name="words of a block RAM",
         demand=demand,
@@ -108,13 +108,16 @@ def _depth_levers(
     precision = machine.last
     blocks = block_count(map_shape, machine.block)
     levers = []
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     if last >= 1:
         advice = f"end at {last} bits or less with {_counted(blocks)}"
         levers.append(Lever("relax.schedule", advice, {"schedule": _ending(precisions, last)}))
     levers += _larger_block(map_shape, machine, precisions, part, depth)
     levers.append(
-        Lever("part", f"take one with block RAMs of {words(blocks, precision):,} words of {RAM_WIDTH} bits")
+        Lever(
+            "part",
+            f"take one with block RAMs of {words(blocks, precision, machine.digit_bits):,} words of {RAM_WIDTH} bits",
+        )
     )
     return tuple(levers)
 
@@ -124,7 +127,7 @@ def _block_lever(map_shape: Shape, machine: Machine, precisions: Precisions, par
     if smaller is None:
         return Lever("relax.block", f"no block fits {part.name}: what stands beside it is too large")
     blocks = block_count(map_shape, smaller)
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     allowed = f"precision up to {last}" if last >= 1 else "too many for any precision"
     advice = f"at most {smaller[0]} × {smaller[1]} in these proportions fits {part.name}"
     changes = _block_changes(smaller, precisions, last) if last >= 1 else {}
@@ -143,12 +146,12 @@ def _larger_block(
     for rows in range(block[0] + 1, largest[0] + 1):
         shape = _clipped(_scaled(block, rows), map_shape)
         blocks = block_count(map_shape, shape)
-        if words(blocks, precision) <= depth:
+        if words(blocks, precision, machine.digit_bits) <= depth:
             advice = f"{shape[0]} × {shape[1]} makes {_counted(blocks)}, and fits {part.name}"
             return (Lever("relax.block", advice, _block_changes(shape, precisions, precision)),)
     largest = _clipped(largest, map_shape)
     blocks = block_count(map_shape, largest)
-    last = largest_precision(blocks, depth)
+    last = largest_precision(blocks, depth, machine.digit_bits)
     if last < 1 or blocks >= block_count(map_shape, block):
         return ()
     advice = (

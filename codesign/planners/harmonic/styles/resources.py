@@ -19,7 +19,13 @@ from codesign.planners.demand import Line, sum_by_resource
 from codesign.planners.harmonic import published
 from codesign.planners.harmonic.published import PAPER
 from codesign.planners.harmonic.styles.counted import ARRAY, counted, packed
-from codesign.planners.harmonic.styles.geometry import RAM_WIDTH, border_nodes, border_rams, cluster_count
+from codesign.planners.harmonic.styles.geometry import (
+    RAM_WIDTH,
+    border_nodes,
+    border_rams,
+    cluster_count,
+    digits,
+)
 
 NODE_FLIP_FLOPS = published.NODE.flip_flops
 NODE_LUT4 = published.NODE.lut4
@@ -30,13 +36,17 @@ ARRAY_LUT4 = published.BLOCK.lut4 - NODE_LUT4 * published.BLOCK.nodes
 ARRAY_SLICES = published.BLOCK.slices - NODE_SLICES * published.BLOCK.nodes
 PAPER_FAMILIES = "Virtex-II", "Virtex-4"
 
+BY_BIT = "nodes", "clusters", "array control", "borders", "decision"
+"""The lines that grow with the bits of a digit."""
+
 
 @dataclass(frozen=True)
 class Machine:
     """What the resources of the circuit depend on.
 
     A block of ``rows`` × ``columns`` nodes; ``down`` × ``across`` blocks, where the borders of one block alone have no
-    memories; ``last``: the precision of the last of ``stages`` stages; whether it has its decision module.
+    memories; ``last``: the precision of the last of ``stages`` stages; whether it has its decision module;
+    ``digit_bits``: bits of every value a cycle.
     """
 
     rows: int
@@ -47,6 +57,7 @@ class Machine:
     across: int = 2
     pipeline: int = 0
     stages: int = 1
+    digit_bits: int = 1
 
     @property
     def block(self) -> tuple[int, int]:
@@ -69,7 +80,7 @@ class Machine:
 
     def of_paper(self, family: str) -> bool:
         """Whether it is the published design, on a family of parts that it was published for."""
-        return not self.pipeline and family in PAPER_FAMILIES
+        return not self.pipeline and self.digit_bits == 1 and family in PAPER_FAMILIES
 
 
 def decision_slices(precision: int) -> int:
@@ -121,7 +132,19 @@ def items(machine: Machine, family: str) -> tuple[Line, ...]:
         ),
         Line.item("borders", "block_rams", borders, Status.MEASURED, sides),
     )
-    return tuple(line for line in (*lines, *rams) if machine.decision or line.name != "decision")
+    kept = [line for line in (*lines, *rams) if machine.decision or line.name != "decision"]
+    return tuple(_of_digits(line, machine.digit_bits) for line in kept)
+
+
+def _of_digits(line: Line, digit_bits: int) -> Line:
+    """The line of nodes of so many bits a cycle, out of that of bit-serial ones: each bit has block RAMs of its own."""
+    if digit_bits == 1 or line.name not in BY_BIT:
+        return line
+    if line.resource == "block_rams":
+        source = f"RTL of this package, hwsw verify: {digit_bits} for one of a bit-serial node"
+        return Line.item(line.name, line.resource, digit_bits * line.amount, Status.MEASURED, source)
+    source = f"{digit_bits} × the bit-serial one, as none of more bits was synthesised: {line.figure.source}"
+    return Line.item(line.name, line.resource, digit_bits * line.amount, Status.ASSUMED, source)
 
 
 def _of_rows(machine: Machine, family: str) -> list[Line]:
@@ -168,17 +191,20 @@ def word_depth(part: Part) -> int:
     return max((depth for depth, width in part.block_ram_shapes if width >= RAM_WIDTH), default=0)
 
 
-def words(blocks: int, precision: int) -> int:
-    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2)."""
+def words(blocks: int, precision: int, digit_bits: int = 1) -> int:
+    """Words in every cluster and border RAM: p bits and a flag for each block (section 5.2).
+
+    With digits of d bits, a RAM for each bit of a digit has ⌈p/d⌉ + 1 words for each block.
+    """
     # address  0 .. p            p + 1 .. 2p + 1     ..
     #          flag and p bits   flag and p bits     ..     of blocks 0, 1, ..; each word a bit of the 18 nodes
-    return blocks * (precision + 1)
+    return blocks * (digits(precision, digit_bits) + 1)
 
 
-def largest_precision(blocks: int, depth: int) -> int:
-    """The highest p with blocks × (p + 1) ≤ ``depth``; below 1 where no precision fits.
+def largest_precision(blocks: int, depth: int, digit_bits: int = 1) -> int:
+    """The highest p with blocks × (⌈p/d⌉ + 1) ≤ ``depth``; below 1 where no precision fits.
 
     >>> largest_precision(16, 1024), largest_precision(4, 1024), largest_precision(1, 1024)
     (63, 255, 1023)
     """
-    return depth // blocks - 1
+    return digit_bits * (depth // blocks - 1)

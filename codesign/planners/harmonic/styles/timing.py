@@ -11,6 +11,9 @@ Cycles
     early, with an iteration that changed nothing, has begun another pass, and drops it: ``dropped_pass_cycles``. With
     one block that pass is the first iteration of the next visit, and is dropped only where the stage ends.
 
+    With digits of d bits a cycle, the ⌈p/d⌉ digits of p bits take ⌈p/d⌉ + 2 cycles. A node divides by 4 within one
+    digit and the next, and still reads the flags of the next pass in a cycle of their own.
+
     Raising the precision moves no data: words are addressed from their most significant bit, and the bits
     below have been zero since the memory was cleared.
 
@@ -32,14 +35,15 @@ from codesign.figures import Figure, Status, weakest
 from codesign.part import Part
 from codesign.planners.clock_law import Placement, Registers, on_family
 from codesign.planners.harmonic import published
-from codesign.planners.harmonic.styles.geometry import field_plane, tree_widths
+from codesign.planners.harmonic.styles.geometry import digits, field_plane, tree_widths
+from codesign.planners.harmonic.styles.resources import words
 from codesign.planners.measured import clock_rows
 
 PREPARATION_CYCLES = 3
 """Cycles before the first slot of a read-out or a decision: block, address, and the slot in which flags are read."""
 
-READ_OUT_COLUMNS = 64
-"""The most nodes of a row that one cycle of the read-out shows."""
+READ_OUT_BITS = 64
+"""The most bits of a row of nodes that one cycle of the read-out shows."""
 
 FORMS: dict[str, Callable[[float], float]] = {
     "log2 N": math.log2,
@@ -49,13 +53,18 @@ FORMS: dict[str, Callable[[float], float]] = {
 """The forms that were tried for the growth of the clock period."""
 
 
-def iteration_cycles(precision: int) -> int:
-    """Clock cycles of one iteration at ``precision`` bits: p + 2 (section 5.4)."""
+def iteration_cycles(precision: int, digit_bits: int = 1) -> int:
+    """Clock cycles of one iteration at ``precision`` bits: p + 2 (section 5.4); ⌈p/d⌉ + 2 with digits of d bits.
+
+    >>> [iteration_cycles(63, digit_bits) for digit_bits in (1, 2, 4, 8)]
+    [65, 34, 18, 10]
+    """
     # cycle     0    1    2    3   ..   p - 1   p         p + 1
     # reads     b_0  b_1  b_2  b_3 ..   b_p-1                       bit i of the four neighbours, lowest first
     # sum       s_0  s_1  s_2  s_3 ..   s_p-1   s_p       s_p+1     two bits longer than its terms
     # writes              h_0  h_1 ..   h_p-3   h_p-2     h_p-1     h_i = s_i+2: the division by 4 is the delay
-    return precision + 2
+    # Digits of d bits: digit j of the result is bits 2 and up of s_j, and bits 0 and 1 of s_j+1 above them.
+    return digits(precision, digit_bits) + 2
 
 
 def or_tree_stages(rows: int, columns: int, pipeline: int = 0) -> int:
@@ -87,17 +96,22 @@ def dropped_pass_cycles(rows: int, columns: int, pipeline: int = 0) -> int:
     return answer_cycles(rows, columns, pipeline) + 1
 
 
-def least_precision(rows: int, columns: int, pipeline: int = 0) -> int:
-    """The least bits of a stage: the answer for a pass comes before the next one ends."""
-    return answer_cycles(rows, columns, pipeline)
+def least_precision(rows: int, columns: int, pipeline: int = 0, digit_bits: int = 1) -> int:
+    """The least bits of a stage: the answer for a pass comes before the next one ends.
+
+    >>> least_precision(6, 12), least_precision(6, 12, 0, 4), least_precision(6, 12, 1, 8)
+    (2, 5, 41)
+    """
+    return digit_bits * (answer_cycles(rows, columns, pipeline) - 1) + 1
 
 
-def load_cycles(memories: int, blocks: int, precision: int) -> int:
+def load_cycles(memories: int, blocks: int, precision: int, digit_bits: int = 1) -> int:
     """Cycles to load a map: clear p + 1 words for each block in all RAMs at once, then two words a RAM for each block.
 
-    The two words are the flags and the highest bits of 18 nodes. ``memories``: RAMs of clusters and borders.
+    The two words are the flags and the highest bits of 18 nodes. ``memories``: RAMs of clusters and borders. With
+    digits of d bits they are d RAMs each, which take their words together, and ⌈p/d⌉ + 1 words are cleared.
     """
-    return blocks * (precision + 1) + reload_cycles(memories, blocks)
+    return words(blocks, precision, digit_bits) + reload_cycles(memories, blocks)
 
 
 def load_start_cycles(memories: int, blocks: int, precision: int) -> int:
@@ -116,9 +130,10 @@ def reload_cycles(memories: int, blocks: int) -> int:
     return 2 * memories * blocks
 
 
-def decision_cycles(precision: int, pipeline: int = 0) -> int:
+def decision_cycles(precision: int, pipeline: int = 0, digit_bits: int = 1) -> int:
     """Cycles of one decision: p + 8, with a pipeline p + 10. One takes the position, p + 2 read the bits."""
-    return 1 + PREPARATION_CYCLES + precision + 2 + stream_delay(pipeline) + 1
+    reads = iteration_cycles(precision, digit_bits)
+    return 1 + PREPARATION_CYCLES + reads + stream_delay(pipeline) + 1
 
 
 def lone_decision_cycles(precision: int) -> int:
@@ -132,19 +147,23 @@ def field_load_cycles(shape: tuple[int, int], precision: int) -> int:
     return 1 + field_plane(*shape) * (precision + 1)
 
 
-def read_cycles(rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0) -> int:
-    """Cycles to read the field out: p + 2 for each row of a block, or for 64 columns of it."""
-    return (
-        PREPARATION_CYCLES
-        + read_passes(rows, columns, blocks) * iteration_cycles(precision)
-        + stream_delay(pipeline)
-        + 1
-    )
+def read_cycles(
+    rows: int, columns: int, blocks: int, precision: int, pipeline: int = 0, digit_bits: int = 1
+) -> int:
+    """Cycles to read the field out: those of an iteration for each row of a block, or for 64 bits of it."""
+    passes = read_passes(rows, columns, blocks, digit_bits)
+    reads = passes * iteration_cycles(precision, digit_bits)
+    return PREPARATION_CYCLES + reads + stream_delay(pipeline) + 1
 
 
-def read_passes(rows: int, columns: int, blocks: int) -> int:
-    """Passes of a read-out: one for each row of each block, and for each 64 columns of it."""
-    return blocks * rows * -(-columns // READ_OUT_COLUMNS)
+def read_out_columns(digit_bits: int = 1) -> int:
+    """The most nodes of a row that one cycle of the read-out shows, a digit of each."""
+    return READ_OUT_BITS // digit_bits
+
+
+def read_passes(rows: int, columns: int, blocks: int, digit_bits: int = 1) -> int:
+    """Passes of a read-out: one for each row of each block, and for each ``read_out_columns`` of it."""
+    return blocks * rows * -(-columns // read_out_columns(digit_bits))
 
 
 @dataclass(frozen=True)
@@ -204,21 +223,30 @@ def clock_miss() -> float:
     return clock_fit().clock(nodes) / published.ESTIMATED_CLOCK - 1
 
 
-def registers(rows: int, columns: int, pipeline: int) -> Registers:
-    """What the clock of a block depends on: its pipeline, and its nodes."""
-    return Registers(f"relax.pipeline {pipeline}", rows * columns)
+def registers(rows: int, columns: int, pipeline: int, digit_bits: int = 1) -> Registers:
+    """What the clock of a block depends on: its pipeline and the bits of its digits, and its nodes."""
+    digit = f", relax.digit_bits {digit_bits}" if digit_bits > 1 else ""
+    return Registers(f"relax.pipeline {pipeline}{digit}", rows * columns)
 
 
 @cache
 def placements() -> tuple[Placement, ...]:
     """The blocks that were placed and routed."""
     return tuple(
-        Placement(row, registers(*(row.variables[name] for name in ("ROWS", "COLUMNS", "PIPELINE"))))
+        Placement(
+            row,
+            registers(
+                row.variables["ROWS"],
+                row.variables["COLUMNS"],
+                row.variables["PIPELINE"],
+                row.variables.get("DIGIT_BITS", 1),
+            ),
+        )
         for row in clock_rows("harmonic", "bit_serial")
     )
 
 
-def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0) -> Figure:
+def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0, digit_bits: int = 1) -> Figure:
     """The fastest clock of a design on a part, Hz: the limit of its size, or of the block RAM where that is lower.
 
     The published law of the size is one line for all parts and grades, and for either pipeline: three points cannot
@@ -246,5 +274,9 @@ def clock_limit(rows: int, columns: int, part: Part, pipeline: int = 0) -> Figur
         high=min(law * (1 + margin), ram_high),
     )
     return on_family(
-        limit, part, *FITTED, registers=registers(rows, columns, pipeline), placements=placements()
+        limit,
+        part,
+        *FITTED,
+        registers=registers(rows, columns, pipeline, digit_bits),
+        placements=placements(),
     )

@@ -75,9 +75,9 @@ module pos_vel_update #(
             );
         end else begin : serial
             wire signed [2*WIDTH-1:0] product_before;
-            if (ACCELERATED != 0) begin : outside
+            if (ACCELERATED != 0) begin : shared
                 assign product_before = product;
-            end else begin : inside
+            end else begin : own
                 reg signed [2*WIDTH-1:0] own_product;
                 always @(posedge clk) own_product <= first * second;
                 assign product_before = own_product;
