@@ -163,6 +163,8 @@ def _of_velocity_obstacles(points: Sequence[Point]) -> Iterator[Claim]:
                 quantity="lut4",
             )
             if point.variables["WIDTH"] == 16
+            and not point.variables["PARALLEL"]
+            and not point.variables["CROSS_PRODUCT"]
         ]
         if rows:
             row = min(rows, key=lambda each: (each.variables["ROBOTS"], len(each.design)))

@@ -8,14 +8,14 @@ from fnmatch import fnmatchcase
 
 from codesign.fidelity.mismatches import Mismatch
 
-REPORT = "`hwsw rtl` for such a part, the vendor's tool, and `hwsw calibrate fpga --report` of its reports"
+REPORT = "hwsw rtl for such a part, the vendor's tool, and hwsw calibrate fpga --report of its reports"
 
-ISE = "ISE 9 on the Verilog of `hwsw rtl` for an XC2V6000, through `hwsw calibrate fpga --report`"
+ISE = "ISE 9 on the Verilog of hwsw rtl for an XC2V6000, through hwsw calibrate fpga --report"
 
 
 @dataclass(frozen=True)
 class Reason:
-    """``what``: a pattern of the keys of mismatches. ``why``, and the ``experiment``: sentences."""
+    """what: a pattern of the keys of mismatches. why, and the experiment: sentences."""
 
     what: str
     why: str
@@ -39,43 +39,43 @@ REASONS: tuple[Reason, ...] = (
         "resources/harmonic/bit_serial/array control/*",
         "On Virtex-II and Virtex-4 the law is what the paper's largest block leaves for one set of counters, however"
         " large the block is. On the 7 series a line of a few hundred LUT is fitted to few sizes.",
-        "More blocks: `python -m benchmarks.measure resources harmonic`; and the paper's block, 48 × 96, through ISE.",
+        "More blocks: python -m benchmarks.measure resources harmonic; and the paper's block, 48 × 96, through ISE.",
     ),
     Reason(
         "resources/harmonic/bit_serial/OR trees/lut4",
         "A tree is a whole number of LUT on each level. The law is a straight line through these steps, and pipelined"
         " trees are a few LUT in all.",
-        "More sizes of this line: `python -m benchmarks.measure resources ROOM`.",
+        "More sizes of this line: python -m benchmarks.measure resources ROOM.",
     ),
     Reason(
         "resources/harmonic/bit_serial/control/flip_flops",
         "The widths of the counters step at powers of two, of precision, stages and blocks. The law is a straight"
         " line.",
-        "More sizes of this line: `python -m benchmarks.measure resources ROOM`.",
+        "More sizes of this line: python -m benchmarks.measure resources ROOM.",
     ),
     Reason(
         "resources/harmonic/decide bit_serial/others/*",
         "A large map takes several memories. The logic that selects one of them has no line in the demand.",
-        "A line of the demand for it, fitted to the rows of `codesign/planners/harmonic/measured/`.",
+        "A line of the demand for it, fitted to the rows of codesign/planners/harmonic/measured/.",
     ),
     Reason(
         "resources/wavefront/*/read-out/lut4",
         "The read-out is a tree of AND and OR over the words of all nodes. Synthesis shares more of it in arrays of"
         " some sizes than of others, which a sum of terms does not follow.",
-        "More sizes of this line: `python -m benchmarks.measure resources ROOM`.",
+        "More sizes of this line: python -m benchmarks.measure resources ROOM.",
     ),
     Reason(
         "resources/velocity_obstacle/*",
         "On Spartan-3E the law adds what Table I of the paper has beyond the circuit of this package. The paper does"
         " not say what that is.",
-        "The Verilog of the authors, or a synthesis report by module: `hwsw calibrate fpga --report` holds it against"
+        "The Verilog of the authors, or a synthesis report by module: hwsw calibrate fpga --report holds it against"
         " the law line by line.",
     ),
     Reason(
         "paper/velocity obstacles LUT*",
         "The paper gives only shares of the part, by style. The circuit of this package does the same work in fewer"
         " LUT. What the rest of Table I does is not published; links to the robots may be in it.",
-        "A synthesis report of the authors' design by module, or their Verilog through `hwsw calibrate fpga --report`.",
+        "A synthesis report of the authors' design by module, or their Verilog through hwsw calibrate fpga --report.",
     ),
     Reason(
         "paper/harmonic control",
@@ -85,9 +85,10 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "paper/harmonic decision",
-        "The published decision stores and compares whole words. Here the larger difference of each pair of opposite"
-        " neighbours is found bit by bit as the words leave the memory, without a square.",
-        "The authors' decision module, synthesised alone; or one that squares, run by `hwsw verify` on the same maps.",
+        "The published count grows with the precision, and the paper does not explain it. Here the"
+        " larger difference of each pair of opposite neighbours is found bit by bit as the words leave"
+        " the memory, without a square.",
+        "The authors' decision module, synthesised alone; or one that squares, run by hwsw verify on the same maps.",
     ),
     Reason(
         "paper/harmonic LUT a node",
@@ -111,7 +112,7 @@ REASONS: tuple[Reason, ...] = (
         "clock/alone/*",
         "No other placement has this pipeline on this part, or none has it in another size: the fit meets such a clock"
         " by construction, and nothing holds it out.",
-        "More sizes of the same pipeline: `python -m benchmarks.measure clocks ROOM`.",
+        "More sizes of the same pipeline: python -m benchmarks.measure clocks ROOM.",
     ),
     Reason(
         "never placed/xc7",
@@ -135,15 +136,14 @@ REASONS: tuple[Reason, ...] = (
     ),
     Reason(
         "never synthesised/*",
-        "These families wait for their turn: a synthesis takes seconds, but the laws of this planner are not fitted by"
-        " family yet.",
-        "`python -m benchmarks.measure resources ROOM FAMILY`",
+        "These families were not measured yet. The law takes the rows of another family, and says so.",
+        "python -m benchmarks.measure resources ROOM FAMILY",
     ),
     Reason(
         "never measured/power",
         "There is no board here: static power is that of data sheets and reports, and dynamic power is a rate a slice.",
-        "A board with a current probe in its core supply, a design of `hwsw rtl`, and the toggles that `hwsw verify"
-        " --waves` records of the same run. A logic analyser on `phase` and `done` shows the cycles at that clock too.",
+        "A board with a current probe in its core supply, a design of hwsw rtl, and the toggles that hwsw verify"
+        " --waves records of the same run. A logic analyser on phase and done shows the cycles at that clock too.",
     ),
 )
 

@@ -130,7 +130,7 @@ def test_the_command_writes_page_and_picture(
     assert picture.read_bytes().startswith(b"<?xml")
     printed = json.loads(hwsw("fidelity", "--quick", "--json").stdout)
     assert set(printed) == {"cycles", "rows", "papers", "mismatches"}
-    assert len(printed["cycles"]) == len({(row.style.planner, row.style.style) for row in asked(range(1))})
+    assert len(printed["cycles"]) == len(asked(range(1)))
 
 
 def test_one_file_for_page_and_picture_is_refused(hwsw: Run, tmp_path: Path) -> None:
