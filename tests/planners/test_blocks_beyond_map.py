@@ -100,7 +100,8 @@ def test_a_design_is_that_of_the_declared_block(problem: Problem, data: st.DataO
     assert wide.feasible
     demand = {use.resource: use.demand for use in wide.resources}
     grid = -(-problem.rows // block[0]), -(-problem.columns // block[1])
-    machine = resources.Machine(*block, 63, True, *grid)
+    # The schedule of the placement has the stages 15, 31, 47 and 63.
+    machine = resources.Machine(*block, 63, True, *grid, stages=4)
     assert demand == resources.totals(machine, "Virtex-4") | {"multipliers": 0}
     assert wide.blocks == narrow.blocks
     assert wide.stages == narrow.stages

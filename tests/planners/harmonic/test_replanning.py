@@ -217,13 +217,14 @@ def test_a_lower_bound_says_that_it_is_one() -> None:
     assert PLANNER.quality(problem, plan).wrong_cells == 0
 
 
-def test_a_decision_by_itself_costs_what_it_does_inside() -> None:
+def test_a_decision_by_itself_costs_a_cycle_less_than_inside() -> None:
     _, problem = before_and_after()
     steps, plan = drain(BIT_SERIAL.work(Job(problem, PARAMETERS)))
     alone, way = drain(
         TASKS["decide", "fpga"].steps(Job(problem, PARAMETERS, plan=plan, position=(20.0, 20.0)))
     )
-    assert cycles(alone) == cycles(steps, "decide") == timing.decision_cycles(40)
+    assert cycles(steps, "decide") == timing.decision_cycles(40) == 40 + 8
+    assert cycles(alone) == timing.lone_decision_cycles(40) == 40 + 7
     assert way[0][0].tolist() == [20.0, 20.0]
     fine = PARAMETERS.model_copy(update={"schedule": (70,)})
     fine_plan = PLANNER.plan(Job(problem, fine))
@@ -239,7 +240,12 @@ def test_the_decision_module_holds_the_field_beside_it() -> None:
     part = load_platform("virtex4-pci").components["fpga"].chip  # type: ignore[union-attr]
     demand = TASKS["decide", "fpga"].demand(Job(problem, PARAMETERS, part=part))
     assert demand.total("slices") == 3 * 40 + 682
-    assert demand.total("block_rams") == -(-24 * 32 * 41 // (1024 * 18))
+    # Five columns of a row are read at once: five memories of 16,384 × 1 bit, each with a fifth of the 32 columns.
+    assert demand.total("block_rams") == 5 * -(-24 * 7 * 41 // 16_384) == 5
+    # 99 planes of 24 × 7 bits are more than one block RAM holds.
+    fine = PARAMETERS.model_copy(update={"schedule": (98,)})
+    longer = TASKS["decide", "fpga"].demand(Job(problem, fine, part=part))
+    assert longer.total("block_rams") == 5 * -(-24 * 7 * 99 // 16_384) == 10
     limit = TASKS["decide", "fpga"].clock_limit(Job(problem, PARAMETERS, part=part))
     assert limit.value == 150e6
     static, dynamic = TASKS["decide", "fpga"].power(demand, 100_000_000, part)
