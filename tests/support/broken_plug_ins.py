@@ -75,12 +75,12 @@ def demand(change: Callable[[Any, Any], Any]) -> PlugIn:
     return styles(demand=lambda self, job: change(self.original.demand(job), job.inside))
 
 
-def work_longer(when: Callable[[Job[Any, Any]], bool], **more: Any) -> PlugIn:
-    """``work`` takes a cycle more where its job is such."""
+def work_longer(when: Callable[[Job[Any, Any]], bool], phase: str = "more", **more: Any) -> PlugIn:
+    """``work`` takes a cycle more of a phase where its job is such."""
 
     def longer(self: Any, job: Job[Any, Any]) -> Any:
         if when(job):
-            yield Step("more", ONE_CYCLE)
+            yield Step(phase, ONE_CYCLE)
         return (yield from self.original.work(job))
 
     return replace(styles(work=longer), **more)
@@ -262,8 +262,13 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
     ),
     (
         "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
-        "done elsewhere",
+        "adds phases more",
         work_longer(lambda job: not job.does("track")),
+    ),
+    (
+        "work_leaves_out_the_answer_where_it_is_placed_elsewhere",
+        "'bf': ",
+        work_longer(lambda job: not job.does("track"), "bf"),
     ),
     (
         "demand_names_resources_of_a_part",
@@ -296,6 +301,15 @@ RULE_BREAKERS: list[tuple[str, str, PlugIn]] = [
         demand(
             lambda found, inside: (
                 replace(found, items=plus("slices", 1)) if "track" not in (inside or ["track"]) else found
+            )
+        ),
+    ),
+    (
+        "what_is_done_elsewhere_takes_nothing_of_the_part",
+        "asks for more of more",
+        demand(
+            lambda found, inside: replace(
+                found, items=plus("slices", 1 if "track" in (inside or ["track"]) else 2)
             )
         ),
     ),
