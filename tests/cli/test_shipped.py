@@ -145,7 +145,7 @@ def test_the_page_tells_what_a_memory_beside_the_chip_costs(hwsw: Run) -> None:
             f"{rams}",
             f"{sum(told['cycles'].values()):,}",
             format_time(round(told["time"]["first_plan_s"] * 1e12)),
-            f"{told['energy']['energy_j'] * 1e3:.3g} mJ",
+            f"{told['energy']['energy_j'] * 1e3:#.3g} mJ",
             f"{busy:.0%}".replace("%", " %") if busy else "",
         )
         assert told["clock"]["hz"] == int(clock) * 10**6

@@ -148,7 +148,8 @@ def test_tiles_give_the_same_potentials(
         assert visits.largest >= whole.max()
         assert (visits.span >= 0).all()
         if height >= free.shape[0] and width >= free.shape[1]:
-            assert len(visits.tile) == 1
+            # A stop that is the source is reached before any visit.
+            assert len(visits.tile) == (0 if len(stops) and start == source else 1)
 
 
 def problem(starts: tuple[tuple[int, int], ...] = ((28, 28), (0, 28))) -> Problem:

@@ -121,10 +121,11 @@ def law(piece: str, kind: tuple[bool, bool], family: str) -> Fit:
     return fit_rows(rows, family, piece, "lut4", terms, held_out)
 
 
-def family_with_rows(part: Part) -> tuple[str, bool]:
-    """The family of rows for a part, and whether it is its own."""
+def family_with_rows(part: Part, kind: tuple[bool, bool]) -> tuple[str, bool]:
+    """The family of rows for a part, and whether it is its own: one with rows of this ``kind`` of nodes to fit to."""
     family, own = family_of(part.family)
-    if any(row.family == family for row, _ in _rows()):
+    fitted = (row for row, layout in _rows() if _kind(layout) == kind and not held_out(row.variables))
+    if any(row.family == family for row in fitted):
         return family, own
     return SIMILAR, False
 
@@ -151,7 +152,7 @@ def flip_flops(piece: str, layout: ArrayLayout) -> int:
 
 def node_slices(layout: ArrayLayout, part: Part) -> int:
     """Slices of a node of two LUT and two flip-flops each, not shared with other nodes."""
-    family, _ = family_with_rows(part)
+    family, _ = family_with_rows(part, _kind(layout))
     return -(-max(round(lut4(NODES, layout, family) / layout.nodes), layout.node_flip_flops) // 2)
 
 
@@ -160,7 +161,7 @@ def array_items(layout: ArrayLayout, part: Part) -> tuple[Line, ...]:
 
     A slice has two LUT and two flip-flops. Nodes share none; the read-out also takes the LUT that they leave.
     """
-    family, own = family_with_rows(part)
+    family, own = family_with_rows(part, _kind(layout))
     pieces = [piece for piece in (NODES, READ_OUT, TRACKER, CONTROL) if piece != TRACKER or layout.tracked]
     luts = {piece: lut4(piece, layout, family) for piece in pieces}
     slices = {piece: -(-max(luts[piece], flip_flops(piece, layout)) // 2) for piece in pieces}
