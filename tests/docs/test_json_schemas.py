@@ -106,7 +106,8 @@ def test_the_list_of_parts_names_resources_as_the_tables_do(hwsw: Run) -> None:
 @pytest.mark.parametrize("part", ["XC2V6000-4", "XC3S500E-4"], ids=["feasible", "infeasible"])
 def test_a_result_is_what_its_schema_says(hwsw: Run, specs: Specs, part: str) -> None:
     schema = told(hwsw("schema", "result").stdout)
-    settings = ("--set", f"fpga.part={part}", "--set", "fpga.clock=50 MHz")
+    # A block of the whole map takes more slices and block RAMs than the smaller part has.
+    settings = ("--set", f"fpga.part={part}", "--set", "fpga.clock=50 MHz", "--set", "relax.block=[24, 36]")
     document = told(hwsw("run", *specs, *settings, "--json").stdout)
     assert document["feasible"] is (part == "XC2V6000-4")
     check(document, schema)
