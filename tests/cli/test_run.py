@@ -77,6 +77,8 @@ def test_run_that_does_not_fit_exits_with_3_and_leaves_no_trace(
         "fpga.part=XC3S500E-4",
         "--set",
         "fpga.clock=50 MHz",
+        "--set",
+        "relax.block=[24, 36]",
         "--trace",
         tmp_path / "no.mcap",
     )

@@ -170,7 +170,8 @@ def test_a_design_that_does_not_fit_is_refused_and_nothing_is_written(
     hwsw: Run, installed: Install, specs: Specs, tmp_path: Path
 ) -> None:
     installed(OnHarmonic())
-    result = hwsw("rtl", *specs, "--set", "fpga.part=XC3S500E-4", "-o", tmp_path / "out")
+    small = ("--set", "fpga.part=XC3S500E-4", "--set", "relax.block=[24, 36]")
+    result = hwsw("rtl", *specs, *small, "-o", tmp_path / "out")
     assert result.exit_code == 2
     assert "the design does not fit XC3S500E" in result.output
     assert not (tmp_path / "out").exists()
