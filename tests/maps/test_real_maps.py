@@ -20,7 +20,10 @@ needs_movingai = pytest.mark.skipif(
 )
 
 MAPPINGS = {
-    "harmonic": "relax: {component: fpga, block: [24, 24], iterations: 8, schedule: {first: 15, step: 8, last: 39}}",
+    "harmonic": (
+        "relax: {component: fpga, block: [24, 24], iterations: 8, schedule: {first: 15, step: 8, last: 39}, "
+        "pockets: filled}"
+    ),
     "wavefront": "propagate: {component: fpga, style: tiled, tile: [32, 32], stop: whole_map}",
     "breadth_first": "search: {component: fpga}",
 }
@@ -71,6 +74,24 @@ def test_a_cropped_slam_map_fits_a_small_fpga(tmp_path: Path, planner: str) -> N
     assert whole.time is not None
     assert whole.time.first_plan_s > 10 * cropped.time.first_plan_s
     assert whole.quality == cropped.quality
+
+
+@needs_slam
+def test_a_pocket_of_a_slam_map_costs_the_whole_schedule(tmp_path: Path) -> None:
+    # A circuit does not know reachability: a free pocket stays a local maximum, so no stage is the last one.
+    path = tmp_path / "slam.yaml"
+    planned = {}
+    for pockets in ("kept", "filled"):
+        path.write_text(
+            "kind: workload\nname: slam\nplanner: harmonic\nproblem:\n"
+            f"  map: {{file: {SLAM / 'map.yaml'}, crop: free}}\n"
+            "  goals: [{x: 0.525 m, y: -0.475 m}]\n"
+            f"mapping:\n  {MAPPINGS['harmonic'].replace('filled', pockets)}\n"
+        )
+        result = codesign.simulate(codesign.load_platform("arty-a7"), codesign.load_workload(path))
+        assert result.time is not None
+        planned[pockets] = result.time.planned_s
+    assert planned["kept"] > 2 * planned["filled"]
 
 
 @needs_movingai
