@@ -74,7 +74,7 @@ class DesignPoint:
         if term == CLOCK:
             return self.laws.clock_limit(self.system.job)
         if term == STATIC:
-            return self.laws.power(self.system.job, self.system.clock)[0]
+            return self._power(self.system.clock)[0]
         lines = [line.figure for line in self.demand.items if line.resource == term]
         low, high = (sum(figure.interval[end] for figure in lines) for end in (0, 1))
         value = self.demand.total(term)
@@ -82,7 +82,7 @@ class DesignPoint:
 
     def dynamic_power(self, clock: float) -> Figure:
         """The dynamic power at a clock in Hz, W, by the law."""
-        return self.laws.power(self.system.job, round(clock))[1]
+        return self._power(round(clock))[1]
 
 
 def design_point(

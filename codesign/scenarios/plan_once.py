@@ -17,10 +17,11 @@ from codesign.records import TrajectoryRecord
 from codesign.results.result import Power, Result
 from codesign.results.task import TaskFigures, times_of
 from codesign.scenarios.records import tell_field, tell_map
-from codesign.scenarios.requests import Requests, requests_of
+from codesign.scenarios.requests import requests_of
 from codesign.system.bind import System
 from codesign.system.build import Machine
 from codesign.system.chain import Answer
+from codesign.system.energy import energy_of, watts_of
 from codesign.system.outcome import plan_fields, times_until, use_fields
 from codesign.system.scenario import LeverProgress, ProgressOfMission, Scenario
 from codesign.system.terms import plan_terms
@@ -46,14 +47,15 @@ class PlanOnceScenario(Scenario):
         """The figures of the task, of the first start's plan, and of the quality for all starts."""
         system, problem = machine.system, machine.system.problem
         tell_map(machine, problem.free, problem.resolution)
-        requests = requests_of(machine, boards, memo)
+        requests = requests_of(machine, {name: watts_of(power) for name, power in boards.items()}, memo)
         first = requests.first
         _tell_answer(machine, first.answer)
         fields = plan_fields(machine, first.answer, memo) | use_fields(machine, boards)
-        fields |= {"time": times_until(first.before), "energy": requests.energy}
+        fields |= {"time": times_until(first.before), "energy": energy_of(system, requests.joules)}
         fields["terms"] = plan_terms(machine, first.before.ledger, requests.ledgers, boards)
         arrivals = arrivals_of(system, first.answer.problem, fields["quality"])
-        fields["task"] = _task_figures(system, requests, arrivals)
+        times = times_of([request.answer.parts for request in requests.all])
+        fields["task"] = task_figures(system, arrivals, times)
         short = arrival_reason(arrivals)
         return fields if short is None else {**fields, "feasible": False, "reasons": (short,)}
 
@@ -86,9 +88,8 @@ def _tell_answer(machine: Machine, answer: Answer) -> None:
         machine.tell(TrajectoryRecord(machine.now, "robot", points, arrived))
 
 
-def _task_figures(system: System, requests: Requests, arrivals: Arrivals | None) -> TaskFigures:
-    """The task, and its times."""
-    times = times_of([request.answer.parts for request in requests.all])
+def task_figures(system: System, arrivals: Arrivals | None, times: Mapping[str, float]) -> TaskFigures:
+    """The task, and its times (``times_of``)."""
     problem, spec = system.problem, system.workload.problem
     if not isinstance(problem, Problem) or not isinstance(spec, ProblemSpec):
         return TaskFigures(task="robots", text=ROBOTS, starts=1, question=problem.digest, **times)

@@ -15,12 +15,14 @@ from codesign.memo import Memo
 from codesign.models import Task
 from codesign.planners.interface import Problem
 from codesign.results.ledger import Ledger
-from codesign.results.result import Energy, Power
 from codesign.system.bind import System
-from codesign.system.build import Machine, build, planner_code
-from codesign.system.chain import Answer, plan_chain
-from codesign.system.energy import energy
+from codesign.system.build import planner_code
+from codesign.system.chain import Answer, PlanMachine, plan_chain
+from codesign.system.energy import joules
 from codesign.system.sent_map import SentMap
+
+Boards = Mapping[str, tuple[Any, Any]]
+"""Static and dynamic power of each FPGA, W: numbers, or arrays for many machines side by side."""
 
 SHARED_BYTES = 128 * 2**20
 """Bytes of functional work that the requests of one run share, where no exploration brings a memo."""
@@ -31,12 +33,12 @@ class Request:
     """One request that was simulated.
 
     ``answer``: to it. ``before``: of a replan, the plan of the map before its change; else the answer itself.
-    ``energy``: from the request to the end.
+    ``joules``: from the request to the end, as the parts of an ``Energy`` by name.
     """
 
     answer: Answer
     before: Answer
-    energy: Energy
+    joules: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,18 +54,16 @@ class Requests:
         return tuple(request.answer.ledger for request in self.all)
 
     @property
-    def energy(self) -> Energy:
+    def joules(self) -> dict[str, float]:
         """The energy a request, mean over all."""
         # fsum rounds once, so that no sum depends on the order of the starts.
-        means = {
-            name: math.fsum(vars(request.energy)[name] for request in self.all) / len(self.all)
-            for name, value in vars(self.first.energy).items()
-            if isinstance(value, float)
+        return {
+            part: math.fsum(request.joules[part] for request in self.all) / len(self.all)
+            for part in self.first.joules
         }
-        return self.first.energy.model_copy(update=means)
 
 
-def requests_of(machine: Machine, boards: Mapping[str, Power], memo: Memo | None) -> Requests:
+def requests_of(machine: PlanMachine, boards: Boards, memo: Memo | None) -> Requests:
     """Simulate the requests of the task that the problem names.
 
     The first start runs on ``machine``, with its listeners. Every other one runs on a machine of its own.
@@ -81,8 +81,7 @@ def requests_of(machine: Machine, boards: Mapping[str, Power], memo: Memo | None
     requests = {classes[problem.starts[0]]: first}
     for start, name in classes.items():
         if name not in requests:
-            own = build(system, (), machine.granularity)
-            requests[name] = _ask(own, problem.asked_from(start), boards, memo)
+            requests[name] = _ask(machine.another(), problem.asked_from(start), boards, memo)
     return Requests(first, tuple(requests[classes[start]] for start in problem.starts))
 
 
@@ -96,10 +95,10 @@ def _classes(system: System, answer: Answer) -> dict[Any, Any]:
         return {start: planner.answer_class(job, start) for start in starts}
 
 
-def _ask(machine: Machine, problem: Any, boards: Mapping[str, Power], memo: Memo | None) -> Request:
+def _ask(machine: PlanMachine, problem: Any, boards: Boards, memo: Memo | None) -> Request:
     """One request on a machine at time 0; of a replan, the plan before it too."""
     answers: list[tuple[Answer, Answer]] = []
-    spent: list[Energy] = []
+    spent: list[dict[str, float]] = []
 
     def mission() -> Generator[Any, Any, None]:
         if not isinstance(problem, Problem) or problem.change is None:
@@ -108,7 +107,7 @@ def _ask(machine: Machine, problem: Any, boards: Mapping[str, Power], memo: Memo
             return
         sent: dict[str, SentMap] = {}
         before = yield from plan_chain(machine, problem, memo=memo, sent=sent)
-        spent.append(energy(machine, boards))
+        spent.append(joules(machine, boards))
         policy = _policy(machine.system)
         start = None
         if policy == "continue":
@@ -119,10 +118,12 @@ def _ask(machine: Machine, problem: Any, boards: Mapping[str, Power], memo: Memo
         answer = yield from plan_chain(machine, changed, memo=memo, start=start, warm=warm, sent=sent)
         answers.append((before, answer))
 
-    machine.environment.process(mission())
-    machine.environment.run()
+    machine.run(mission())
     ((before, answer),) = answers
-    return Request(answer, before, _since(energy(machine, boards), spent))
+    whole = joules(machine, boards)
+    return Request(
+        answer, before, {part: value - sum(each[part] for each in spent) for part, value in whole.items()}
+    )
 
 
 def _policy(system: System) -> str:
@@ -130,13 +131,3 @@ def _policy(system: System) -> str:
     spec = system.workload.problem
     named = spec.change.policy if isinstance(spec, ProblemSpec) and spec.change is not None else None
     return system.planner.policies[0] if named is None else named.value
-
-
-def _since(whole: Energy, before: list[Energy]) -> Energy:
-    """The energy of a run without that which was spent before the request."""
-    parts = {
-        name: value - sum(vars(each)[name] for each in before)
-        for name, value in vars(whole).items()
-        if isinstance(value, float)
-    }
-    return whole.model_copy(update=parts)

@@ -7,12 +7,17 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from codesign.errors import CodesignError, RunError, SpecError
+from codesign.inputs import Platform
 from codesign.inputs.components import (
+    BusyPower,
     DisplayComponent,
     FpgaComponent,
     MemoryComponent,
     ProcessorComponent,
+
+    RobotComponent,
 )
+from codesign.inputs.host_file import ProcessorPower
 from codesign.planners.interface import Planner
 from codesign.planners.styles import Exchange, Step
 from codesign.planners.task_graph import Flow
@@ -111,6 +116,20 @@ class Machine:
     def listening(self) -> bool:
         """Whether there is a listener."""
         return bool(self._listeners)
+
+    def run(self, process: Generator[Any, Any, None]) -> None:
+        """Run a process generator, and all that it sets going, to the end."""
+        self.environment.process(process)
+        self.environment.run()
+
+    def another(self) -> Machine:
+        """A machine of the same system at time 0, without listeners."""
+        return build(self.system, (), self.granularity)
+
+    def watts(self, name: str) -> tuple[float, float]:
+        """What a processor, memory or link with declared power draws while it works and while it does not, W."""
+        power = power_of(self.system.platform, name)
+        return power.busy.value, power.idle.value
 
     @property
     def components(self) -> tuple[Component, ...]:
@@ -368,6 +387,14 @@ class Machine:
         for content, words in memory.words.items():
             ram.allocate(content, words)
         return ram
+
+
+def power_of(platform: Platform, name: str) -> ProcessorPower | BusyPower:
+    """The declared power of a processor, memory or link."""
+    spec = platform.links[name] if name in platform.links else platform.components[name]
+    assert not isinstance(spec, FpgaComponent | DisplayComponent | RobotComponent), "asked of no other"
+    assert spec.power is not None, "asked only where it is declared"
+    return spec.power
 
 
 def build(system: System, listeners: Sequence[Listener], granularity: Granularity) -> Machine:

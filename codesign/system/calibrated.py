@@ -56,16 +56,19 @@ class Laws:
         low, high = (min(bound * limit.value, most) for bound in term.factor.interval)
         return self._figure(limit, term, min(term.factor.value * limit.value, most), low, high)
 
-    def power(self, job: Job[Any, Any], clock: int) -> tuple[Figure, Figure]:
-        """Static and dynamic power at a clock in Hz, W.
+    def power_demand(self, job: Job[Any, Any], demand: Demand) -> Demand:
+        """The demand that the power rests on. ``demand``: of the same job, calibrated.
 
         A factor of the dynamic power is one of the law with the demand as the law has it. Without such a factor, the
         law takes the calibrated demand.
         """
-        dynamic_term, static_term = self._term(DYNAMIC), self._term(STATIC)
-        demand_of = self.style.demand if dynamic_term is not None else self.demand
-        static, dynamic = self.style.power(demand_of(job), clock, self.part)
-        return self._times(static, static_term), self._times(dynamic, dynamic_term)
+        calibrated = self.calibration is not None and self._term(DYNAMIC) is not None
+        return self.style.demand(job) if calibrated else demand
+
+    def power(self, demand: Demand, clock: int) -> tuple[Figure, Figure]:
+        """Static and dynamic power at a clock in Hz, W. ``demand``: see ``power_demand``."""
+        static, dynamic = self.style.power(demand, clock, self.part)
+        return self._times(static, self._term(STATIC)), self._times(dynamic, self._term(DYNAMIC))
 
     def _term(self, name: str) -> FittedTerm | None:
         return None if self.calibration is None else self.calibration.terms.get(name)

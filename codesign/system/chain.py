@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Generator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from codesign import maps
 from codesign.errors import CodesignError
 from codesign.memo import Memo
 from codesign.models import Task
 from codesign.planners.interface import COMMAND, LOAD, LOWER_BOUND, POSE, Problem
+from codesign.planners.styles import Step
 from codesign.planners.task_graph import Flow, TaskGraph
 from codesign.results.ledger import Ledger
 from codesign.system.build import PLANNING, planner_code
+from codesign.system.energy import Spender
+from codesign.system.messages import Content
 from codesign.system.place import DETECT
 from codesign.system.sent_map import SentMap
-
-if TYPE_CHECKING:
-    from codesign.system.build import Machine
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +39,54 @@ class Answer:
         return self.loaded - self.asked, self.planned - self.loaded, self.answered - self.planned
 
 
+class PlanMachine(Spender, Protocol):
+    """What a plan is made on: one simulated machine, or many side by side with arrays for times.
+
+    See ``Machine`` for each method.
+    """
+
+    @property
+    def listening(self) -> bool:
+        """Whether there is a listener."""
+
+    def run(self, process: Generator[Any, Any, None]) -> None:
+        """Run a process generator to the end."""
+
+    def another(self) -> PlanMachine:
+        """A machine of the same system at time 0."""
+
+    def carry(
+        self,
+        flow: Flow,
+        ledger: Ledger | None = None,
+        *,
+        bits: int | None = None,
+        priority: int = 0,
+        content: Content | None = None,
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: a message between two tasks."""
+
+    def plan(
+        self, steps: Generator[Step, None, Any], ledger: Ledger | None = None
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: the steps of the planner's style."""
+
+    def perform(
+        self,
+        task: str,
+        steps: Generator[Step, None, Any],
+        ledger: Ledger | None = None,
+        *,
+        priority: int = 0,
+    ) -> Generator[Any, Any, Any]:
+        """Process generator: the steps of a task."""
+
+    def follow_up(self, task: str) -> None:
+        """Start the user's own tasks after a task."""
+
+
 def plan_chain(
-    machine: Machine,
+    machine: PlanMachine,
     problem: Problem,
     *,
     memo: Memo | None,
@@ -91,7 +137,7 @@ class _Chain:
     """
 
     def __init__(
-        self, machine: Machine, problem: Problem, sent: dict[str, SentMap] | None, memo: Memo | None
+        self, machine: PlanMachine, problem: Problem, sent: dict[str, SentMap] | None, memo: Memo | None
     ) -> None:
         self.machine, self.problem, self.ledger = machine, problem, Ledger()
         self._sent, self._memo = sent, memo

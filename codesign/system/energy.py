@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from codesign.figures import Figure, Status
 from codesign.inputs.components import FpgaComponent, MemoryComponent, ProcessorComponent
@@ -14,6 +14,29 @@ from codesign.units import PICOSECONDS_PER_SECOND
 if TYPE_CHECKING:
     from codesign.components import Component
     from codesign.system.build import Machine
+
+
+class Spender(Protocol):
+    """What the energy of a run is asked of: one machine, or many side by side with arrays for numbers."""
+
+    @property
+    def system(self) -> System:
+        """The bound system."""
+
+    @property
+    def now(self) -> Any:
+        """Picoseconds since the start."""
+
+    @property
+    def by_name(self) -> Mapping[str, Any]:
+        """The components, each with its ``busy``, ps."""
+
+    @property
+    def links(self) -> Mapping[str, Any]:
+        """The links, alike."""
+
+    def watts(self, name: str) -> tuple[Any, Any]:
+        """What a processor, memory or link draws while it works and while it does not, W."""
 
 
 def board_powers(system: System, designs: Mapping[str, Power]) -> dict[str, Power]:
@@ -41,46 +64,72 @@ def idle_boards(system: System) -> tuple[str, ...]:
 
 
 def energy(machine: Machine, boards: Mapping[str, Power], others: Sequence[Component] = ()) -> Energy:
+    """The energy of a run; see ``joules``. ``boards``: the power of each FPGA; see ``board_powers``."""
+    drawn = joules(machine, {name: watts_of(power) for name, power in boards.items()}, others)
+    return energy_of(machine.system, drawn)
+
+
+def energy_of(system: System, drawn: Mapping[str, float]) -> Energy:
+    """The record of the parts of an energy that ``joules`` gives."""
+    return Energy(**drawn, not_declared=_not_declared(system))
+
+
+def watts_of(power: Power) -> tuple[float, float]:
+    """Static and dynamic power, W."""
+    return power.static.value, power.dynamic.value
+
+
+def joules(
+    machine: Spender, boards: Mapping[str, tuple[Any, Any]], others: Sequence[Component] = ()
+) -> dict[str, Any]:
     """Static power over the whole time and dynamic power over the busy time; all others by their own figures.
+
+    The same operations in the same order for one machine, where all is a number, and for many side by side, where all
+    are arrays.
 
     Args:
         machine: after the run.
-        boards: the power of each FPGA; see ``board_powers``.
+        boards: static and dynamic power of each FPGA, W.
         others: FPGAs like the planning one, beside the platform's.
+
+    Returns:
+        The parts of an ``Energy`` by name, J.
     """
     span, system = machine.now / PICOSECONDS_PER_SECOND, machine.system
-    drawn = {name: _of_board(power, machine.by_name[name], span) for name, power in boards.items()}
+    drawn = {name: _of_board(watts, machine.by_name[name], span) for name, watts in boards.items()}
     alike = sum(_of_board(boards[system.component], each, span) for each in others)
-    parts = {ProcessorComponent: 0.0, MemoryComponent: 0.0}
+    processors: Any = 0.0
+    memories: Any = 0.0
     for name, component in system.platform.components.items():
-        for kind in parts:
-            if isinstance(component, kind) and component.power is not None:
-                parts[kind] += _joules(component.power, machine.by_name[name], span)
+        if isinstance(component, ProcessorComponent):
+            processors = processors + _joules(machine.watts(name), machine.by_name[name], span)
+        elif isinstance(component, MemoryComponent) and component.power is not None:
+            memories = memories + _joules(machine.watts(name), machine.by_name[name], span)
     links = sum(
-        _joules(spec.power, machine.links[name], span)
+        _joules(machine.watts(name), machine.links[name], span)
         for name, spec in system.platform.links.items()
         if spec.power is not None
     )
-    processors, memories = parts[ProcessorComponent], parts[MemoryComponent]
     fpga = sum(drawn.values()) + alike
-    return Energy(
-        fpga_j=fpga,
-        idle_fpgas_j=sum(drawn[name] for name in idle_boards(system)),
-        processors_j=processors,
-        links_j=links,
-        memories_j=memories,
-        energy_j=fpga + processors + links + memories,
-        not_declared=_not_declared(system),
-    )
+    return {
+        "fpga_j": fpga,
+        "idle_fpgas_j": sum(drawn[name] for name in idle_boards(system)),
+        "processors_j": processors,
+        "links_j": links,
+        "memories_j": memories,
+        "energy_j": fpga + processors + links + memories,
+    }
 
 
-def _of_board(power: Power, fpga: Component, span: float) -> float:
-    return power.static.value * span + power.dynamic.value * fpga.busy / PICOSECONDS_PER_SECOND
+def _of_board(watts: tuple[Any, Any], fpga: Any, span: Any) -> Any:
+    static, dynamic = watts
+    return static * span + dynamic * fpga.busy / PICOSECONDS_PER_SECOND
 
 
-def _joules(power: Any, component: Component, span: float) -> float:
+def _joules(watts: tuple[Any, Any], component: Any, span: Any) -> Any:
     busy = component.busy / PICOSECONDS_PER_SECOND
-    return float(power.busy.value * busy + power.idle.value * (span - busy))
+    while_busy, while_idle = watts
+    return while_busy * busy + while_idle * (span - busy)
 
 
 def _not_declared(system: System) -> dict[str, tuple[str, ...]]:

@@ -36,10 +36,20 @@ def fit(
     ``tell`` puts levers into words.
 
     On a processor there is no part, no clock limit and no resource; only the bounds are held.
-
-    A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
-    otherwise always end at the upper end of the interval, where no design was shown to run.
     """
+    uses, reasons = fit_part(demand, part, tell)
+    if clock_limit is None:
+        return PartFit(uses, None, reasons)
+    too_fast = clock_reason(clock, clock_limit)
+    return PartFit(
+        uses, Clock(hz=clock, limit=clock_limit), (*reasons, *([too_fast] if too_fast is not None else []))
+    )
+
+
+def fit_part(
+    demand: Demand, part: Part | None, tell: TellLevers = lever_texts
+) -> tuple[tuple[ResourceUse, ...], tuple[Reason, ...]]:
+    """The use of a part at any clock, and why the design does not fit."""
     uses: tuple[ResourceUse, ...] = ()
     if part is not None:
         uses = tuple(_use(demand, part, resource) for resource in RESOURCES if resource in part.resources)
@@ -69,24 +79,29 @@ def fit(
         for bound in demand.bounds
         if bound.limit is not None and bound.figure.value > bound.limit
     ]
-    if clock_limit is None:
-        return PartFit(uses, None, tuple(reasons))
-    if clock > clock_limit.value:
-        reasons.append(
-            Reason(
-                kind="clock",
-                name="clock",
-                demand=clock,
-                limit=math.floor(clock_limit.value),
-                gap=clock - math.floor(clock_limit.value),
-                unit="Hz",
-                levers=(
-                    f"clock: at most {math.floor(clock_limit.value / 1e6)} MHz, the estimate for a design of this size",
-                    "make the design smaller",
-                ),
-            )
-        )
-    return PartFit(uses, Clock(hz=clock, limit=clock_limit), tuple(reasons))
+    return uses, tuple(reasons)
+
+
+def clock_reason(clock: int, limit: Figure) -> Reason | None:
+    """Why a design does not run at a clock (Hz); None where it does.
+
+    A clock above the law's value is refused, though a fitted law's interval reaches further: an exploration would
+    otherwise always end at the upper end of the interval, where no design was shown to run.
+    """
+    if clock <= limit.value:
+        return None
+    return Reason(
+        kind="clock",
+        name="clock",
+        demand=clock,
+        limit=math.floor(limit.value),
+        gap=clock - math.floor(limit.value),
+        unit="Hz",
+        levers=(
+            f"clock: at most {math.floor(limit.value / 1e6)} MHz, the estimate for a design of this size",
+            "make the design smaller",
+        ),
+    )
 
 
 def clock_notes(component: str, held: PartFit) -> tuple[str, ...]:

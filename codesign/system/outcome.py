@@ -74,10 +74,11 @@ def fit_system(system: System, tell: TellLevers = lever_texts) -> SystemFit:
     spec = system.platform.components[system.component]
     if isinstance(spec, FpgaComponent):
         laws = laws_of(system.architecture, spec)
-        held = fit(laws.demand(job), part, system.clock, laws.clock_limit(job), tell)
+        demand = laws.demand(job)
+        held = fit(demand, part, system.clock, laws.clock_limit(job), tell)
         fields["notes"] += clock_notes(system.component, held)
         fields["notes"] += calibration_notes(system.component, spec, system.architecture)
-        static, dynamic = laws.power(job, system.clock)
+        static, dynamic = laws.power(laws.power_demand(job, demand), system.clock)
         powers[system.component] = power = Power(static=static, dynamic=dynamic)
         fields |= {"resources": held.resources, "clock": held.clock, "power": power}
     else:
@@ -101,8 +102,9 @@ def _apart(system: System) -> tuple[dict[str, Any], tuple[Reason, ...], dict[str
         part, clock = spec.chip, int(spec.clock.value)
         job = Job(system.problem, system.planning, part=part)
         laws = laws_of(style, spec, task)
-        held = fit(laws.demand(job), part, clock, laws.clock_limit(job))
-        static, dynamic = laws.power(job, clock)
+        demand = laws.demand(job)
+        held = fit(demand, part, clock, laws.clock_limit(job))
+        static, dynamic = laws.power(laws.power_demand(job, demand), clock)
         powers[name] = power = Power(static=static, dynamic=dynamic)
         fields = {
             "resources": held.resources,
